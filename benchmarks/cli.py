@@ -176,12 +176,14 @@ def _parsed(kind: type[Command], name: str, words: Sequence[str]) -> Command:
 
 
 def _check_lists(kind: type[Command], words: Sequence[str]) -> None:
-    """Raise ValueError for an option of several values that has none, which would mean all of them."""
+    """Raise ValueError for an option of several values that has none, which would count as not given."""
     hints = get_type_hints(kind)
     lists = {f"--{name.replace('_', '-')}" for name, hint in hints.items() if Ellipsis in get_args(hint)}
     for word, following in pairwise([*words, "--"]):
-        if word in lists and following.startswith("--"):
-            raise ValueError(f"{word.removeprefix('--')}: expected one value or more, got none")
+        name, _, value = word.replace("_", "-").partition("=")
+        empty = not value if "=" in word else not following or following.startswith("--")
+        if name in lists and empty and following != "--help":
+            raise ValueError(f"{name.removeprefix('--')}: expected one value or more, got none")
 
 
 def _options(kind: type[Command]) -> list[str]:

@@ -28,7 +28,8 @@ class Entry:
         tracker, preset: defaults of that env.
         episode_steps: default ``max_episode_steps`` of that env; 300 frames have 299 steps.
         survey: ``module:name`` of its ``Survey``, '' if there is none.
-        largest: values of preset fields beyond which its world has no room, which its env refuses.
+        largest: largest values of preset fields that its env takes; the world has no room for more. They stand here,
+            since a check in the preset would make all episodes those of another version.
     """
 
     id: str
@@ -42,6 +43,7 @@ class Entry:
 
 
 _ENTRIES: tuple[Entry, ...] = (
+    # The smallest town that is shipped has room for 60 cars.
     Entry(
         "road-town-v1",
         "scenarios.road_town.scenario:ROAD_TOWN_V1",

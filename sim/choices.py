@@ -22,6 +22,6 @@ def suggestion(given: object, known: Iterable[str]) -> str:
     if not isinstance(given, str):
         return ""
     names = list(known)
-    begun = [name for name in names if given and name.startswith(given)]
+    begun = sorted((name for name in names if given and name.startswith(given)), key=len)
     near = begun[:1] or difflib.get_close_matches(given, names, 1)
     return f" (did you mean {near[0]}?)" if near else ""

@@ -66,7 +66,8 @@ PAPERS = {
         Paper(
             "D",
             "intruders before a thermal camera, by eigenspaces and sets of particles",
-            venue="Vol. 49 of a journal that is not named on the copy, https://ypir.lib.yamaguchi-u.ac.jp/on/journals/on000001/v/49/item/557",
+            venue="Vol. 49 (the copy does not name the journal), "
+            "https://ypir.lib.yamaguchi-u.ac.jp/on/journals/on000001/v/49/item/557",
         ),
     )
 }

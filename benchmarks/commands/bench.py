@@ -142,15 +142,15 @@ class Bench(WithModules):
 
     def run(self) -> int:
         """Run it; return the exit status."""
-        check_metrics(names(self.metric), self.suites)
+        check_metrics(names(self.metric), names(self.suites))
         check("csv", not (self.json and self.csv == _STDOUT), "a file beside --json, which prints too", repr(self.csv))
         if self.csv not in ("", _STDOUT):
             check_file(Path(self.csv), "csv")
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
             if not self.real:
                 asked = (names(each) for each in (self.scenario, self.preset, self.trackers, self.controllers))
-                check_suites(map(suite, self.suites), *asked, link=self.link, data=self.data, quick=self.quick)
-            made = [self._run_suite(name) for name in self.suites]
+                check_suites(map(suite, names(self.suites)), *asked, link=self.link, data=self.data, quick=self.quick)
+            made = [self._run_suite(name) for name in names(self.suites)]
         if self.csv:
             self._write_table([out for out, _, _ in made])
         if all(unknown_plot for _, _, unknown_plot in made):
@@ -229,10 +229,10 @@ class Bench(WithModules):
             results = bench(
                 wanted,
                 seeds=self._seeds,
-                scenario=names(self.scenario),
-                preset=names(self.preset),
-                trackers=names(self.trackers),
-                controllers=names(self.controllers),
+                scenario=names(self.scenario) or None,
+                preset=names(self.preset) or None,
+                trackers=names(self.trackers) or None,
+                controllers=names(self.controllers) or None,
                 link=self.link,
                 renderer=self.renderer,
                 quick=self.quick,

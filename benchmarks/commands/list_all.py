@@ -170,9 +170,11 @@ _ROLES = {
 
 def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
     trackers = [
-        (f"trackers of suite {name}", [(each.name, each.role, each.summary) for each in entrants(name).values()])
+        (
+            f"trackers of suite {name}{' beside those of its scenes' if suite.judges_controllers else ''}",
+            [(each.name, each.role, each.summary) for each in entrants(name).values()],
+        )
         for name, suite in suites().items()
-        if not suite.judges_controllers
     ]
     steering: list[tuple[str, list[tuple[str, str, str]]]] = [
         (f"controllers of the {name}", [(each.name, each.role, each.summary) for each in controllers(name).values()])
@@ -211,8 +213,8 @@ def _carriers() -> list[str]:
 
 def _table(title: str, rows: list[tuple[str, str, str]]) -> Table:
     table = Table(title=title, show_header=False, box=box.SIMPLE)
-    for _ in range(3):
-        table.add_column(overflow="fold")
+    for column in range(3):
+        table.add_column(overflow="fold", no_wrap=column == 0)
     for row in rows:
         table.add_row(*row)
     return table

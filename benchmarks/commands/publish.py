@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import lzma
 import math
 import sys
 import time
@@ -26,7 +25,7 @@ from benchmarks.results.checking import differences, other_versions, runs_to_che
 from benchmarks.results.durations import Duration, duration_of
 from benchmarks.results.published import PublishedTable, tables_named
 from benchmarks.results.results_page import results_page
-from benchmarks.results.table_files import read_table, rows_file, table_file, write_table
+from benchmarks.results.table_files import committed_rows, read_table, table_file, write_table
 from benchmarks.results.table_runs import TableRun, run_of
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
@@ -170,23 +169,23 @@ def _claim(folder: Path, table: PublishedTable, commit: str) -> None:
     """Mark a table's folder as made at ``commit``.
 
     Of another commit only rows stay: a run keeps those that the same code, parameters and packages made, and makes the
-    others anew. A new folder begins with the committed rows, if they are of the table's seeds. What has no rows, a
+    others anew. A new folder begins with the committed rows, whose times may be another machine's. What has no rows, a
     speed, is measured anew.
 
     Raises:
         ValueError: if this command did not make the folder.
     """
     make_folder(folder)
-    mark = folder / _COMMIT
+    mark, told = folder / _COMMIT, json.dumps({"commit": commit}) + "\n"
     if not mark.is_file():
         others = sorted(each.name for each in folder.iterdir())
         check("out", not others, "folders of tables that this command made", f"{str(folder)!r} with {others[:1]}")
-        committed = rows_file(table.name)
-        if committed.is_file() and set(read_table(table.name).seeds) <= set(table.seeds):
-            write_atomic(folder / FILE_NAME, lzma.decompress(committed.read_bytes()))
-    elif json.loads(mark.read_text())["commit"] != commit:
+        write_atomic(mark, told)
+        if rows := committed_rows(table):
+            write_atomic(folder / FILE_NAME, rows)
+    elif mark.read_text() != told:
         (folder / SUMMARY_FILE_NAME).unlink(missing_ok=True)
-    write_atomic(mark, json.dumps({"commit": commit}) + "\n")
+        write_atomic(mark, told)
 
 
 def _digest(folder: Path) -> str:

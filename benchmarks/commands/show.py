@@ -36,9 +36,9 @@ class Show(WithModules):
         from benchmarks.data_sets.page.page import PAGE, render_page
         from benchmarks.data_sets.places import put
 
+        data = DataSet(self.directory)
         if self.out is not None:
             check_file(self.out, "out")
-        data = DataSet(self.directory)
         page = render_page(data)
         data.close()
         if self.out is None:

@@ -45,6 +45,7 @@ from benchmarks.run.experiment import make_folder
 from benchmarks.suites.registry import Scene, controllers_suite, suite
 from scenarios import catalog
 from sim.checks import check
+from sim.choices import check_choice
 from trackers import registry
 from trackers.controllers.catalogue import controller_entry
 
@@ -70,8 +71,8 @@ class Tune(WithModules):
         trials: number of settings to try for each.
         preset: one or more presets, one for controllers; the scores are averaged (default: as the suite says).
         seeds: episodes A to B - 1, or A alone, below 10,000 (default: as the suite says).
-        fresh: number of episodes after them on which the best setting must be better too (default: as the suite says);
-            those of controllers are with pictures.
+        fresh: number of episodes after them, in each preset of --fresh-preset, on which the best setting must be better
+            too (default: as the suite says); those of controllers are with pictures.
         fresh_preset: one or more presets of those episodes, for trackers (default: those of --preset, or as the suite
             says).
         workers: number of worker processes.
@@ -98,9 +99,9 @@ class Tune(WithModules):
         for parameter, value in (("trials", self.trials), ("fresh", self.fresh)):
             check(parameter, value is None or value >= 1, "a whole number >= 1", value)
         # All is checked before the first search: they take hours.
-        needs_optuna()
         trackers = [(name, self._tracker_budget(name)) for name in self._trackers()]
         controllers = [(name, self._controller_budget(name, scenario)) for scenario, name in self._controllers()]
+        needs_optuna()
         for name, _ in trackers:
             make_folder(self._tracker_folder(name))
         for name, steering in controllers:
@@ -132,6 +133,10 @@ class Tune(WithModules):
         scene = its_suite.scenes[0]
         presets, seeds, fresh = self._episodes(scene)
         checked = names(self.fresh_preset) or names(self.preset) or scene.tuned_on.fresh_presets or presets
+        known = catalog.scenario(scene.scenario).presets
+        for parameter, chosen in (("preset", presets), ("fresh_preset", checked)):
+            for each in chosen:
+                check_choice(parameter, each, known)
         return Budget(
             suite=its_suite.name,
             presets=presets,
@@ -205,7 +210,7 @@ class Tune(WithModules):
 
 def _report(name: str, tuned: Tuned, path: Path) -> None:
     scores = (tuned.score, tuned.default_score, tuned.fresh_score, tuned.fresh_default_score)
-    score, default, fresh, fresh_default = (f"{value:.3f}".replace("-", "\u2212") for value in scores)
+    score, default, fresh, fresh_default = (f"{value:.3f}" for value in scores)
     kept = "" if tuned.parameters else ", so that the defaults stay"
     print(
         f"{name}: score of the best trial {score}, with the defaults {default}; on fresh episodes {fresh}, with the "

@@ -18,7 +18,7 @@ def benchmark_of(data: str) -> Request:
     stored = DataSet(data)
     request = stored.request
     changes = [name for name in ("size_px", "rate_hz", "frame_count") if getattr(request, name) is not None]
-    wanted = f"frames as the preset {request.preset} has them, as scores would be of another benchmark"
+    wanted = f"the frames of the preset {request.preset}, since scores on others are not comparable"
     options = ", ".join(f"--{name.removesuffix('_px').replace('_', '-')}" for name in changes)
     check("data", not changes, wanted, f"a set that was made with {options}")
     lossy = [c for c in PICTURES if c in request.channels and not CODINGS[coding_of(c, request.pictures)].is_lossless]

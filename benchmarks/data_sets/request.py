@@ -101,7 +101,7 @@ def channels_wanted(request: Request, chosen: tuple[str, ...]) -> tuple[str, ...
     """Return the channels to store: those chosen, or, if none is, all that the first frame has.
 
     Raises:
-        ValueError: for a channel that the scenario does not have.
+        ValueError: for a channel that the first frame does not have.
     """
     existing = existing_channels(request)
     for channel in chosen:

@@ -261,6 +261,6 @@ def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], repor
 
 
 def needs_stable_baselines() -> None:
-    """Raise ValueError if it is not installed, or TensorBoard is not."""
+    """Raise ValueError if stable-baselines3 or TensorBoard is not installed."""
     installed = all(map(find_spec, ("stable_baselines3", "tensorboard")))
     check("train", installed, f"stable-baselines3 to be installed ({_INSTALL})", "none")

@@ -6,10 +6,10 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
-from benchmarks.results.table_files import seconds_by_contestant
+from benchmarks.results.table_files import committed_rows, seconds_by_contestant
 from benchmarks.results.table_runs import TableRun
 from benchmarks.run.experiment import Progress
-from benchmarks.run.records import FILE_NAME, read_blocks
+from benchmarks.run.records import FILE_NAME, blocks_of_lines, read_blocks
 from trackers.atomic_file import write_atomic
 
 _MEASURED = "seconds-of-a-seed.json"
@@ -38,13 +38,17 @@ class Duration:
 
 
 def duration_of(run: TableRun, out: Path, folder: Path, progress: Progress) -> Duration:
-    """Return how long a table takes: by its rows so far, else as measured before, else by a few frames.
+    """Return how long a table takes: by its rows so far (a new folder's: the committed ones), else as measured before,
+    else by a few frames.
 
     Args:
         out: folder of all tables, which keeps what was measured. folder: of this table.
         progress: of the measurement.
     """
-    found = read_blocks(folder) if (folder / FILE_NAME).is_file() else {}
+    if folder.is_dir():
+        found = read_blocks(folder) if (folder / FILE_NAME).is_file() else {}
+    else:
+        found = blocks_of_lines(committed_rows(run.table).splitlines()).blocks
     blocks = {key: rows for key, rows in found.items() if run.is_current(key, rows)}
     missing = len(run.table.seeds) - len(blocks) / max(run.contestants(found), 1)
     if missing <= 0:

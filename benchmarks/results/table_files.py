@@ -43,6 +43,7 @@ from sim.checks import check
 from trackers.atomic_file import write_atomic
 
 if TYPE_CHECKING:
+    from benchmarks.results.published import PublishedTable
     from benchmarks.results.table_runs import TableRun
 
 ROOM_BYTES = 20_000_000
@@ -105,6 +106,14 @@ def read_rows_of(name: str) -> dict[Any, list[Row]] | None:
     """Return the committed rows of a table by block, None if they are not kept."""
     file = rows_file(name)
     return blocks_of_lines(lzma.decompress(file.read_bytes()).splitlines()).blocks if file.is_file() else None
+
+
+def committed_rows(table: PublishedTable) -> bytes:
+    """Return the committed rows of a table, uncompressed; nothing if there are none, or some of other seeds."""
+    if not (table_file(table.name).is_file() and rows_file(table.name).is_file()):
+        return b""
+    alike = set(read_table(table.name).seeds) <= set(table.seeds)
+    return lzma.decompress(rows_file(table.name).read_bytes()) if alike else b""
 
 
 def table_file(name: str) -> Path:

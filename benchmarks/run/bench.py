@@ -47,10 +47,10 @@ def bench(
     suite: str | Suite = DEFAULT,
     *,
     seeds: range,
-    scenario: str | Sequence[str] = (),
-    preset: str | Sequence[str] = (),
-    trackers: str | Sequence[str] = (),
-    controllers: str | Sequence[str] = (),
+    scenario: str | Sequence[str] | None = None,
+    preset: str | Sequence[str] | None = None,
+    trackers: str | Sequence[str] | None = None,
+    controllers: str | Sequence[str] | None = None,
     link: str = "prompt",
     renderer: str = "raster",
     quick: bool = False,
@@ -68,7 +68,7 @@ def bench(
     Args:
         suite: name, see ``frameout list``.
         seeds: of the episodes, ``range(A, B)``; 0 to 9,999 are for development, 10,000 to 19,999 are the test split.
-        scenario, preset, trackers, controllers: a name or several; () = as ``frameout bench --help`` says.
+        scenario, preset, trackers, controllers: a name or several; None = as ``frameout bench --help`` says.
         link: how commands reach the carrier where controllers are contestants: prompt, delayed or noisy.
         renderer: raster or pybullet.
         quick: small presets, no variants, one repeat.
@@ -89,17 +89,18 @@ def bench(
     """
     check("suite", isinstance(suite, str | Suite), "a name or a Suite; each suite has results of its own", repr(suite))
     check("seeds", isinstance(seeds, range), "range(A, B)", repr(seeds))
-    load_modules(_several(modules))
+    own_modules = (modules,) if isinstance(modules, str) else tuple(modules)
+    load_modules(own_modules)
     wanted = registry.suite(suite) if isinstance(suite, str) else suite
     _check_steering(wanted, link, data)
     if keep_estimates:
         needs_data()
-    scenarios, presets = _several(scenario), _several(preset)
+    scenarios, presets = _several("scenario", scenario), _several("preset", preset)
     if data is not None:
         given = {"scenario": scenario, "preset": preset, "controllers": controllers}
-        stored = _stored(data, seeds, renderer, {name: _several(each) for name, each in given.items()})
+        stored = _stored(data, seeds, renderer, {name: _several(name, each) for name, each in given.items()})
         scenarios, presets, renderer = (stored.scenario,), (stored.preset,), stored.renderer
-    asked = (scenarios, presets, _several(trackers), _several(controllers))
+    asked = (scenarios, presets, _several("trackers", trackers), _several("controllers", controllers))
     common = Experiment(
         suite=wanted.name,
         scenario="",
@@ -111,7 +112,7 @@ def bench(
         workers=cores(workers),
         repeats=1 if quick else 3,
         limit_s=limit_s,
-        modules=_several(modules),
+        modules=own_modules,
         backend=backend,
         data=data,
         keep_estimates=keep_estimates,
@@ -185,9 +186,11 @@ def _stored(data: str, seeds: range, renderer: str, given: Mapping[str, Sequence
     return request
 
 
-def _several(names: str | Sequence[str]) -> tuple[str, ...]:
-    """Return each name once. Raises ValueError for a list without any: in place of names, () stands for all."""
-    check("names", names == () or len(names) > 0, "a name or several, or () for all", repr(names))
+def _several(parameter: str, names: str | Sequence[str] | None) -> tuple[str, ...]:
+    """Return each name once, none for None. Raises ValueError for an empty list, which would run everything."""
+    if names is None:
+        return ()
+    check(parameter, len(names) > 0, "a name or several, or None for the default", repr(names))
     return (names,) if isinstance(names, str) else tuple(dict.fromkeys(names))
 
 

@@ -150,7 +150,7 @@ def make_folder(out: Path, parameter: str = "out") -> None:
 
 
 def check_file(file: Path, parameter: str) -> None:
-    """Make the folder of a file. Raises ValueError, which names the parameter, if the file cannot be written."""
+    """Make the folder of a file. Raises ValueError, which names the parameter, if it fails or the file is a folder."""
     make_folder(file.parent, parameter)
     check(parameter, not file.is_dir(), "a file", f"the folder {str(file)!r}")
 

@@ -12,8 +12,8 @@ class TuningEpisodes:
     Attributes:
         preset: of the scenario. seeds: of the episodes that score a setting.
         fresh: number of the episodes after them that check the best setting, in each preset of ``fresh_presets``.
-        fresh_presets: those whose tables are published, where they may not bear what was found on ``preset`` alone:
-            longer episodes, more targets; () = ``preset``.
+        fresh_presets: presets where values that are good on ``preset`` may be bad: longer episodes, more targets;
+            () = ``preset``.
     """
 
     preset: str = "standard"

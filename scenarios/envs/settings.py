@@ -189,7 +189,7 @@ class FollowSettings:
         made = dataclasses.replace(preset, **{**self.changes, **values})
         for name, most in catalog.largest(self.scenario).items():
             value = getattr(made, name)
-            check(name, value <= most, f"at most {most:g}, for more of which {self.scenario} has no room", value)
+            check(name, value <= most, f"at most {most:g}, since {self.scenario} has no room for more", value)
         return made
 
 

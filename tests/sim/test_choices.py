@@ -12,7 +12,7 @@ from sim.choices import check_choice
     [
         ("colour_fp", "", r"got 'colour_fp' \(did you mean colour_pf\?\)$"),
         ("owl", "", "got 'owl'$"),
-        ("co", "", r"got 'co' \(did you mean colour_pf\?\)$"),
+        ("colour", "", r"got 'colour' \(did you mean colour_pf\?\)$"),
         ("", "", "got ''$"),
         ("colour_fp", ", which is of suite fish", "got 'colour_fp', which is of suite fish$"),
     ],

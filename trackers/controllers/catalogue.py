@@ -16,6 +16,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import wraps
 from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
@@ -23,7 +24,7 @@ import numpy as np
 from trackers.controllers.policy_file import Policy, load_policy
 from trackers.protocols import Controller
 from trackers.registry import MethodEntry, check_registered, tuned_values
-from trackers.types import CameraCommand, Estimate, Observation
+from trackers.types import CameraCommand
 
 ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant", "external"]
 
@@ -81,29 +82,11 @@ class ControllerEntry(MethodEntry):
 
     def create(self, **changes: Any) -> Controller:
         """Return a new controller for one episode."""
-        made = self.controller(self.parameters(**changes))
-        return made if self.controller.__module__.startswith(f"{__package__}.") else _UsersController(made)
+        return self.controller(self.parameters(**changes))
 
     def create_as_written(self) -> Controller:
         """Return a new controller with its values as written, without tuning."""
         return self.controller(self._with(self.overrides))
-
-
-class _UsersController:
-    """A user's own controller. An exit of it is an error, and so is an answer that is no command."""
-
-    def __init__(self, controller: Controller) -> None:
-        self._controller = controller
-
-    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """See ``Controller``."""
-        try:
-            command = self._controller.command(observation, estimate)
-        except SystemExit as left:
-            raise RuntimeError(f"it called sys.exit({left.code!r})").with_traceback(left.__traceback__) from None
-        if not isinstance(command, CameraCommand):
-            raise TypeError(f"command: expected a CameraCommand, got {type(command).__name__}")
-        return command
 
 
 def register_controller(name: str, *, role: ControllerRole, carrier: str, summary: str) -> Callable[[_T], _T]:
@@ -118,6 +101,7 @@ def register_controller(name: str, *, role: ControllerRole, carrier: str, summar
         if not controller.__module__.startswith(f"{__package__}."):
             # See ``trackers.registry.register``.
             _all()
+            controller.command = _commanding(controller.command)  # type: ignore[attr-defined]
         old = _ENTRIES.get((carrier, name))
         if old is not None and old.controller is not controller:
             raise ValueError(f"name: expected one that no controller of a {carrier} has, got {name!r}")
@@ -126,6 +110,22 @@ def register_controller(name: str, *, role: ControllerRole, carrier: str, summar
         return controller
 
     return add
+
+
+def _commanding(command: Callable[..., CameraCommand]) -> Callable[..., CameraCommand]:
+    """Return the method of a user's controller, in which an exit is an error, and an answer that is no command too."""
+
+    @wraps(command)
+    def checked(*given: Any) -> CameraCommand:
+        try:
+            answer = command(*given)
+        except SystemExit as left:
+            raise RuntimeError(f"it called sys.exit({left.code!r})").with_traceback(left.__traceback__) from None
+        if not isinstance(answer, CameraCommand):
+            raise TypeError(f"command: expected a CameraCommand, got {type(answer).__name__}")
+        return answer
+
+    return checked
 
 
 def controllers(carrier: str) -> dict[str, ControllerEntry]:

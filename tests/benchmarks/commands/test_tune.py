@@ -13,6 +13,7 @@ from benchmarks.results.ledger import TEST_SPLIT
 from benchmarks.suites.registry import controllers_suite, suites
 from scenarios import catalog
 
+pytest.importorskip("optuna")
 _TUNED = Tuned({}, 1.0, 1.0, 1.0, 1.0, trials=40)
 
 
@@ -74,7 +75,7 @@ def test_names_presets_and_seeds_that_are_given_count(monkeypatch: pytest.Monkey
     assert '"frameout tune hold --trials 3 --preset quick hard --seeds 5:7 --fresh 1"' in written
 
 
-def test_the_check_is_on_the_presets_whose_tables_are_published(
+def test_the_check_is_on_the_presets_that_the_suite_names_unless_others_are_given(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     trackers, _ = _asked(monkeypatch, Tune(("sort", "harbour_knn", "hold"), out=tmp_path))
@@ -103,6 +104,10 @@ def test_nothing_is_tuned_until_all_is_checked(monkeypatch: pytest.MonkeyPatch, 
     monkeypatch.setattr(command, "tune", lambda name, *_: searched.append(name))
     with pytest.raises(ValueError, match="preset: expected one for controllers, got"):
         Tune(preset=("quick", "hard"), out=tmp_path).run()
+    with pytest.raises(ValueError, match=r"fresh_preset: expected one of .*; got 'hart'"):
+        Tune(("hold",), fresh_preset=("hart",), out=tmp_path).run()
+    with pytest.raises(ValueError, match=r"preset: expected one of .*; got 'quik'"):
+        Tune(("hold",), preset=("quik",), out=tmp_path).run()
     with pytest.raises(ValueError, match="fresh_preset: expected none for controllers, got hard"):
         Tune(fresh_preset=("hard",), out=tmp_path).run()
     with pytest.raises(ValueError, match="tracker: expected none without --controllers, got 'colour_pf'"):

@@ -45,6 +45,9 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
         (["bench", "--preset", "nix"], "preset: expected one of tiny, tiny-loop.*; got 'nix'"),
         (["bench", "--trackers", "--quick"], "trackers: expected one value or more, got none"),
         (["bench", "--preset"], "preset: expected one value or more, got none"),
+        (["bench", "--trackers", ""], "trackers: expected one value or more, got none"),
+        (["bench", "--trackers="], "trackers: expected one value or more, got none"),
+        (["tune", "--fresh_preset", "--trials", "3"], "fresh-preset: expected one value or more, got none"),
         (["bench", "--trackers", "nix"], "trackers: expected one of .*colour_pf.*; got 'nix'"),
         (["bench", "--controllers", "nix"], "controllers: expected one of set-path, .*; got 'nix'"),
         (["bench", "--renderer", "nix"], "renderer: expected one of raster, pybullet; got 'nix'"),
@@ -194,6 +197,9 @@ def test_stopping_says_how_to_go_on_where_the_command_does(
     def stopped(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
+    # These come first, and what they ask for is an extra.
+    monkeypatch.setattr("benchmarks.commands.tune.needs_optuna", lambda: None)
+    monkeypatch.setattr("benchmarks.commands.train.needs_stable_baselines", lambda: None)
     monkeypatch.setattr(f"benchmarks.commands.{where}", stopped)
     assert main(words) == 130
     told = "stopped; the same command continues\n" if goes_on else "stopped\n"

@@ -51,7 +51,7 @@ def test_scores_on_stored_episodes_are_those_on_rendered_ones(suite: str, tmp_pa
     [
         (
             {"frame_count": 12},
-            "data: expected frames as the preset tiny has them, .*, got a set that was made with --frame-count",
+            "data: expected the frames of the preset tiny, .*, got a set that was made with --frame-count",
         ),
         ({"frame_count": None, "pictures": "jpeg"}, "data: expected pictures without loss, got jpeg"),
         ({"frame_count": None, "channels": ("image_rgb",)}, "data: expected a set with all channels, got one without"),

@@ -68,7 +68,7 @@ def settings(**changes: Any) -> FollowSettings:
         (
             "changes",
             {"traffic_cars": 61},
-            "traffic_cars: expected at most 60, for more of which road-town-v2 has no room, got 61",
+            "traffic_cars: expected at most 60, since road-town-v2 has no room for more, got 61",
         ),
         ("randomise", {"traffic_cars": (3, 400)}, "traffic_cars: expected at most 60, .*, got 400"),
         ("changes", {"wheels": 3}, "changes: expected one of .*, traffic_cars, .*; got 'wheels'"),

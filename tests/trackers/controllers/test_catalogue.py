@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from trackers.controllers import catalogue
 from trackers.controllers.catalogue import controller_entry, register_controller, steers_instead
 from trackers.registry import NoParameters
 from trackers.types import CameraCommand
@@ -38,9 +39,11 @@ def _made(answer: Callable[[], Any]) -> Any:
         def command(self, observation: Any, estimate: Any) -> Any:
             return answer()
 
-    name = f"test_own_{id(answer)}"
-    register_controller(name, role="external", carrier="test-carrier", summary="a user's")(Own)
-    return controller_entry(name, "test-carrier").create()
+    register_controller("test_own", role="external", carrier="test-carrier", summary="a user's")(Own)
+    try:
+        return controller_entry("test_own", "test-carrier").create()
+    finally:
+        del catalogue._ENTRIES["test-carrier", "test_own"]
 
 
 def test_a_controller_of_another_carrier_is_told_what_it_steers() -> None:
