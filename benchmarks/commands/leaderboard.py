@@ -83,7 +83,7 @@ def _that_fits(console: Console, title: str, board: tables.Table, names: Sequenc
 def _for_terminal(title: str, board: tables.Table, names: Sequence[str], count: int, head_lines: int) -> Table:
     """Return the table with the first ``count`` columns, whose heads have at most ``head_lines`` lines."""
     left_out = [column.title for column in board.columns[count:]]
-    words = f"not shown, as the terminal is too narrow: {', '.join(left_out)} (choose with --metric)"
+    words = f"not shown, as the table would be too wide: {', '.join(left_out)} (choose with --metric)"
     table = Table(title=title, caption=words if left_out else None, box=box.SIMPLE_HEAD)
     for place, name in enumerate(names):
         table.add_column(name, width=max(len(name), *(len(line.names[place]) for line in board.lines)))

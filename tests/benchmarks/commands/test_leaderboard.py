@@ -36,7 +36,7 @@ def test_no_word_is_cut_and_each_number_has_its_interval(
     assert set(TRACKERS) <= {line.split()[0] for line in out.splitlines() if line.strip()}
     intervals = re.findall(r"−?\d[\d.]*–\d", out)
     assert len(intervals) >= 2 * len(TRACKERS)
-    shown, _, left_out = out.partition("not shown, as the terminal is too narrow:")
+    shown, _, left_out = out.partition("not shown, as the table would be too wide:")
     heads = {
         word
         for name in suite("frame-out").headline
