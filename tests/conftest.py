@@ -13,6 +13,8 @@ from hypothesis import settings
 
 # Before NumPy is imported: workers of the suite would wait for each other's threads, as `benchmarks.cli` says.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Tables have the width that they have without a terminal, whatever started the suite.
+os.environ.pop("COLUMNS", None)
 
 import sim
 import trackers
