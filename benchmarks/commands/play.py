@@ -13,6 +13,7 @@ from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning import playing
 from benchmarks.report.page import write_report
+from benchmarks.run.experiment import make_folder
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
@@ -52,6 +53,7 @@ class Play(WithModules):
         check("env", self.env in catalog.envs(), f"one of {', '.join(catalog.envs())}", repr(self.env))
         check("zoom", 0 < self.zoom <= 8, "a number in (0, 8]", self.zoom)
         out = self.out or Path("results") / controllers_suite().name
+        make_folder(out)
         tracker = self.tracker or catalog.envs()[self.env][1]
         seeds = seed_range(self.seeds)
         asked = playing.Play(self.env, self.preset, tracker, self.link, seeds, out, self.zoom, self.modules)

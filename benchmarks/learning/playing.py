@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from benchmarks.run.blocks import as_row
 from benchmarks.run.contestants import entrant
-from benchmarks.run.experiment import make_folder
 from benchmarks.run.jobs import Job, heading_of, take_in
 from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
 from benchmarks.run.versions import versions_of
@@ -75,7 +74,6 @@ def play(played: Play) -> int:
     """
     pygame_play = _pygame_play()
     open_display("display")
-    make_folder(played.out)
     env = gym.make(
         f"scenarios:{played.env}",
         preset=played.preset,
