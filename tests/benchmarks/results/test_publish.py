@@ -75,34 +75,6 @@ def test_a_stopped_run_keeps_what_was_made_and_goes_on(
     assert {key: after[key][0]["seconds"] for key in before} == before
 
 
-def test_a_new_folder_goes_on_from_the_committed_rows(
-    checkout: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    listed: Callable[..., None],
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.setattr(ledger, "TEST_SPLIT", range(4))
-    assert publish(tmp_path / "out") == 0
-    commit_all(checkout, "published")
-    runs = ledger.LEDGER.read_text()
-    assert runs
-    capsys.readouterr()
-    assert publish(tmp_path / "another", "--dry-run") == 0
-    (line,) = [line.split() for line in capsys.readouterr().out.splitlines() if "smoke" in line]
-    assert line[:4] == ["smoke", "0:2", "0", "0.00"]
-    assert publish(tmp_path / "another") == 0
-    first, second = (read_blocks(tmp_path / name / "smoke") for name in ("out", "another"))
-    assert {key: rows[0]["seconds"] for key, rows in first.items()} == {
-        key: rows[0]["seconds"] for key, rows in second.items()
-    }
-    assert ledger.LEDGER.read_text() == runs
-    # Of other seeds they are no beginning.
-    listed(replace(SMOKE, seeds=range(1)))
-    assert publish(tmp_path / "fewer") == 0
-    assert {key.seed for key in read_blocks(tmp_path / "fewer" / "smoke")} == {0}
-
-
 def test_only_code_as_committed_is_published(
     checkout: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
