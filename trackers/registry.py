@@ -190,10 +190,8 @@ def register(
     """
 
     def add(tracker: _T) -> _T:
-        check_registered(tracker, role, get_args(Role))
-        for method in ("start" if hasattr(tracker, "start") else "initialise", "update"):
-            if not callable(getattr(tracker, method, None)):
-                raise ValueError(f"{method}: expected a method of this name in class {tracker.__name__}, got none")
+        begins = "start" if hasattr(tracker, "start") else "initialise"
+        check_registered(tracker, role, get_args(Role), begins, "update")
         if not tracker.__module__.startswith(f"{__package__}."):
             # Ours come first: a user's that takes the name of one is refused, not the one of that name.
             entries()
@@ -207,12 +205,15 @@ def register(
     return add
 
 
-def check_registered(registered: type, role: str, roles: tuple[str, ...]) -> None:
-    """Raise ValueError for a role not in ``roles`` or a class without a dataclass ``Parameters``."""
+def check_registered(registered: type, role: str, roles: tuple[str, ...], *methods: str) -> None:
+    """Raise ValueError for a role not in ``roles``, or a class without ``methods`` or a dataclass ``Parameters``."""
     if role not in roles:
         raise ValueError(f"role: expected one of {', '.join(roles)}; got {role!r}")
     if not dataclasses.is_dataclass(getattr(registered, "Parameters", None)):
         raise ValueError(f"Parameters: expected a dataclass of this name in class {registered.__name__}, got none")
+    for method in methods:
+        if not callable(getattr(registered, method, None)):
+            raise ValueError(f"{method}: expected a method of this name in class {registered.__name__}, got none")
 
 
 def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> None:

@@ -119,7 +119,7 @@ def test_a_user_s_module_that_comes_first_takes_no_name_of_ours(tmp_path: Path) 
         "from trackers.controllers.catalogue import register_controller\n"
         "class Mine:\n"
         "    Parameters = NoParameters\n"
-        "    initialise = update = print\n"
+        "    initialise = update = command = print\n"
         "for add, taken in ((register, {}), (register_controller, {'carrier': 'robot'})):\n"
         "    try:\n"
         "        add('hold', role='baseline', summary='', **taken)(Mine)\n"

@@ -93,18 +93,20 @@ def register_controller(name: str, *, role: ControllerRole, carrier: str, summar
     """Class decorator: register a controller under ``name`` for a carrier, with its ``KERNEL`` if it has one.
 
     Raises:
-        ValueError: for a name that is taken, an unknown role, or a class without parameters.
+        ValueError: for a name that is taken, an unknown role, or a class without parameters or ``command``.
     """
 
     def add(controller: _T) -> _T:
-        check_registered(controller, role, get_args(ControllerRole))
-        if not controller.__module__.startswith(f"{__package__}."):
+        check_registered(controller, role, get_args(ControllerRole), "command")
+        ours = controller.__module__.startswith(f"{__package__}.")
+        if not ours:
             # See ``trackers.registry.register``.
             _all()
-            controller.command = _commanding(controller.command)  # type: ignore[attr-defined]
         old = _ENTRIES.get((carrier, name))
         if old is not None and old.controller is not controller:
             raise ValueError(f"name: expected one that no controller of a {carrier} has, got {name!r}")
+        if not ours:
+            controller.command = _commanding(controller.command)  # type: ignore[attr-defined]
         kernel = getattr(controller, "KERNEL", None)
         _ENTRIES[carrier, name] = ControllerEntry(name, carrier, role, summary, controller, kernel=kernel)
         return controller

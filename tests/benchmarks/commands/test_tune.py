@@ -103,13 +103,13 @@ def test_nothing_is_tuned_until_all_is_checked(monkeypatch: pytest.MonkeyPatch, 
     searched: list[str] = []
     monkeypatch.setattr(command, "tune", lambda name, *_: searched.append(name))
     with pytest.raises(ValueError, match="preset: expected one for controllers, got"):
-        Tune(preset=("quick", "hard"), out=tmp_path).run()
+        Tune(preset=("quick", "standard"), out=tmp_path).run()
     with pytest.raises(ValueError, match=r"fresh_preset: expected one of .*; got 'hart'"):
         Tune(("hold",), fresh_preset=("hart",), out=tmp_path).run()
     with pytest.raises(ValueError, match=r"preset: expected one of .*; got 'quik'"):
         Tune(("hold",), preset=("quik",), out=tmp_path).run()
-    with pytest.raises(ValueError, match="fresh_preset: expected none for controllers, got hard"):
-        Tune(fresh_preset=("hard",), out=tmp_path).run()
+    with pytest.raises(ValueError, match="fresh_preset: expected none for controllers, got quick"):
+        Tune(fresh_preset=("quick",), out=tmp_path).run()
     with pytest.raises(ValueError, match="tracker: expected none without --controllers, got 'colour_pf'"):
         Tune(tracker="colour_pf", out=tmp_path).run()
     with pytest.raises(ValueError, match="tracker: expected one with values of its own, got 'mosaic_graph_pf_no_ego'"):

@@ -27,6 +27,14 @@ def test_a_user_s_controller_that_exits_fails_like_one_that_raises() -> None:
     assert _made(lambda: CameraCommand(1.0)).command(None, None) == CameraCommand(1.0)
 
 
+def test_a_class_without_a_command_is_no_controller() -> None:
+    class Silent:
+        Parameters = NoParameters
+
+    with pytest.raises(ValueError, match="command: expected a method of this name in class Silent, got none"):
+        register_controller("test_silent", role="external", carrier="test-carrier", summary="")(Silent)
+
+
 def _made(answer: Callable[[], Any]) -> Any:
     """Return a user's controller that answers so."""
 
