@@ -77,7 +77,7 @@ _BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 Matrices are small here, and threads wait for each other where cores are shared: on two cores, beside two busy
 processes, a tracker with a low-rank background took 146 s with two threads, and 22 s with one.
 """
-_ABOUT_AN_ARGUMENT = re.compile(r"[\w./:@ -]+: expected .*", re.DOTALL)
+_ABOUT_AN_ARGUMENT = re.compile(r"[^\n]+?: expected .*", re.DOTALL)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -202,6 +202,9 @@ def _in_one_line(complaint: str, name: str, options: Sequence[str]) -> str:
         kind = re.search(r"Argument helptext: \S+ (\S+)", text)
         expected = _KINDS.get(kind[1], kind[1]) if kind else "another value"
         return f"{unparsed[2]}: expected {expected}, got {unparsed[3].split(' ')[0]}"
+    pairs = re.search(r"Error parsing --([\w.-]+): Failed to parse key-value pairs", text)
+    if pairs:
+        return f"{pairs[1]}: expected pairs of a name and a number, such as gain_per_s 0.8, got other words"
     chosen = re.search(r"invalid choice '(\S*)' for argument '(?:--)?([\w.-]+)'. Expected one of \((.*?)\)", text)
     if chosen:
         known = re.findall(r"'(\S+?)'", chosen[3])

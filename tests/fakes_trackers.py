@@ -135,6 +135,13 @@ class Spoils(_Fake):
         return Estimate(self._centre)
 
 
+@register("fake_prints", role="baseline", summary="prints on each frame")
+class Prints(_Fake):
+    def misbehave(self, observation: Observation) -> Estimate:
+        print("frame", self._frame, flush=True)
+        return super().misbehave(observation)
+
+
 @register("fake_sees", role="baseline", summary="where it was first, or far off if its picture is not black")
 class Sees(_Fake):
     def misbehave(self, observation: Observation) -> Estimate:

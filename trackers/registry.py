@@ -164,7 +164,15 @@ class TrackerEntry(MethodEntry):
 
 
 def tunable(default: float, low: float, high: float, *, log: bool = False) -> Any:
-    """Declare a parameter that tuning may set within [low, high], both included; whole numbers stay whole."""
+    """Declare a parameter that tuning may set within [low, high], both included; whole numbers stay whole.
+
+    Raises:
+        ValueError: if ``default`` lies outside, if there is nothing between the bounds, or for ``log`` down to 0.
+    """
+    good = low < high and low <= default <= high
+    if not good or (log and low <= 0):
+        wanted = f"low < high with the default between them{', all above 0 with log' if log else ''}"
+        raise ValueError(f"tunable: expected {wanted}, got default {default}, low {low} and high {high}")
     return dataclasses.field(default=default, metadata={"low": low, "high": high, "log": log})
 
 

@@ -27,17 +27,17 @@ from benchmarks.commands.arguments import (
     seed_range,
 )
 from benchmarks.commands.leaderboard import print_leaderboard
+from benchmarks.commands.printing import contestants_print_to_stderr
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.numbers import counted
 from benchmarks.report.page import write_report
 from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
-from benchmarks.run.bench import bench, check_suites
+from benchmarks.run.bench import bench, check_suites, stored_seeds
 from benchmarks.run.contestants import Entrant
 from benchmarks.run.experiment import check_file
 from benchmarks.run.outcome import ContestantWarning, Outcome
-from benchmarks.run.packages import needs_data
 from benchmarks.run.real_files import run_on_files
 from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures
 from benchmarks.run.records import Row, read_rows
@@ -172,7 +172,7 @@ class Bench(WithModules):
         if self.real:
             return range(0)
         if self.data is not None and self.seeds == type(self).seeds:
-            return _seeds_of(self.data)
+            return stored_seeds(self.data)
         quick_seeds = self.quick and self.seeds == type(self).seeds
         return seed_range(_QUICK_SEEDS if quick_seeds else self.seeds)
 
@@ -213,6 +213,7 @@ class Bench(WithModules):
             print(line, file=sys.stderr)
         return out, bool(outcome.failures), unknown_plot
 
+    @contestants_print_to_stderr()
     def _report(self, out: Path) -> tuple[Path, str]:
         """Write the report; return its path. It has all plots if one that is asked for is unknown, then told second."""
         try:
@@ -223,6 +224,7 @@ class Bench(WithModules):
             report = write_report(out, names(self.metric))
             return report, f"{error}; {report} has all plots"
 
+    @contestants_print_to_stderr()
     def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContestantWarning)  # Told after the leaderboard.
@@ -255,6 +257,7 @@ class Bench(WithModules):
             mine, default = getattr(self, name), getattr(type(self), name)
             check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
 
+    @contestants_print_to_stderr()
     def _run_on_files(self, wanted: Suite) -> tuple[Path, Outcome]:
         self._check_real()
         known = {name: each for name, each in registry.entries().items() if wanted.name in each.suites}
@@ -264,6 +267,7 @@ class Bench(WithModules):
             arguments = (wanted, self.real, names(self.trackers) or default, out, self.limit_s, progress, self._origin)
             return out, run_on_files(*arguments)
 
+    @contestants_print_to_stderr()
     def _run_on_sequences(self, wanted: Suite) -> tuple[Path, Outcome]:
         self._check_real()
         collections = read_collections(self.real, self.layout, self.target, self.rate_hz)
@@ -278,7 +282,7 @@ class Bench(WithModules):
     def _origin(self) -> Row:
         """Columns of rows on recordings that say how to make them again."""
         recorded = ["--real", *map(str, self.real)]
-        for name in ("layout", "target", "rate_hz"):
+        for name in ("layout", "target", "rate_hz", "limit_s"):
             value = getattr(self, name)
             if value != getattr(type(self), name):
                 recorded += [f"--{name.replace('_', '-')}", f"{value:g}" if isinstance(value, float) else str(value)]
@@ -289,11 +293,3 @@ class Bench(WithModules):
         return tuple(
             name for name, each in known.items() if each.available() and not (self.quick and each.role == "variant")
         )
-
-
-def _seeds_of(data: str) -> range:
-    """Return the seeds of a data set."""
-    needs_data()
-    from benchmarks.data_sets.benchmark import benchmark_of
-
-    return range(*benchmark_of(data).seeds)

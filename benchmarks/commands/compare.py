@@ -119,7 +119,7 @@ class Compare(WithModules):
         for column in (words.name, "metric", "unit"):
             table.add_column(column, overflow="fold")
         for column in ("difference", "95 % interval", "p (Holm)", "episodes"):
-            table.add_column(column, justify="right")
+            table.add_column(column, justify="right", no_wrap=column != "95 % interval")
         previous = None
         for attribute, metric, comparison, p_holm in found:
             clear = comparison.ci_low > 0 or comparison.ci_high < 0

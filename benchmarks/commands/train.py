@@ -30,7 +30,7 @@ from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
 from scenarios.envs.settings import FollowSettings
 from sim.checks import check
-from trackers.controllers.catalogue import controllers
+from trackers.controllers.catalogue import controller_entry, controllers
 
 _RUNS = "runs"
 _LINE_EVERY_S = 10.0
@@ -116,6 +116,10 @@ class Train(WithModules):
             error_model(training.scenario, training.tracker_name)
         if not (self.fit_model or self.check_model):
             needs_stable_baselines()
+            if training.controller_name != "none":
+                # Told before the planning, which takes minutes.
+                carrier = catalog.scenario(training.scenario).carrier.name
+                controller_entry(training.controller_name, carrier).parameters(**training.controller_values)
         out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
         make_folder(out)
         settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset_name)

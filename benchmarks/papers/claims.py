@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
+from rich import box
 from rich.table import Table
 
 from benchmarks.commands.console import console_of
@@ -109,25 +110,36 @@ def print_findings(title: str, found: Sequence[Finding], seeds: range, fitted: s
     several = len(seeds) > 1
     told = "seeds" if several else "seed"
     over = "95 % intervals over them" if several else "which decides nothing"
-    heading = f"{title}: {told} {ranges_text(seeds)}, {over}"
-    table = Table(title=heading, caption=caption, caption_justify="left")
-    methods = any(each.claim.tracker for each in found)
-    for head in (*(["method"] if methods else []), "the paper", "here", "renderer", "value", "interval", "expected"):
-        table.add_column(head)
+    renderers = {each.renderer for each in found}
+    drawn = f", renderer {found[0].renderer}" if len(renderers) == 1 else ""
+    heading = f"{title}: {told} {ranges_text(seeds)}, {over}{drawn}"
+    heads = ("method", "the paper", "here", "renderer", "value", "interval", "expected")
+    rows = []
     for each in found:
         claim = each.claim
         verdict = {True: ": yes", False: ": NO", None: ""}[each.agrees] if several else ""
-        named = [claim.tracker] if methods else []
         expected = f"{each.expected}{verdict}{' (fitted)' if claim.fitted else ''}"
-        table.add_row(*named, claim.words, claim.counted, each.renderer, each.value, each.interval, expected)
-    console_of().print(table)
+        renderer = "" if drawn else each.renderer
+        rows.append((claim.tracker, claim.words, claim.counted, renderer, each.value, each.interval, expected))
+    print_table(heading, caption, heads, rows)
 
 
 def print_matrix(matrix: Matrix) -> None:
     """Print a matrix under its title, with the words about it below."""
-    table = Table(title=matrix.title, caption=matrix.words, caption_justify="left")
-    for head in ("", *matrix.names):
-        table.add_column(head)
-    for name, row in zip(matrix.names, matrix.rows, strict=True):
-        table.add_row(name, *row)
+    rows = [(name, *row) for name, row in zip(matrix.names, matrix.rows, strict=True)]
+    print_table(matrix.title, matrix.words, ("", *matrix.names), rows)
+
+
+def print_table(title: str, words: str | None, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+    """Print a table of texts with words below it; names in the first column stay whole.
+
+    A column without any text is left out.
+    """
+    table = Table(title=title, caption=words, caption_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    told = [texts for texts in zip(heads, *rows, strict=True) if any(texts[1:])]
+    for head, *texts in told:
+        named = head == heads[0] and not any(" " in text for text in texts)
+        table.add_column(head, overflow="fold", no_wrap=named)
+    for row in zip(*(texts[1:] for texts in told), strict=True):
+        table.add_row(*row)
     console_of().print(table)

@@ -6,9 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from rich.table import Table
-
-from benchmarks.commands.console import console_of
+from benchmarks.papers.claims import print_table
 from benchmarks.report.numbers import interval_text, number_text, ranges_text, unit_sign
 from benchmarks.run.records import Row
 from benchmarks.scores.pooling import pooled
@@ -100,9 +98,4 @@ def _head(metric: Metric) -> str:
 
 def print_sensitivity(table: Sensitivity) -> None:
     """Print the table under its title, with the words about it below."""
-    printed = Table(title=table.title, caption=table.words, caption_justify="left")
-    for head in table.heads:
-        printed.add_column(head)
-    for row in table.rows:
-        printed.add_row(*row)
-    console_of().print(printed)
+    print_table(table.title, table.words, table.heads, table.rows)

@@ -102,6 +102,9 @@ def _command(rows: Sequence[Row], seeds: Sequence[int]) -> str:
     controllers = _controllers(rows)
     parts += ["--controllers", *controllers] if controllers else []
     parts += ["--trackers", *trackers]
+    # The shortest of several, as nobody knows which trackers another one would have ended.
+    limits = [each["limit_s"] for each in rows if "limit_s" in each]
+    parts += ["--limit-s", f"{min(limits):g}"] if limits else []
     return shlex.join([*parts, "--modules", *modules] if modules else parts)
 
 

@@ -171,12 +171,21 @@ def _of_party(common: Experiment, party: Party) -> Experiment:
     )
 
 
-def _stored(data: str, seeds: range, renderer: str, given: Mapping[str, Sequence[str]]) -> Request:
-    """Return what a data set is of. Raises ValueError for arguments that contradict it."""
+def stored_seeds(data: str) -> range:
+    """Return the seeds of a data set, by its folder or URL."""
+    return range(*_request(data).seeds)
+
+
+def _request(data: str) -> Request:
     needs_data()
     from benchmarks.data_sets.benchmark import benchmark_of
 
-    request = benchmark_of(data)
+    return benchmark_of(data)
+
+
+def _stored(data: str, seeds: range, renderer: str, given: Mapping[str, Sequence[str]]) -> Request:
+    """Return what a data set is of. Raises ValueError for arguments that contradict it."""
+    request = _request(data)
     check("renderer", renderer == "raster", "none with data, which sets it", renderer)
     for name, mine in given.items():
         check(name, not mine, "none with data, which sets it", ", ".join(mine))

@@ -102,6 +102,8 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     write_failures(out, failures)
     outcome.failures += (earlier(each) for key in sorted(have & failures.keys()) for each in failures[key])
     total = len(experiment.seeds) * sum(map(len, versions.values()))
+    # The command that repeats the run names it.
+    limited = {} if experiment.limit_s == Experiment.limit_s else {"limit_s": experiment.limit_s}
     report = progress or (lambda done, of: None)
     report(len(have), total)
     for result in results((job for job in jobs if job.trackers), experiment.workers, experiment.backend):
@@ -112,7 +114,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
                 failures.setdefault(_key(result.job, name), []).append(failure)
             write_failures(out, failures)
         for block in result.blocks:
-            append_block(out, block)
+            append_block(out, [row | limited for row in block])
         outcome.episodes += len(result.blocks)
         outcome.failures += result.failures
         outcome.silent += result.silent

@@ -50,7 +50,7 @@ def keep_event_picture(
 
 def _jobs(rows: Sequence[Row], seed: int) -> list[Job]:
     """Return the jobs that repeat the runs of rows: on a set path one, as all trackers see the same pictures."""
-    jobs = [job_of(row, seed) for row in rows]
+    jobs = [replace(job_of(row, seed), limit_s=row.get("limit_s", Job.limit_s)) for row in rows]
     if any(job.controller is not None for job in jobs):
         return jobs
     modules = tuple(dict.fromkeys(name for job in jobs for name in job.modules))

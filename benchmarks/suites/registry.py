@@ -268,7 +268,7 @@ def check_metrics(metrics: Iterable[str], suite_names: Iterable[str]) -> None:
     """Raise ValueError for a metric that none of the suites has."""
     known = {metric.name: None for name in suite_names for metric in suite(name).metrics}
     for name in metrics:
-        check("metric", name in known, f"some of {', '.join(known)}", repr(name))
+        check_choice("metric", name, known)
 
 
 def event_of(row: Row) -> dict[str, Any] | None:

@@ -185,8 +185,9 @@ class FollowSettings:
         for group in ("changes", "randomise"):
             for name in getattr(self, group):
                 check_choice(group, name, sorted(known))
-        values = {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
-        made = dataclasses.replace(preset, **{**self.changes, **values})
+        values = {name: _without_lists(getattr(preset, name), value) for name, value in self.changes.items()}
+        values |= {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
+        made = dataclasses.replace(preset, **values)
         for name, most in catalog.largest(self.scenario).items():
             value = getattr(made, name)
             check(name, value <= most, f"at most {most:g}, since {self.scenario} has no room for more", value)
@@ -224,6 +225,15 @@ def _between(easy: Any, hard: Any, difficulty: float) -> Any:
         return hard if difficulty >= 0.5 else easy
     # The end is exact, and so is what both presets share.
     return hard if difficulty == 1.0 else _like(easy, easy + difficulty * (hard - easy))
+
+
+def _without_lists(example: Any, value: Any) -> Any:
+    """Return the tuple that a preset holds, which can be hashed, for a list, such as JSON and YAML have."""
+    if not isinstance(value, list):
+        return value
+    values = tuple(_without_lists(None, each) for each in value)
+    named = hasattr(example, "_fields") and len(values) == len(example)
+    return type(example)(*values) if named else values
 
 
 def is_number(value: Any) -> bool:

@@ -91,6 +91,16 @@ def test_tuned_values_replace_the_defaults_of_others(monkeypatch: pytest.MonkeyP
     assert "many_tuned" not in registry.entries()
 
 
+@pytest.mark.parametrize(
+    ("default", "low", "high", "log"),
+    [(2, 9, 1, False), (5.0, 0.0, 1.0, False), (1, 1, 1, False), (0.5, 0.0, 1.0, True)],
+)
+def test_bounds_that_tuning_cannot_search_are_refused(default: float, low: float, high: float, log: bool) -> None:
+    told = f"tunable: expected low < high with the default between them.*, got default {default}, low {low} and high"
+    with pytest.raises(ValueError, match=told):
+        tunable(default, low, high, log=log)
+
+
 def test_what_cannot_be_registered_is_refused_by_name() -> None:
     with pytest.raises(ValueError, match="name: expected one that no tracker has, got 'hold'"):
         register("hold", role="ours", summary="")(_Many)

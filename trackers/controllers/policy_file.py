@@ -89,6 +89,7 @@ def load_policy(file: str) -> Policy:
         ValueError: if there is no such file, or it holds no policy of this format.
     """
     path = policy_path(file)
+    got = repr(file) if str(path) == file else f"{file!r}, whose JSON file would be {str(path)!r}"
     try:
         document = json.loads(path.read_text())
         stored = path.with_suffix(".safetensors").read_bytes()
@@ -107,10 +108,10 @@ def load_policy(file: str) -> Policy:
         policy = Policy(**values)
         _check_shapes(policy)
     except OSError as error:
-        raise ValueError(f"policy: expected a file that can be read, got {str(path)!r}: {error.strerror}") from None
+        raise ValueError(f"policy: expected a file that can be read, got {got}: {error.strerror}") from None
     except (KeyError, TypeError, ValueError, SafetensorError) as error:
         reason = f"no {error} in it" if isinstance(error, KeyError) else str(error)
-        raise ValueError(f"policy: expected a policy of format {FORMAT}, got {str(path)!r}: {reason}") from None
+        raise ValueError(f"policy: expected a policy of format {FORMAT}, got {got}: {reason}") from None
     return policy
 
 

@@ -86,7 +86,8 @@ def test_bench_takes_metrics_and_plots_too(tmp_path: Path, capsys: pytest.Captur
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["--metric", "speed"], "error: metric: expected some of recovery_rate, .*; got 'speed'|, got 'speed'"),
+        (["--metric", "speed"], "error: metric: expected one of recovery_rate, .*; got 'speed'"),
+        (["--metric", "recovery"], r"; got 'recovery' \(did you mean recovery_rate\?\)"),
         (["--plot", "nix"], "error: plot: expected words of one of the titles 'Where is the car .*, got 'nix'"),
     ],
 )

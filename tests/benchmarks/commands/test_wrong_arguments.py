@@ -166,6 +166,28 @@ def test_without_stable_baselines_training_leaves_nothing(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["lead"], "controller: expected one of .*; got 'lead', which steers a harbour-head"),
+        (
+            ["centre", "--controller-values", "wheels=3"],
+            "controller-values: expected pairs of a name and a number, such as gain_per_s 0.8, got other words",
+        ),
+        (["centre", "--controller-values", "wheels", "3"], "centre: expected parameters among .*, got 'wheels'"),
+    ],
+)
+def test_a_wrong_controller_is_told_before_a_training_is_planned(
+    words: list[str], told: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("benchmarks.commands.train.needs_stable_baselines", lambda: None)
+    monkeypatch.setattr("benchmarks.commands.train.train", lambda *_: pytest.fail("it was planned"))
+    assert main(["train", "frameout/RoadTownFollow-v2", "--controller", *words]) == 2
+    assert re.search(told, capsys.readouterr().err)
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_fault_of_the_program_is_not_dressed_up_as_a_wrong_argument(monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(directory: Path) -> None:
         raise ValueError("zip() argument 2 is longer than argument 1")

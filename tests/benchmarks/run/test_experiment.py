@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from benchmarks.report.provenance import provenance
 from benchmarks.run import experiment, jobs
 from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import SET_PATH, Experiment, _suites_in_words, run
@@ -170,6 +171,9 @@ def test_a_tracker_that_fails_is_named_and_has_the_worst_score(tmp_path: Path, t
     assert mean_of(outcome, tracker, "in_view_tnr") == 0.0
     assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+    rows = read_rows(tmp_path)
+    assert {row.get("limit_s", TINY.limit_s) for row in rows} == {limit_s}
+    assert ("--limit-s 0.5" in provenance(rows).command) == (tracker == "fake_slow")
 
 
 def test_a_tracker_cannot_spoil_the_pictures_of_another(tmp_path: Path) -> None:

@@ -165,6 +165,18 @@ def test_difficulty_lies_between_the_presets(difficulty: float) -> None:
     assert preset.traffic_looks in (STANDARD.traffic_looks, HARD.traffic_looks)
 
 
+def test_lists_are_taken_for_tuples_as_json_has_no_tuples() -> None:
+    listed, tupled = (
+        FollowSettings("road-town-v2", "hold", preset="quick", changes=changes).configuration({})
+        for changes in (
+            {"altitude_m": [50.0, 60.0], "street_patterns": ["grid"]},
+            {"altitude_m": (50.0, 60.0), "street_patterns": ("grid",)},
+        )
+    )
+    assert listed == tupled
+    assert hash(listed) == hash(tupled)
+
+
 @pytest.mark.parametrize("difficulty", ["a", True, -0.1, 1.1])
 def test_a_difficulty_is_a_number_from_0_to_1(difficulty: Any) -> None:
     with pytest.raises(ValueError, match="difficulty: expected None or a number from 0 to 1, got "):

@@ -80,6 +80,8 @@ def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
     path = save_policy(random_policy(CARRIER), tmp_path / "mine.json")
     with pytest.raises(ValueError, match=r"policy: expected a file that can be read, got .*missing.json"):
         load_policy(str(tmp_path / "missing.json"))
+    with pytest.raises(ValueError, match=r"got '.*missing.zip', whose JSON file would be '.*missing.json': No such"):
+        load_policy(str(tmp_path / "missing.zip"))
     document = json.loads(path.read_text())
     wrong: list[dict[str, Any]] = [
         {"format": 2},

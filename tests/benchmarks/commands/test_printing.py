@@ -1,0 +1,41 @@
+"""What contestants print never mixes with results."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.cli import main
+from benchmarks.commands.printing import contestants_print_to_stderr
+
+
+def test_this_process_and_those_it_starts_print_to_stderr(capfd: pytest.CaptureFixture[str]) -> None:
+    with contestants_print_to_stderr():
+        print("mine", flush=True)
+        subprocess.run([sys.executable, "-c", "print('its')"], check=True)
+    print("result", flush=True)
+    out, err = capfd.readouterr()
+    assert out == "result\n"
+    assert err == "mine\nits\n"
+
+
+@pytest.mark.usefixtures("fake_suite")
+@pytest.mark.parametrize("workers", ["0", "1"])
+def test_a_tracker_that_prints_leaves_results_as_they_are(
+    workers: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    words = ["bench", "--workers", workers, "--seeds", "0:1", "--trackers", "fake_prints", "--out", str(tmp_path)]
+    words += ["--modules", "tests.fakes_scenario"]
+    assert main([*words, "--json"]) == 0
+    out, err = capfd.readouterr()
+    assert json.loads(out)["failures"] == []
+    assert "frame 20\n" in err
+    assert main([*words, "--csv", "-"]) == 0
+    table = list(csv.DictReader(io.StringIO(capfd.readouterr().out)))
+    assert {row["tracker"] for row in table} == {"fake_prints"}
