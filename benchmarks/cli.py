@@ -12,11 +12,12 @@ import re
 import select
 import sys
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from typing import ClassVar, Protocol, get_args, get_type_hints
 
 import tyro
 
+from benchmarks.commands.printing import contestants_print_to_stderr
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.source_files import ROOT, foreign_packages
 from sim.choices import check_choice, suggestion
@@ -77,7 +78,7 @@ _BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
 Matrices are small here, and threads wait for each other where cores are shared: on two cores, beside two busy
 processes, a tracker with a low-rank background took 146 s with two threads, and 22 s with one.
 """
-_ABOUT_AN_ARGUMENT = re.compile(r"[^\n]+?: expected .*", re.DOTALL)
+_ABOUT_AN_ARGUMENT = re.compile(r"[^\n]+: expected .*", re.DOTALL)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -126,7 +127,8 @@ def _run(arguments: Sequence[str] | None) -> int:
     command: Command | None = None
     try:
         command = _parsed(getattr(importlib.import_module(module), kind), name, rest)
-        load_modules(getattr(command, "modules", ()))
+        with contestants_print_to_stderr():
+            load_modules(getattr(command, "modules", ()))
         return command.run()
     except ValueError as error:
         # Our own messages name the wrong parameter; any other error is a fault of the program and keeps its traceback.
@@ -172,7 +174,7 @@ def _parsed(kind: type[Command], name: str, words: Sequence[str]) -> Command:
     except SystemExit as stop:
         if not stop.code:
             raise
-        raise ValueError(_in_one_line(complaint.getvalue(), name, _options(kind))) from None
+        raise ValueError(_in_one_line(complaint.getvalue(), name, words, _options(kind))) from None
 
 
 def _check_lists(kind: type[Command], words: Sequence[str]) -> None:
@@ -193,7 +195,13 @@ def _options(kind: type[Command]) -> list[str]:
     return [f"--{name.replace('_', '-')}" for name in named]
 
 
-def _in_one_line(complaint: str, name: str, options: Sequence[str]) -> str:
+def _given(option: str, words: Sequence[str]) -> str:
+    """Return the values of an option, as they were typed."""
+    values = takewhile(lambda word: not word.startswith("--"), words[words.index(f"--{option}") + 1 :])
+    return repr(" ".join(values))
+
+
+def _in_one_line(complaint: str, name: str, words: Sequence[str], options: Sequence[str]) -> str:
     """Return tyro's boxed complaint as ``parameter: expected …, got …``; ``options``: of the command."""
     lines = [re.sub(r"[│╭╮╰╯─]|^-+$", "", line.strip()).strip() for line in complaint.splitlines()]
     text = " ".join(line for line in lines if line)
@@ -204,7 +212,8 @@ def _in_one_line(complaint: str, name: str, options: Sequence[str]) -> str:
         return f"{unparsed[2]}: expected {expected}, got {unparsed[3].split(' ')[0]}"
     pairs = re.search(r"Error parsing --([\w.-]+): Failed to parse key-value pairs", text)
     if pairs:
-        return f"{pairs[1]}: expected pairs of a name and a number, such as gain_per_s 0.8, got other words"
+        wanted = "pairs of a name and a number, such as gain_per_s 0.8"
+        return f"{pairs[1]}: expected {wanted}, got {_given(pairs[1], words)}"
     chosen = re.search(r"invalid choice '(\S*)' for argument '(?:--)?([\w.-]+)'. Expected one of \((.*?)\)", text)
     if chosen:
         known = re.findall(r"'(\S+?)'", chosen[3])

@@ -24,6 +24,7 @@ from benchmarks.report.numbers import counted
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import Progress, make_folder
 from scenarios import catalog
+from scenarios.envs.actions import check_values
 from scenarios.envs.pictureless.bank import is_playable
 from scenarios.envs.pictureless.error_model import error_model
 from scenarios.envs.pictureless.vector_env import Starts
@@ -119,7 +120,7 @@ class Train(WithModules):
             if training.controller_name != "none":
                 # Told before the planning, which takes minutes.
                 carrier = catalog.scenario(training.scenario).carrier.name
-                controller_entry(training.controller_name, carrier).parameters(**training.controller_values)
+                check_values(controller_entry(training.controller_name, carrier), training.controller_values)
         out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
         make_folder(out)
         settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset_name)

@@ -76,7 +76,11 @@ def rejudge(directory: Path, data: str | None, workers: int, modules: tuple[str,
     done = new = 0
     for blocks in joblib.Parallel(n_jobs=max(workers, 1), return_as="generator", batch_size=1)(calls):
         for block in blocks:
-            if _timeless(block) != _timeless(old.get(block_key(block[0]), [])):
+            before = old.get(block_key(block[0]), [])
+            # Answers do not hold the time limit that they were given under; the rows do.
+            limited = {name: before[0][name] for name in ("limit_s",) if before and name in before[0]}
+            block = [row | limited for row in block]
+            if _timeless(block) != _timeless(before):
                 append_block(directory, block)
                 new += 1
         done += len(blocks)

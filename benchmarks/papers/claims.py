@@ -131,15 +131,11 @@ def print_matrix(matrix: Matrix) -> None:
 
 
 def print_table(title: str, words: str | None, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table of texts with words below it; names in the first column stay whole.
-
-    A column without any text is left out.
-    """
+    """Print a table of texts with words below it, without columns that have no text; columns of names stay whole."""
     table = Table(title=title, caption=words, caption_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    told = [texts for texts in zip(heads, *rows, strict=True) if any(texts[1:])]
+    told = [texts for texts in zip(heads, *rows, strict=True) if any(texts[1:]) or not rows]
     for head, *texts in told:
-        named = head == heads[0] and not any(" " in text for text in texts)
-        table.add_column(head, overflow="fold", no_wrap=named)
+        table.add_column(head, overflow="fold", no_wrap=not any(" " in text for text in texts))
     for row in zip(*(texts[1:] for texts in told), strict=True):
         table.add_row(*row)
     console_of().print(table)

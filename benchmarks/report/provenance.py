@@ -10,6 +10,7 @@ from typing import Any
 from benchmarks.report.numbers import ranges_text
 from benchmarks.results.ledger import TEST_SPLIT
 from benchmarks.run.experiment import SET_PATH
+from benchmarks.run.jobs import Job
 from benchmarks.run.records import HUMAN, LAST_METRIC, REAL, Row
 from benchmarks.suites.registry import event_of, suite
 from scenarios import catalog
@@ -102,9 +103,9 @@ def _command(rows: Sequence[Row], seeds: Sequence[int]) -> str:
     controllers = _controllers(rows)
     parts += ["--controllers", *controllers] if controllers else []
     parts += ["--trackers", *trackers]
-    # The shortest of several, as nobody knows which trackers another one would have ended.
-    limits = [each["limit_s"] for each in rows if "limit_s" in each]
-    parts += ["--limit-s", f"{min(limits):g}"] if limits else []
+    # The shortest of several, as nobody knows which trackers it would have ended under the others.
+    limit_s = min(each.get("limit_s", Job.limit_s) for each in rows)
+    parts += ["--limit-s", f"{limit_s:g}"] if limit_s != Job.limit_s else []
     return shlex.join([*parts, "--modules", *modules] if modules else parts)
 
 

@@ -54,4 +54,5 @@ def _jobs(rows: Sequence[Row], seed: int) -> list[Job]:
     if any(job.controller is not None for job in jobs):
         return jobs
     modules = tuple(dict.fromkeys(name for job in jobs for name in job.modules))
-    return [replace(jobs[0], trackers=tuple(name for job in jobs for name in job.trackers), modules=modules)]
+    trackers = tuple(name for job in jobs for name in job.trackers)
+    return [replace(jobs[0], trackers=trackers, modules=modules, limit_s=min(job.limit_s for job in jobs))]

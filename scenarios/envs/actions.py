@@ -79,12 +79,12 @@ def action_count(settings: FollowSettings, carrier: Carrier) -> int:
         return len(carrier.axes)
     if settings.action == "correction":
         if isinstance(settings.controller, str):
-            _check_values(controller_entry(settings.controller, carrier.name), settings.controller_values)
+            check_values(controller_entry(settings.controller, carrier.name), settings.controller_values)
         return len(carrier.axes)
     entry = _named_entry(settings, carrier)
     count = len(entry.tunables())
     check("controller", count > 0, "one with parameters to set, for the action 'parameters'", repr(entry.name))
-    _check_values(entry, settings.controller_values)
+    check_values(entry, settings.controller_values)
     return count
 
 
@@ -126,7 +126,7 @@ def _commanded(controller: Controller, observation: Observation, estimate: Estim
     return command
 
 
-def _check_values(entry: ControllerEntry, values: Mapping[str, Any]) -> None:
+def check_values(entry: ControllerEntry, values: Mapping[str, Any]) -> None:
     """Raise ValueError for values that are not of a controller."""
     try:
         entry.parameters(**values)

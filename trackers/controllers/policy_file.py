@@ -89,7 +89,7 @@ def load_policy(file: str) -> Policy:
         ValueError: if there is no such file, or it holds no policy of this format.
     """
     path = policy_path(file)
-    got = repr(file) if str(path) == file else f"{file!r}, whose JSON file would be {str(path)!r}"
+    got = repr(file) if path == Path(file) else f"{file!r}, whose JSON file would be {str(path)!r}"
     try:
         document = json.loads(path.read_text())
         stored = path.with_suffix(".safetensors").read_bytes()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -23,6 +24,22 @@ def test_this_process_and_those_it_starts_print_to_stderr(capfd: pytest.CaptureF
     out, err = capfd.readouterr()
     assert out == "result\n"
     assert err == "mine\nits\n"
+
+
+def test_what_waits_in_a_buffer_goes_to_stderr_too() -> None:
+    script = """
+import ctypes, sys
+from benchmarks.commands.printing import contestants_print_to_stderr
+stdout = sys.stdout
+with contestants_print_to_stderr():
+    stdout.write("kept\\n")
+    ctypes.CDLL(None).puts(b"native")
+print("result")
+"""
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    done = subprocess.run([sys.executable, "-c", script], env=buffered, capture_output=True, text=True, check=True)
+    assert done.stdout == "result\n"
+    assert sorted(done.stderr.split()) == ["kept", "native"]
 
 
 @pytest.mark.usefixtures("fake_suite")

@@ -172,9 +172,12 @@ def test_without_stable_baselines_training_leaves_nothing(
         (["lead"], "controller: expected one of .*; got 'lead', which steers a harbour-head"),
         (
             ["centre", "--controller-values", "wheels=3"],
-            "controller-values: expected pairs of a name and a number, such as gain_per_s 0.8, got other words",
+            "controller-values: expected pairs of a name and a number, such as gain_per_s 0.8, got 'wheels=3'",
         ),
-        (["centre", "--controller-values", "wheels", "3"], "centre: expected parameters among .*, got 'wheels'"),
+        (
+            ["centre", "--controller-values", "wheels", "3"],
+            "controller_values: centre: expected parameters among .*, got 'wheels'",
+        ),
     ],
 )
 def test_a_wrong_controller_is_told_before_a_training_is_planned(

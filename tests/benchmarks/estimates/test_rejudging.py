@@ -69,6 +69,12 @@ def test_frames_may_come_from_a_data_set(kept: Path, copied: Path, town: str, mo
     assert set(stepped) == {0}
 
 
+def test_rows_keep_the_time_limit_that_they_were_made_under(tmp_path: Path) -> None:
+    run(replace(TOWN, trackers=("fake_still",), seeds=range(3, 4), limit_s=30.0), tmp_path)
+    assert judged_again(tmp_path) == Rejudged(same=1, new=0, moved=None)
+    assert {row["limit_s"] for row in rows_in(tmp_path)} == {30.0}
+
+
 def test_in_closed_loop_the_camera_obeys_what_it_obeyed(tmp_path: Path) -> None:
     steered = replace(TOWN, presets=("brief-loop",), trackers=("fake_knowing", "fake_raises"), seeds=range(3, 4))
     run(steered, tmp_path)

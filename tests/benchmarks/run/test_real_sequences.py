@@ -249,15 +249,6 @@ def test_a_broken_picture_ends_the_run_with_its_name(tmp_path: Path, capsys: pyt
     assert "img/0007.png: expected a picture that can be read, got 4 other bytes" in capsys.readouterr().err
 
 
-def test_a_broken_box_ends_the_run_with_its_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    boxes = write_otb(tmp_path / "Car(1), again") / "groundtruth_rect.txt"
-    lines = boxes.read_text().splitlines()
-    boxes.write_text("\n".join([*lines[:2], "hello", *lines[3:]]))
-    assert bench(boxes.parent, tmp_path / "out") == 2
-    told = "error: Car(1), again/groundtruth_rect.txt, line 3: expected left,top,width,height, got 'hello'\n"
-    assert capsys.readouterr().err.endswith(told)
-
-
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("exported")

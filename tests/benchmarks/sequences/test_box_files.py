@@ -10,7 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.cli import main
 from benchmarks.sequences.box_files import read_boxes
+from tests.benchmarks.sequences.written import write_otb
 
 PLACE = st.floats(-1e5, 1e5, allow_nan=False).map(lambda number: round(number, 3))
 LENGTH = st.floats(0.5, 1e4).map(lambda number: round(number, 3))
@@ -73,3 +75,13 @@ def test_four_zeros_are_no_box(tmp_path: Path) -> None:
     path = tmp_path / "boxes.txt"
     path.write_text("1 1 2 2\n0 0 0 0\n")
     assert np.isnan(read_boxes(path)).tolist() == [[False] * 4, [True] * 4]
+
+
+def test_a_broken_box_ends_a_bench_with_its_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    boxes = write_otb(tmp_path / "Car(1), again") / "groundtruth_rect.txt"
+    lines = boxes.read_text().splitlines()
+    boxes.write_text("\n".join([*lines[:2], "hello", *lines[3:]]))
+    words = ["bench", "frame-out", "--real", str(boxes.parent), "--trackers", "hold", "--out", str(tmp_path / "out")]
+    assert main(words) == 2
+    told = "error: Car(1), again/groundtruth_rect.txt, line 3: expected left,top,width,height, got 'hello'\n"
+    assert capsys.readouterr().err.endswith(told)
