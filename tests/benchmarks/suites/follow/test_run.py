@@ -259,7 +259,7 @@ def test_results_over_two_links_are_not_compared(tmp_path: Path, capsys: pytest.
     [
         (["--controllers", "nix"], "controllers: expected one of .*hold.*; got 'nix'"),
         (["--controllers", "set-path"], "controllers: expected one of .*hold.*; got 'set-path'"),
-        (["--controllers", "policy:nix"], "policy: expected a file that can be read, got 'nix.json'"),
+        (["--controllers", "policy:nix"], "policy: expected a file that can be read, got 'nix', whose JSON"),
         (["--trackers", "stereo_people"], "trackers: expected one of .*; got 'stereo_people'"),
         (["--link", "nix"], "link: expected one of prompt, delayed, noisy; got 'nix'"),
         (["--scenario", "stereo-follow"], "scenario: expected one of fake-town-v1; got 'stereo-follow-v2'"),
