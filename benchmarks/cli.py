@@ -196,9 +196,12 @@ def _options(kind: type[Command]) -> list[str]:
 
 
 def _given(option: str, words: Sequence[str]) -> str:
-    """Return the values of an option, as they were typed."""
-    values = takewhile(lambda word: not word.startswith("--"), words[words.index(f"--{option}") + 1 :])
-    return repr(" ".join(values))
+    """Return the values of an option, as they were typed: ``--option a b``, or ``--option=a b``; ``_`` is ``-``."""
+    names = [word.replace("_", "-").partition("=")[0] for word in words]
+    place = names.index(f"--{option}")
+    joined = words[place].partition("=")[2]
+    following = takewhile(lambda word: not word.startswith("--"), words[place + 1 :])
+    return repr(" ".join([joined, *following]).strip())
 
 
 def _in_one_line(complaint: str, name: str, words: Sequence[str], options: Sequence[str]) -> str:

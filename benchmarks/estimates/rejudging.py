@@ -78,7 +78,7 @@ def rejudge(directory: Path, data: str | None, workers: int, modules: tuple[str,
         for block in blocks:
             before = old.get(block_key(block[0]), [])
             # Answers do not hold the time limit that they were given under; the rows do.
-            limited = {name: before[0][name] for name in ("limit_s",) if before and name in before[0]}
+            limited = {"limit_s": before[0]["limit_s"]} if before and "limit_s" in before[0] else {}
             block = [row | limited for row in block]
             if _timeless(block) != _timeless(before):
                 append_block(directory, block)

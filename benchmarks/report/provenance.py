@@ -103,7 +103,7 @@ def _command(rows: Sequence[Row], seeds: Sequence[int]) -> str:
     controllers = _controllers(rows)
     parts += ["--controllers", *controllers] if controllers else []
     parts += ["--trackers", *trackers]
-    # The shortest of several, as nobody knows which trackers it would have ended under the others.
+    # The shortest of several: a tracker that it ended may not end under a longer one.
     limit_s = min(each.get("limit_s", Job.limit_s) for each in rows)
     parts += ["--limit-s", f"{limit_s:g}"] if limit_s != Job.limit_s else []
     return shlex.join([*parts, "--modules", *modules] if modules else parts)

@@ -51,8 +51,8 @@ class FollowEnv(gym.Env, EzPickle):
 
     def __init__(self, scenario: str, render_mode: str | None = None, **settings: Any) -> None:
         EzPickle.__init__(self, scenario, render_mode, **settings)
-        wanted = "no such keyword here, as envs without pictures come from gym.make_vec(…, pictures=False) alone"
-        wanted = f"{wanted}, without a vectorization_mode"
+        alone = "gym.make_vec(…, pictures=False) alone, without a vectorization_mode"
+        wanted = f"no such keyword here, as envs without pictures come from {alone}"
         check("pictures", "pictures" not in settings, wanted, settings.get("pictures"))
         for name in settings:
             check_choice("keywords", name, KEYWORDS)

@@ -11,6 +11,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 from benchmarks.cli import main
 from benchmarks.commands.printing import contestants_print_to_stderr
@@ -47,6 +48,8 @@ print("result")
 def test_a_tracker_that_prints_leaves_results_as_they_are(
     workers: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
+    # Worker processes that an earlier test has left print where that test printed.
+    get_reusable_executor().shutdown(wait=True)
     words = ["bench", "--workers", workers, "--seeds", "0:1", "--trackers", "fake_prints", "--out", str(tmp_path)]
     words += ["--modules", "tests.fakes_scenario"]
     assert main([*words, "--json"]) == 0

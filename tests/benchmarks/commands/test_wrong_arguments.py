@@ -174,6 +174,7 @@ def test_without_stable_baselines_training_leaves_nothing(
             ["centre", "--controller-values", "wheels=3"],
             "controller-values: expected pairs of a name and a number, such as gain_per_s 0.8, got 'wheels=3'",
         ),
+        (["centre", "--controller_values=wheels", "3", "x"], r"a number, such as gain_per_s 0.8, got 'wheels 3 x'"),
         (
             ["centre", "--controller-values", "wheels", "3"],
             "controller_values: centre: expected parameters among .*, got 'wheels'",

