@@ -129,18 +129,26 @@ class _Page:
 
     def difference(self, name: str, contestant: str, other: str, metric: str) -> str:
         """See the module."""
+        if not any(_is_of(each, contestant) for each in self._read(name)["comparisons"]):
+            # Only comparisons of ours are kept.
+            return self._paired((name, contestant), (name, other), metric)
         entry = _entry(self._read(name), "comparisons", contestant, metric, other)
         return _number({**entry, "mean": entry["difference"], "unit": suite(entry["suite"]).metric(metric).unit})
 
     def change(self, name: str, other: str, contestant: str, metric: str) -> str:
         """See the module."""
-        judged = suite(self._read(name)["summary"][0]["suite"]).metric(metric)
-        first, second = ([row for row in self._rows_of(each) if label(row) == contestant] for each in (name, other))
-        found = paired(first, second, judged)
+        return self._paired((name, contestant), (other, contestant), metric)
+
+    def _paired(self, first: tuple[str, str], second: tuple[str, str], metric: str) -> str:
+        """Return a contestant of a table minus another one, paired over the seeds that both have."""
+        judged = suite(self._read(first[0])["summary"][0]["suite"]).metric(metric)
+        mine, others = (
+            [row for row in self._rows_of(name) if label(row) == contestant] for name, contestant in (first, second)
+        )
+        found = paired(mine, others, judged)
         if found is None:
-            raise ValueError(
-                f"change: expected rows of {contestant} with {metric} on common seeds of {name} and {other}, got none"
-            )
+            both = " and ".join(f"{contestant} in {name}" for name, contestant in (first, second))
+            raise ValueError(f"difference: expected rows with {metric} on common seeds of {both}, got none")
         return _number(
             {"mean": found.difference, "ci_low": found.ci_low, "ci_high": found.ci_high, "unit": judged.unit}
         )
@@ -179,14 +187,16 @@ def _entry(shown: TableFile, key: str, contestant: str, metric: str, other: str 
     found = [
         entry
         for entry in shown[key]
-        if entry["metric"] == metric
-        and contestant in (entry["tracker"], f"{entry.get('controller')}+{entry['tracker']}")
-        and entry.get("other") == other
+        if entry["metric"] == metric and _is_of(entry, contestant) and entry.get("other") == other
     ]
     wanted = f"one number of {contestant}{f' against {other}' if other else ''} in {metric}"
     check("value", len(found) == 1, f"{wanted} in {shown.name}", len(found))
     entry: Mapping[str, Any] = found[0]
     return entry
+
+
+def _is_of(entry: Mapping[str, Any], contestant: str) -> bool:
+    return contestant in (entry["tracker"], f"{entry.get('controller')}+{entry['tracker']}")
 
 
 def _number(entry: Mapping[str, Any], *, sign: bool = False) -> str:

@@ -116,7 +116,7 @@ def test_a_contestant_without_a_number_has_no_line(published: dict[str, Any]) ->
     assert {each["tracker"] for each in others} == set(re.findall(r"^\| `(\w+)`", shown, re.MULTILINE))
 
 
-def test_numbers_in_prose_come_from_the_tables(published: dict[str, Any]) -> None:
+def test_numbers_in_prose_come_from_the_tables(published: dict[str, Any], tmp_path: Path) -> None:
     text = rendered(
         "{{ value('first', 'sharp', 'recovery_rate') }} {{ value('first', 'sharp', 'offscreen_error_30_m') }}"
     )
@@ -128,8 +128,14 @@ def test_numbers_in_prose_come_from_the_tables(published: dict[str, Any]) -> Non
         for each in published["comparisons"]
         if (each["tracker"], each["other"], each["metric"]) == ("sharp", "blunt", "recovery_rate")
     ]
-    text = rendered("{{ difference('first', 'sharp', 'blunt', 'recovery_rate') }}")
-    assert text == percents({**found, "mean": found["difference"]}).replace("-", "\u2212")
+    call = "{{ difference('first', 'sharp', 'blunt', 'recovery_rate') }}"
+    assert rendered(call) == percents({**found, "mean": found["difference"]}).replace("-", "\u2212")
+    # Comparisons of others than ours are not kept: they are made from the rows.
+    write_rows(tmp_path)
+    table_files.rows_file("first").write_bytes(lzma.compress((tmp_path / FILE_NAME).read_bytes()))
+    kept = rendered(call)
+    keep("first", published, comparisons=[])
+    assert rendered(call) == kept
 
 
 def test_a_contestant_is_compared_between_tables_on_their_common_seeds(
@@ -155,7 +161,10 @@ def test_a_contestant_is_compared_between_tables_on_their_common_seeds(
     found, low, high = map(float, re.findall(r"[\d.]+", text))
     assert found == pytest.approx(2.0 * mean, rel=0.005)
     assert 0.0 < low < found < high
-    with pytest.raises(ValueError, match="change: expected rows of nix with recovery_rate on common seeds"):
+    with pytest.raises(
+        ValueError,
+        match="difference: expected rows with recovery_rate on common seeds of nix in second and nix in first",
+    ):
         rendered("{{ change('second', 'first', 'nix', 'recovery_rate') }}")
 
 
