@@ -20,7 +20,7 @@ from benchmarks.report.metric_definitions import MetricDefinition, metric_defini
 from benchmarks.report.reference import reference_page
 from benchmarks.run.contestants import entrants
 from benchmarks.run.versions import hash_of_survey
-from benchmarks.suites.registry import suites
+from benchmarks.suites.registry import Suite, suites
 from scenarios import catalog
 from scenarios.scenario import Survey
 from sim.checks import check
@@ -200,10 +200,15 @@ def _envs() -> list[tuple[str, str, str]]:
 
 
 def _suites() -> list[tuple[str, str, str]]:
-    return [
-        (suite.name, f"{', '.join(scene.scenario for scene in suite.scenes)} {suite.preset}", suite.summary)
-        for suite in suites().values()
-    ]
+    return [(suite.name, "; ".join(_scenes(suite)), suite.summary) for suite in suites().values()]
+
+
+def _scenes(suite: Suite) -> Iterator[str]:
+    """Yield the scenarios of a suite with the presets that it runs if none is named."""
+    for scene in suite.scenes:
+        preset, known = scene.preset or suite.preset, catalog.scenario(scene.scenario).presets
+        # A scenario without the suite's preset runs only when one of its own is named.
+        yield f"{scene.scenario} {preset}" if preset in known else f"{scene.scenario} (--preset {', '.join(known)})"
 
 
 def _carriers() -> list[str]:

@@ -32,15 +32,14 @@ class Show(WithModules):
         """Write it; return the exit status."""
         needs_data()
         # After the check, since they import these packages.
-        from benchmarks.data_sets.data_set import DataSet
+        from benchmarks.data_sets.data_set import whole_set
         from benchmarks.data_sets.page.page import PAGE, render_page
         from benchmarks.data_sets.places import put
 
-        data = DataSet(self.directory)
         if self.out is not None:
             check_file(self.out, "out")
-        page = render_page(data)
-        data.close()
+        with whole_set(self.directory) as data:
+            page = render_page(data)
         if self.out is None:
             put(data.files, f"{data.root}/{PAGE}", page.encode())
             print(f"{self.directory.rstrip('/')}/{PAGE}")

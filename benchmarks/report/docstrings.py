@@ -28,7 +28,8 @@ def place_of(thing: Any) -> str:
 def attribute_meanings(kind: Any) -> dict[str, str]:
     """Return field -> its text in the docstrings of a dataclass or named tuple and its bases; "" for one without.
 
-    Several may share a text, ``low, high: ends``, and a line, ``first: text. second: text.``
+    Several may share a line, ``first: text. second: text.``, and a text, ``low, high: ends``, which then begins with
+    their names.
     """
     names = [field.name for field in dataclasses.fields(kind)] if dataclasses.is_dataclass(kind) else list(kind._fields)
     meanings = dict.fromkeys(names, "")
@@ -43,8 +44,9 @@ def _in_docstring(kind: type, names: list[str]) -> dict[str, str]:
     name = "|".join(map(re.escape, sorted(names, key=len, reverse=True)))
     heads = list(re.finditer(rf"(?:^|(?<=[.;,)] ))((?:{name})(?:, (?:{name}))*): ", text))
     ends = [*(head.start() for head in heads[1:]), len(text)]
-    return {
-        mine: text[head.end() : end].strip(" ;,").removesuffix(".")
-        for head, end in zip(heads, ends, strict=False)
-        for mine in head[1].split(", ")
-    }
+    meanings: dict[str, str] = {}
+    for head, end in zip(heads, ends, strict=False):
+        mine, words = head[1].split(", "), text[head.end() : end].strip(" ;,").removesuffix(".")
+        shared = f"{', '.join(f'`{name}`' for name in mine)}: " if len(mine) > 1 else ""
+        meanings |= dict.fromkeys(mine, f"{shared}{words}")
+    return meanings

@@ -50,7 +50,7 @@ class SequenceEpisode:
         picture = read_picture(path)
         height, width = self._camera.height_px, self._camera.width_px
         got = f"{picture.shape[1]} x {picture.shape[0]}"
-        check(short(path), picture.shape[:2] == (height, width), f"{width} x {height} pixels as the first one", got)
+        check(short(path, 3), picture.shape[:2] == (height, width), f"{width} x {height} pixels as the first one", got)
         self._next += 1
         return Frame(Observation(picture, k / self.rate_hz, self._camera), self._truth(k))
 

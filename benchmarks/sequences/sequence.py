@@ -58,9 +58,9 @@ class Collection:
     sequences: tuple[BoxedSequence, ...]
 
 
-def short(path: Path) -> str:
-    """Return the last two parts of a path, for messages."""
-    return "/".join(path.parts[-2:])
+def short(path: Path, parts: int = 2) -> str:
+    """Return the last parts of a path, for messages."""
+    return "/".join(path.parts[-parts:])
 
 
 def boxed_sequence(
@@ -110,5 +110,7 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
     """Return a picture (H, W, 3), red first, as its pixels lie in the file. Raises ValueError if it is broken."""
     picture = cv2.imread(str(path), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
     if picture is None:
-        raise ValueError(f"{short(path)}: expected a picture that can be read, got {path.stat().st_size} other bytes")
+        # Pictures of OTB lie in NAME/img.
+        got = f"{path.stat().st_size} other bytes"
+        raise ValueError(f"{short(path, 3)}: expected a picture that can be read, got {got}")
     return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), dtype=np.uint8)

@@ -114,9 +114,22 @@ def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.f
     except (TypeError, ValueError):
         given = np.empty(0)
     good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
-    # ``actions`` is formatted only on refusal: formatting takes longer than many a step.
-    check("action", good, f"numbers of shape {shape} from -1 to 1", actions)
+    # Formatted only on refusal: formatting takes longer than many a step.
+    check(
+        "action",
+        good,
+        f"numbers of shape {shape} from -1 to 1",
+        actions if good else _first_wrong(given, shape, actions),
+    )
     return given
+
+
+def _first_wrong(given: NDArray[np.float64], shape: tuple[int, ...] | None, actions: Any) -> Any:
+    """Return what is wrong with actions: of many envs', the first one that is."""
+    if given.shape != shape or given.ndim != 2:
+        return f"shape {given.shape}" if given.ndim == 2 else actions
+    wrong = int(np.argmin((np.abs(given) <= 1.0 + _TOLERANCE).all(axis=1)))
+    return f"{given[wrong]} of env {wrong}"
 
 
 def _commanded(controller: Controller, observation: Observation, estimate: Estimate) -> CameraCommand:

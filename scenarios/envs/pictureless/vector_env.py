@@ -77,10 +77,10 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self.settings = _checked(FollowSettings(scenario, tracker, **settings))
         self.carrier = catalog.scenario(scenario).carrier
         preset = self.settings.configuration({})
+        check("bank", bank is None or isinstance(bank, EpisodeBank), "None or an EpisodeBank", repr(bank))
+        check("model", model is None or isinstance(model, ErrorModel), "None or an ErrorModel", repr(model))
         if bank is None:
-            good = isinstance(seeds, Iterable) and not isinstance(seeds, str)
-            check("seeds", good, "whole numbers, e.g. range(256)", repr(seeds))
-            bank = episode_bank(scenario, preset, seeds, None if cache is None else Path(cache))
+            bank = episode_bank(scenario, preset, _checked_seeds(seeds), _checked_cache(cache))
         check("bank", bank.preset == preset, f"episodes of the configuration {preset}", bank.preset)
         self.bank, self.num_envs = bank, num_envs
         model = error_model(scenario, tracker) if model is None else model
@@ -253,3 +253,20 @@ def _checked(settings: FollowSettings) -> FollowSettings:
     check("randomise", not settings.randomise, "nothing without pictures", settings.randomise)
     check("worlds", settings.worlds == 0, "0 without pictures, where there are none", settings.worlds)
     return settings
+
+
+def _checked_seeds(seeds: Any) -> Iterable[int]:
+    """Return seeds, or raise ValueError."""
+    wanted = "whole numbers >= 0, e.g. range(256)"
+    check("seeds", isinstance(seeds, Iterable) and not isinstance(seeds, str), wanted, repr(seeds))
+    known = list(seeds)
+    wrong = [seed for seed in known if not isinstance(seed, int | np.integer) or seed < 0]
+    check("seeds", not wrong, wanted, f"{wrong[0]!r} among them" if wrong else "")
+    return known
+
+
+def _checked_cache(cache: Any) -> Path | None:
+    """Return the folder, or raise ValueError."""
+    good = cache is None or (isinstance(cache, str | Path) and (not Path(cache).exists() or Path(cache).is_dir()))
+    check("cache", good, "None or a folder", repr(cache))
+    return None if cache is None else Path(cache)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -47,12 +49,33 @@ def test_wrong_arguments_are_named(
     assert not (tmp_path / "out").exists()
 
 
-def test_a_damaged_data_set_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("command", ["export", "show"])
+@pytest.mark.parametrize(
+    ("name", "damage", "what"),
+    [
+        ("pixels-00000.tar", lambda file: file.write_bytes(file.read_bytes()[:40_000]), "expected .* bytes, got"),
+        ("pixels-00000.tar", Path.unlink, "expected a file of the episode, got none"),
+        ("objects.parquet", Path.unlink, "expected a whole table, got"),
+        ("frames.parquet", lambda file: file.write_bytes(b"junk"), "expected a whole table, got"),
+    ],
+    ids=["a part of a shard", "no shard", "no table", "no table but junk"],
+)
+def test_a_damaged_data_set_is_named_in_one_line(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+    name: str,
+    damage: Callable[[Path], object],
+    what: str,
+) -> None:
     data = painted_data_set(tmp_path / "set", seeds=(0, 1))
-    shard = next((tmp_path / "set" / "episodes" / "000000").glob("pixels-*.tar"))
-    shard.write_bytes(shard.read_bytes()[:40_000])
-    assert main(["export", data.url, "--format", "otb", "--out", str(tmp_path / "out"), *MODULES]) == 2
-    assert capsys.readouterr().err.startswith("error: directory: expected a whole data set (see frameout verify), got")
+    damage(tmp_path / "set" / "episodes" / "000000" / name)
+    words = ["--format", "coco", "--out", str(tmp_path / "out")] if command == "export" else []
+    assert main([command, data.url, *words, *MODULES]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    told = rf"error: directory: expected a whole data set \(see frameout verify\), got /.*{name}: {what}"
+    assert re.match(told, line), line
+    assert not (tmp_path / "out").exists()
 
 
 def test_missing_packages_are_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -40,9 +40,10 @@ SURVEY = CountsFrames()
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the file of contents, with the fake town as the only scenario."""
+    """Return the file of contents, with the fake town as the only scenario, which no suite has."""
     (entry,) = (entry for entry in catalog.entries() if entry.id == FAKE)
     monkeypatch.setattr(catalog, "_ENTRIES", (dataclasses.replace(entry, survey=f"{__name__}:SURVEY"),))
+    monkeypatch.setattr(list_all, "suites", dict)
     monkeypatch.setattr(list_all, "_CONTENTS", tmp_path / "contents.json")
     return tmp_path / "contents.json"
 
@@ -65,6 +66,14 @@ def test_what_is_measured_is_kept_and_shown(kept: Path, capsys: pytest.CaptureFi
     kept.write_text(json.dumps({FAKE: {**contents[FAKE], "code": "other"}}))
     assert main(["list"]) == 0
     assert "with another version of the code" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_suite_is_listed_with_the_presets_that_its_scenes_run_with(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "--json"]) == 0
+    listed = {each["name"]: each["kind"] for each in json.loads(capsys.readouterr().out)["suites"]}
+    steered = "road-town standard; stereo-follow standard; fish-tank standard; harbour patrol"
+    assert listed["follow"] == steered
+    assert listed["stereo"] == "stereo-follow standard; paper-sheet (--preset paper-b1, paper-b2)"
 
 
 def test_names_are_whole_in_a_narrow_terminal(

@@ -146,7 +146,8 @@ def test_meanings_are_read_from_a_docstring() -> None:
         gain: float
         secret: int
 
-    expected = ("of the picture", "of the picture", "frames a second; 0 for none", "(3,) of each colour", "")
+    shared = "`width_px`, `height_px`: of the picture"
+    expected = (shared, shared, "frames a second; 0 for none", "(3,) of each colour", "")
     assert tuple(attribute_meanings(Camera).values()) == expected
 
 

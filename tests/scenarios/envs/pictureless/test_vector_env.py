@@ -107,7 +107,12 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
     [
         ({"starts": "anywhere"}, "starts: expected one of"),
         ({"foo": 1}, "keywords: expected one of max_episode_steps, .*preset.*; got 'foo'"),
-        ({"seeds": 5, "bank": None}, r"seeds: expected whole numbers, e\.g\. range\(256\), got 5"),
+        ({"seeds": 5, "bank": None}, r"seeds: expected whole numbers >= 0, e\.g\. range\(256\), got 5"),
+        ({"seeds": [3, -1], "bank": None}, r"seeds: expected whole numbers >= 0, .*, got -1 among them"),
+        ({"seeds": [0.5], "bank": None}, r"seeds: expected whole numbers >= 0, .*, got 0.5 among them"),
+        ({"cache": __file__, "bank": None}, "cache: expected None or a folder, got '.*test_vector_env.py'"),
+        ({"bank": "x"}, "bank: expected None or an EpisodeBank, got 'x'"),
+        ({"model": "x"}, "model: expected None or an ErrorModel, got 'x'"),
         ({"observation": "pixels"}, "observation: expected 'track'"),
         ({"action": "parameters", "controller": "centre"}, "action: expected one of"),
         ({"preset": "hard"}, "bank: expected episodes of"),
@@ -151,8 +156,14 @@ def test_steps_are_checked() -> None:
     with pytest.raises(gym.error.ResetNeeded):
         made.step(np.zeros((2, 4)))
     made.reset(seed=0)
-    with pytest.raises(ValueError, match="action: expected numbers of shape"):
+    with pytest.raises(
+        ValueError, match=r"action: expected numbers of shape \(2, 4\) .*, got \[0. 0. 2. 0.\] of env 1"
+    ):
+        made.step(np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0]]))
+    with pytest.raises(ValueError, match=r"action: .*, got \[nan nan nan nan\] of env 0"):
         made.step(np.full((2, 4), np.nan))
+    with pytest.raises(ValueError, match=r"action: .*, got shape \(2, 3\)"):
+        made.step(np.zeros((2, 3)))
     with refusal:
         made.reset(options={"episode_seed": 99})
     made.close()
