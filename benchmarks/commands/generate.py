@@ -30,6 +30,7 @@ from benchmarks.run.experiment import check_renderer
 from benchmarks.run.packages import needs_data
 from benchmarks.run.versions import package_versions, scene_version
 from scenarios import catalog
+from sim.checks import check
 
 if TYPE_CHECKING:
     from benchmarks.data_sets.generating import Forecast
@@ -84,7 +85,7 @@ class Generate(WithModules):
         """Make it; return the exit status."""
         needs_data()
         from benchmarks.data_sets.generating import Workers, forecast, generate
-        from benchmarks.data_sets.request import Request, channels_wanted
+        from benchmarks.data_sets.request import Request, channels_wanted, existing_channels
 
         scenario, seeds = catalog.scenario(self.scenario), self._seeds()
         request = Request(
@@ -100,6 +101,9 @@ class Generate(WithModules):
             scene_version(scenario.id, self.preset),
             package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )
+        existing = existing_channels(request)
+        for channel in names(self.channels):
+            check("channels", channel in existing, f"some of {', '.join(existing)}", repr(channel))
         request = dataclasses.replace(request, channels=channels_wanted(request, names(self.channels)))
         workers = cores(self.workers)
         if self.dry_run:

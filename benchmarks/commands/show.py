@@ -32,14 +32,17 @@ class Show(WithModules):
         """Write it; return the exit status."""
         needs_data()
         # After the check, since they import these packages.
-        from benchmarks.data_sets.data_set import whole_set
+        from benchmarks.data_sets.damage import damage_told
+        from benchmarks.data_sets.data_set import DataSet
         from benchmarks.data_sets.page.page import PAGE, render_page
         from benchmarks.data_sets.places import put
 
         if self.out is not None:
             check_file(self.out, "out")
-        with whole_set(self.directory) as data:
+        data = DataSet(self.directory)
+        with damage_told(data.root):
             page = render_page(data)
+        data.close()
         if self.out is None:
             put(data.files, f"{data.root}/{PAGE}", page.encode())
             print(f"{self.directory.rstrip('/')}/{PAGE}")

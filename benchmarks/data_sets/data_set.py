@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
 from threading import Lock
 from typing import Any
 
@@ -12,7 +11,6 @@ import pyarrow as pa
 import pyarrow.compute
 import pyarrow.dataset
 from fsspec import AbstractFileSystem
-from pyarrow import ArrowException
 
 from benchmarks.data_sets.episode_writer import episode_folder, read_mark
 from benchmarks.data_sets.places import place_of
@@ -94,8 +92,7 @@ class DataSet:
     def table(self, name: str) -> pa.Table:
         """Return the table ``frames`` or ``objects`` of all episodes; ``.to_pandas()``, or ``polars.from_arrow(…)``."""
         check("name", name in ("frames", "objects"), "frames or objects", repr(name))
-        with self._damage_told(name):
-            return self.scan(name).to_table()
+        return self.scan(name).to_table()
 
     def scan(self, name: str) -> pa.dataset.Dataset:
         """Return the table as an Arrow dataset, which reads chosen columns and rows only."""
@@ -103,23 +100,12 @@ class DataSet:
 
     def batches(self, name: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:
         """Yield the rows of a table in order, as columns of expressions; the number of episodes costs no memory."""
-        with self._damage_told(name):
-            for part in self._parts(name):
-                yield from part.scanner(columns=columns).to_batches()
+        for part in self._parts(name):
+            yield from part.scanner(columns=columns).to_batches()
 
     def count_rows(self, name: str) -> int:
         """Return the number of a table's rows; no column is read."""
-        with self._damage_told(name):
-            return sum(part.count_rows() for part in self._parts(name))
-
-    @contextmanager
-    def _damage_told(self, name: str) -> Iterator[None]:
-        """Raise ValueError for a table that is missing or damaged."""
-        try:
-            yield
-        except (ArrowException, FileNotFoundError) as error:
-            found = " ".join(str(error).split())
-            raise ValueError(f"{self.root}/…/{name}.parquet: expected a whole table, got {found}") from None
+        return sum(part.count_rows() for part in self._parts(name))
 
     def _parts(self, name: str) -> Iterator[pa.dataset.Dataset]:
         for first in range(0, len(self.seeds), _SCANNED):
@@ -159,20 +145,6 @@ class DataSet:
             marks = (read_mark(self.files, episode_folder(self.root, seed)) for seed in self.seeds)
             self._ends = np.cumsum([0, *(mark["frame_count"] for mark in marks)])
         return self._ends
-
-
-@contextmanager
-def whole_set(url: str) -> Iterator[DataSet]:
-    """Open a data set and close it. Raises ValueError if there is none, or for a file of it that is found damaged."""
-    data = DataSet(url)
-    try:
-        with closing(data):
-            yield data
-    except ValueError as error:
-        # The reader names a damaged file by its path.
-        if not str(error).startswith(f"{data.root}/"):
-            raise
-        raise ValueError(f"directory: expected a whole data set (see frameout verify), got {error}") from None
 
 
 class Samples:

@@ -17,6 +17,7 @@ from fsspec import AbstractFileSystem
 
 from benchmarks.data_sets.backends import working
 from benchmarks.data_sets.card import write_card
+from benchmarks.data_sets.damage import damage_told
 from benchmarks.data_sets.data_set import MANIFEST, REQUEST, DataSet, is_whole
 from benchmarks.data_sets.episode_writer import MARK, clear, episode_folder, read_mark, write_background, write_episode
 from benchmarks.data_sets.places import lasting, place_of, put
@@ -66,8 +67,9 @@ def generate(request: Request, out: str, workers: Workers, progress: Progress) -
     data = DataSet(out)
     gone = len(whole) - len(data.seeds)
     check("out", gone == 0, "a place that all workers reach", f"{out!r}, where {gone} episodes are missing")
-    _write_manifest(data)
-    write_card(data)
+    with damage_told(root, "out"):
+        _write_manifest(data)
+        write_card(data)
     return data
 
 

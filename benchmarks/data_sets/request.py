@@ -101,12 +101,12 @@ def channels_wanted(request: Request, chosen: tuple[str, ...]) -> tuple[str, ...
     """Return the channels to store: those chosen, or, if none is, all that the first frame has.
 
     Raises:
-        ValueError: for a channel that the first frame does not have.
+        ValueError: for a channel that the scenario does not have.
     """
-    existing = existing_channels(request)
+    known = channels_of(catalog.scenario(request.scenario))
     for channel in chosen:
-        check("channels", channel in existing, f"some of {', '.join(existing)}", repr(channel))
-    return tuple(channel for channel in existing if not chosen or channel in chosen)
+        check("channels", channel in known, f"some of {', '.join(known)}", repr(channel))
+    return tuple(channel for channel in known if channel in chosen) if chosen else existing_channels(request)
 
 
 def existing_channels(request: Request) -> tuple[str, ...]:

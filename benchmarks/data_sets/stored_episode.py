@@ -212,18 +212,12 @@ class StoredEpisode:
         key = os.getpid(), name
         with self._lock:
             if key not in self._open:
-                self._open[key] = self._opened(f"{self._folder}/{name}")
+                self._open[key] = self._files.open(f"{self._folder}/{name}", "rb")
             file = self._open[key]
             file.seek(place["offset"])
             found: bytes = file.read(place["bytes"])
         check(f"{self._folder}/{name}", len(found) == place["bytes"], f"{place['bytes']} bytes", len(found))
         return found
-
-    def _opened(self, path: str) -> Any:
-        try:
-            return self._files.open(path, "rb")
-        except FileNotFoundError:
-            raise ValueError(f"{path}: expected a file of the episode, got none") from None
 
 
 def _pictures(pixels: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

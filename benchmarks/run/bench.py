@@ -120,7 +120,7 @@ def bench(
     experiments = _experiments(common, wanted, asked, quick=quick)
     folder, outcome = Path(out or Path("results") / ("quick" if quick else wanted.name)), Outcome()
     for experiment in experiments:
-        with progress(_title(wanted, experiment)) as report:
+        with progress(_title(wanted, experiment)) as report, _damage_told(data):
             outcome = outcome.followed_by(run(experiment, folder, report))
     for line in (*outcome.failures_in_words(), *outcome.silence_in_words(wanted.silence)):
         warnings.warn(line, ContestantWarning, stacklevel=2)
@@ -169,6 +169,16 @@ def _of_party(common: Experiment, party: Party) -> Experiment:
         trackers=party.trackers,
         controllers=party.controllers or None,
     )
+
+
+def _damage_told(data: str | None) -> AbstractContextManager[None]:
+    if data is None:
+        return nullcontext()
+    # Here, since they import the packages of the extra.
+    from benchmarks.data_sets.damage import damage_told
+    from benchmarks.data_sets.places import place_of
+
+    return damage_told(place_of(data)[1], "data")
 
 
 def stored_seeds(data: str) -> range:

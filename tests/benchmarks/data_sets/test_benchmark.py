@@ -9,13 +9,15 @@ from typing import Any
 
 import pytest
 
+from benchmarks.cli import main
 from benchmarks.data_sets.benchmark import benchmark_of
 from benchmarks.data_sets.generating import Workers, generate
 from benchmarks.data_sets.request import Request, existing_channels
 from benchmarks.run.experiment import Experiment, run
 from benchmarks.run.versions import package_versions, scene_version
 from benchmarks.scores.cpu_time import CPU_TIME
-from tests.benchmarks.data_sets.small import made, tiny
+from benchmarks.suites import registry
+from tests.benchmarks.data_sets.small import MODULES, made, tiny
 
 SUITES = {
     "frame-out": ("road-town-v1", "colour_pf"),
@@ -62,3 +64,25 @@ def test_a_set_that_gives_other_scores_is_refused(changes: dict[str, Any], messa
     made(tiny(**{"seeds": (3, 4), **changes}), tmp_path / "set")
     with pytest.raises(ValueError, match=message):
         benchmark_of(str(tmp_path / "set"))
+
+
+@pytest.mark.parametrize("name", ["pixels-00000.tar", "objects.parquet"])
+@pytest.mark.parametrize("command", ["bench", "generate"])
+def test_a_file_that_is_gone_is_told_in_one_line(
+    command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    judged = registry.suite("frame-out")
+    scenes = (*judged.scenes, registry.Scene("fake-town"))
+    monkeypatch.setitem(registry._SUITES, "frame-out", replace(judged, scenes=scenes))
+    folder, own = tmp_path / "set", ["--workers", "0", "--modules", *MODULES]
+    make = ["generate", "fake-town", "--preset", "tiny", "--seeds", "0:1", "--out", str(folder), *own]
+    assert main(make) == 0
+    (folder / "episodes" / "000000" / name).unlink()
+    out = str(tmp_path / "out")
+    bench = ["bench", "frame-out", "--data", str(folder), "--trackers", "hold", "--out", out, *own]
+    capsys.readouterr()
+    assert main(bench if command == "bench" else make) == 2
+    parameter = "data" if command == "bench" else "out"
+    told = capsys.readouterr().err.splitlines()[-1]
+    assert told.startswith(f"error: {parameter}: expected a whole data set (see frameout verify), got ")
+    assert name in told

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -14,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.cli import main
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.generating import Workers, forecast
-from benchmarks.data_sets.request import channels_wanted
 from tests.benchmarks.data_sets.small import MODULES, made, tiny
 from tests.benchmarks.no_room import no_room
 
@@ -170,11 +171,12 @@ def test_wrong_requests_are_named(changes, message):
         tiny(**changes)
 
 
-def test_a_channel_that_only_other_scenes_have_is_refused():
-    assert channels_wanted(tiny(), ("image_rgb",)) == ("image_rgb",)
-    with pytest.raises(ValueError, match=r"channels: expected some of image_rgb, .*, got 'right_rgb'") as refused:
-        channels_wanted(tiny(), ("right_rgb",))
-    assert "counts" not in str(refused.value)
+def test_a_channel_that_only_other_scenes_have_is_refused(tmp_path, capsys):
+    words = ["fake-town", "--preset", "tiny", "--seeds", "0:1", "--out", str(tmp_path / "set"), "--modules", *MODULES]
+    assert main(["generate", *words, "--channels", "right_rgb"]) == 2
+    error = capsys.readouterr().err
+    assert re.match(r"error: channels: expected some of image_rgb, .*, got 'right_rgb'", error)
+    assert "counts" not in error
 
 
 def test_a_preset_in_closed_loop_is_refused():
