@@ -17,6 +17,7 @@ from typing import ClassVar, Protocol, get_args, get_type_hints
 
 import tyro
 
+from benchmarks.commands.own_faults import workers_fault
 from benchmarks.commands.printing import contestants_print_to_stderr
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.source_files import ROOT, foreign_packages
@@ -131,9 +132,9 @@ def _run(arguments: Sequence[str] | None) -> int:
             load_modules(getattr(command, "modules", ()))
         return command.run()
     except ValueError as error:
-        # Our own messages name the wrong parameter; any other error is a fault of the program and keeps its traceback.
+        # Our own messages name the wrong parameter; any other error is a fault and keeps its traceback.
         if _ABOUT_AN_ARGUMENT.fullmatch(str(error)) is None:
-            raise
+            return _fault(error, command)
         return _refuse(str(error))
     except ChildProcessError as error:
         print(f"error: {error}", file=sys.stderr)
@@ -148,6 +149,17 @@ def _run(arguments: Sequence[str] | None) -> int:
         resumable = command is not None and command.resumes
         print("stopped; the same command continues" if resumable else "stopped", file=sys.stderr)
         return _STOPPED
+    except Exception as error:
+        return _fault(error, command)
+
+
+def _fault(error: Exception, command: Command | None) -> int:
+    """Tell in one line what a user's own modules may have caused in a worker; raise any other error again."""
+    told = workers_fault(error) if getattr(command, "modules", ()) else None
+    if told is None:
+        raise error
+    print(f"error: {' '.join(told.split())}", file=sys.stderr)
+    return _FAILED
 
 
 class Command(Protocol):

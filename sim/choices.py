@@ -14,7 +14,8 @@ def check_choice(parameter: str, given: object, known: Iterable[str], *, why: st
     names = list(known)
     if given in names:
         return
-    raise ValueError(f"{parameter}: expected one of {', '.join(names)}; got {given!r}{why or suggestion(given, names)}")
+    wanted = f"one of {', '.join(names)}; got" if names else "none, as there are none to choose from, got"
+    raise ValueError(f"{parameter}: expected {wanted} {given!r}{why or suggestion(given, names)}")
 
 
 def suggestion(given: object, known: Iterable[str]) -> str:

@@ -198,8 +198,11 @@ def register(
     """
 
     def add(tracker: _T) -> _T:
-        begins = "start" if hasattr(tracker, "start") else "initialise"
-        check_registered(tracker, role, get_args(Role), begins, "update")
+        begins = [name for name in ("start", "initialise") if hasattr(tracker, name)]
+        check_registered(tracker, role, get_args(Role), *begins[:1], "update")
+        if not begins:
+            wanted = f"initialise, or start if it follows many targets, in class {tracker.__name__}"
+            raise ValueError(f"tracker: expected a method {wanted}, got neither")
         if not tracker.__module__.startswith(f"{__package__}."):
             # Ours come first: a user's that takes the name of one is refused, not the one of that name.
             entries()

@@ -7,10 +7,10 @@ up here and names none.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_type_hints
 
 from benchmarks.report.palette import LineStyle
 from benchmarks.run.records import REAL, Row
@@ -212,11 +212,28 @@ class Suite:
 def register_suite(new: Suite) -> None:
     """Register a suite under its name. Raises ValueError if the name is taken, or for the name of an unknown metric."""
     check("suite", new.name not in _SUITES, "a new name", f"{new.name!r}, which is taken")
-    real = new.on_sequences
-    on_sequences = () if real is None else (*real.headline, *real.compared)
-    for name in (*new.headline, *new.compared, *new.tuned_for, *on_sequences):
-        new.metric(name)
+    for metric in new.metrics:
+        _check_metric(metric)
+    known = {metric.name for metric in new.metrics}
+    for field_name, names in _named_metrics(new):
+        check(field_name, not isinstance(names, str), "names of metrics, such as ('recovery_rate',)", repr(names))
+        for name in names:
+            check_choice(field_name, name, known)
     _SUITES[new.name] = new
+
+
+def _named_metrics(new: Suite) -> Iterator[tuple[str, Iterable[str]]]:
+    """Yield the fields of a suite that name metrics."""
+    yield from (("headline", new.headline), ("compared", new.compared), ("tuned_for", new.tuned_for))
+    if new.on_sequences is not None:
+        yield from (("headline", new.on_sequences.headline), ("compared", new.on_sequences.compared))
+
+
+def _check_metric(metric: Metric) -> None:
+    """Raise ValueError for a direction or a statistic that there is not."""
+    hints = get_type_hints(Metric)
+    for name in ("better", "statistic"):
+        check_choice(f"{name} of metric {metric.name}", getattr(metric, name), get_args(hints[name]))
 
 
 def suites() -> dict[str, Suite]:
@@ -230,8 +247,9 @@ def add_metric(suite_name: str, metric: Metric, *, headline: bool = False, meani
     """Add a metric to a suite's summary, and with ``headline`` to its leaderboard; ``meaning``: of its rows.
 
     Raises:
-        ValueError: if the suite is unknown or has a metric of this name.
+        ValueError: if the suite is unknown or has a metric of this name, or for an unknown direction or statistic.
     """
+    _check_metric(metric)
     old = suite(suite_name)
     taken = any(metric.name == known.name for known in old.metrics)
     check("metric", not taken, "a new name", f"{metric.name!r}, which the suite has")

@@ -12,7 +12,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from benchmarks.cli import main
-from benchmarks.suites.registry import Scene, add_scene, register_suite, suite
+from benchmarks.suites.registry import Scene, add_metric, add_scene, register_suite, suite
 from scenarios import catalog
 from scenarios.loop import Loop
 from scenarios.truth import check_truth
@@ -72,8 +72,17 @@ def test_a_truth_that_is_not_what_it_says_ends_the_run(
 
 
 def test_names_that_do_not_fit_are_refused_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    with pytest.raises(ValueError, match="metric: expected one of outside_error_px; got 'found'"):
-        register_suite(replace(suite("belt"), name="odd", headline=("found",)))
+    for field in ("headline", "compared"):
+        with pytest.raises(ValueError, match=f"{field}: expected one of outside_error_px; got 'found'"):
+            register_suite(replace(suite("belt"), name="odd", **{field: ("found",)}))
+    with pytest.raises(ValueError, match=r"headline: expected names of metrics, .*, got 'outside_error_px'"):
+        register_suite(replace(suite("belt"), name="odd", headline="outside_error_px"))
+    metric = suite("belt").metrics[0]
+    for wrong in (replace(metric, better="smaller"), replace(metric, statistic="mode")):
+        with pytest.raises(ValueError, match=r"(better|statistic) of metric outside_error_px: expected one of "):
+            register_suite(replace(suite("belt"), name="odd", metrics=(wrong,)))
+        with pytest.raises(ValueError, match=r"(better|statistic) of metric new: expected one of "):
+            add_metric("belt", replace(wrong, name="new"))
     monkeypatch.setattr(catalog, "_ENTRIES", (catalog.Entry("other-v1", f"{MODULE}:CONVEYOR"),))
     with pytest.raises(ValueError, match=r"CONVEYOR to have its entry's id 'other-v1', got 'conveyor-v1'"):
         catalog.scenario("other")

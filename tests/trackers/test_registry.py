@@ -14,7 +14,7 @@ import pytest
 
 from trackers import registry
 from trackers.follow_one import FollowOne
-from trackers.registry import entry, register, register_variant, tunable, tuned_file
+from trackers.registry import NoParameters, entry, register, register_variant, tunable, tuned_file
 from trackers.types import CameraModel, Observation, Track
 
 
@@ -110,6 +110,9 @@ def test_what_cannot_be_registered_is_refused_by_name() -> None:
         broken = type("Broken", (_Many,), {method: None})
         with pytest.raises(ValueError, match=f"{method}: expected a method of this name in class Broken, got none"):
             register("many", role="baseline", summary="")(broken)
+    nameless = type("Begins", (), {"Parameters": NoParameters, "update": _Many.update})
+    with pytest.raises(ValueError, match=r"tracker: expected a method initialise, or start if .* Begins, got neither"):
+        register("many", role="baseline", summary="")(nameless)
     with pytest.raises(ValueError, match="Parameters: expected a dataclass of this name in class object, got none"):
         register("many", role="ours", summary="")(object)
     assert "many" not in registry.entries()

@@ -108,7 +108,8 @@ def load_policy(file: str) -> Policy:
         policy = Policy(**values)
         _check_shapes(policy)
     except OSError as error:
-        raise ValueError(f"policy: expected a file that can be read, got {got}: {error.strerror}") from None
+        missing = f" of {error.filename}" if str(error.filename) != str(path) else ""
+        raise ValueError(f"policy: expected a file that can be read, got {got}: {error.strerror}{missing}") from None
     except (KeyError, TypeError, ValueError, SafetensorError) as error:
         reason = f"no {error} in it" if isinstance(error, KeyError) else str(error)
         raise ValueError(f"policy: expected a policy of format {FORMAT}, got {got}: {reason}") from None
@@ -116,7 +117,9 @@ def load_policy(file: str) -> Policy:
 
 
 def policy_path(file: str) -> Path:
-    """Return the JSON file of a policy by its path or that of its weights."""
+    """Return the JSON file of a policy by its path or that of its weights. Raises ValueError for no name of a file."""
+    if not Path(file).name:
+        raise ValueError(f"policy: expected a file, got {file!r}")
     return Path(file).with_suffix(".json")
 
 

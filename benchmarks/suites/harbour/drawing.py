@@ -118,9 +118,10 @@ class HarbourDrawing:
             else:
                 marks.draw_corners(image, answers.box_xyxy[row] * self._zoom, colour, 1)
             said = words.get(identity, "") if len(words) <= _NAMED_AT_MOST else ""
-            if said or on:
+            label = said or answers.kind[row]
+            if label and (said or on):
                 x, y = (answers.box_xyxy[row, 2:] * self._zoom).clip(-1e4, 1e4).astype(int)
-                marks.draw_label(image, (x + 3, y + 3), said or answers.kind[row], colour, size=15, weight=600)
+                marks.draw_label(image, (x + 3, y + 3), label, colour, size=15, weight=600)
             if said and np.isfinite(place_m).all():
                 x, y = self._plan.at(place_m).clip(-1e4, 1e4).astype(int)
                 marks.draw_text(plan, (x + 6, y + 4), said, colour, size=13)

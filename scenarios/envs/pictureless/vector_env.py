@@ -267,6 +267,11 @@ def _checked_seeds(seeds: Any) -> Iterable[int]:
 
 def _checked_cache(cache: Any) -> Path | None:
     """Return the folder, or raise ValueError."""
-    good = cache is None or (isinstance(cache, str | Path) and (not Path(cache).exists() or Path(cache).is_dir()))
-    check("cache", good, "None or a folder", repr(cache))
-    return None if cache is None else Path(cache)
+    if cache is None:
+        return None
+    check("cache", isinstance(cache, str | Path), "None or a folder", repr(cache))
+    try:
+        Path(cache).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        check("cache", False, "None or a folder that can be written", f"{str(cache)!r} ({error.strerror})")
+    return Path(cache)

@@ -82,6 +82,12 @@ def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
         load_policy(str(tmp_path / "missing.json"))
     with pytest.raises(ValueError, match=r"got '.*missing.zip', whose JSON file would be '.*missing.json': No such"):
         load_policy(str(tmp_path / "missing.zip"))
+    with pytest.raises(ValueError, match=r"policy: expected a file, got ''"):
+        load_policy("")
+    alone = tmp_path / "alone.json"
+    alone.write_bytes(path.read_bytes())
+    with pytest.raises(ValueError, match=r"got '.*alone.json': No such file or directory of .*alone.safetensors"):
+        load_policy(str(alone))
     document = json.loads(path.read_text())
     wrong: list[dict[str, Any]] = [
         {"format": 2},

@@ -110,7 +110,10 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
         ({"seeds": 5, "bank": None}, r"seeds: expected whole numbers >= 0, e\.g\. range\(256\), got 5"),
         ({"seeds": [3, -1], "bank": None}, r"seeds: expected whole numbers >= 0, .*, got -1 among them"),
         ({"seeds": [0.5], "bank": None}, r"seeds: expected whole numbers >= 0, .*, got 0.5 among them"),
-        ({"cache": __file__, "bank": None}, "cache: expected None or a folder, got '.*test_vector_env.py'"),
+        (
+            {"cache": __file__, "bank": None},
+            r"cache: expected None or a folder .*, got '.*test_vector_env.py' \(File exists\)",
+        ),
         ({"bank": "x"}, "bank: expected None or an EpisodeBank, got 'x'"),
         ({"model": "x"}, "model: expected None or an ErrorModel, got 'x'"),
         ({"observation": "pixels"}, "observation: expected 'track'"),

@@ -1,0 +1,24 @@
+"""Faults of users' own code in worker processes, e.g. of a street pattern, told without joblib's traceback."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from benchmarks.run.source_files import is_users
+
+_FRAME = re.compile(r'File "([^"]+)", line (\d+), in ')
+
+
+def workers_fault(error: BaseException) -> str | None:
+    """Return an error of a worker process in one line, with the last line of a user's code on the way to it, or of any.
+
+    None for an error of this process.
+    """
+    cause = error.__cause__
+    if type(cause).__name__ != "_RemoteTraceback":
+        return None
+    frames = _FRAME.findall(str(cause))
+    file, line = ([frame for frame in frames if is_users(frame[0])] or frames)[-1]
+    whole = "`--workers 0` shows the whole traceback"
+    return f"{Path(file).name}, line {line}: {type(error).__name__}: {error} ({whole})"

@@ -1,0 +1,44 @@
+"""A fault of a user's own code in a worker is told in one line; one of the program keeps its traceback."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.commands.own_faults import workers_fault
+from benchmarks.run.processes import in_processes
+
+OWN = """
+def divide(number):
+    return 1 / number
+"""
+
+
+def fault_of(function: Callable[[Any], object], given: object, kind: type[Exception]) -> Exception:
+    with pytest.raises(kind) as found:
+        list(in_processes(function, [given], 1))
+    return found.value
+
+
+def test_the_users_line_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "dividing.py").write_text(OWN)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    from dividing import divide  # type: ignore[import-not-found]
+
+    told = workers_fault(fault_of(divide, 0, ZeroDivisionError))
+    assert told == "dividing.py, line 3: ZeroDivisionError: division by zero (`--workers 0` shows the whole traceback)"
+
+
+def test_without_a_users_line_the_last_one_is_told() -> None:
+    told = workers_fault(fault_of(Path.read_text, Path("nowhere.txt"), FileNotFoundError))
+    assert told is not None
+    assert told.startswith("pathlib.py, line ")
+    assert "FileNotFoundError" in told
+
+
+def test_an_error_of_this_process_is_not_told() -> None:
+    assert workers_fault(ValueError("here")) is None
