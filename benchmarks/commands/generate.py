@@ -101,10 +101,10 @@ class Generate(WithModules):
             scene_version(scenario.id, self.preset),
             package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )
-        existing = existing_channels(request)
-        for channel in names(self.channels):
+        existing, chosen = existing_channels(request), names(self.channels)
+        for channel in chosen:
             check("channels", channel in existing, f"some of {', '.join(existing)}", repr(channel))
-        request = dataclasses.replace(request, channels=channels_wanted(request, names(self.channels)))
+        request = dataclasses.replace(request, channels=channels_wanted(request, chosen or existing))
         workers = cores(self.workers)
         if self.dry_run:
             return self._say(forecast(request), max(workers, 1))

@@ -22,6 +22,7 @@ from benchmarks.run.contestants import entrants
 from benchmarks.run.versions import hash_of_survey
 from benchmarks.suites.registry import Suite, suites
 from scenarios import catalog
+from scenarios.catalog import unversioned
 from scenarios.scenario import Survey
 from sim.checks import check
 from trackers.atomic_file import write_atomic
@@ -205,8 +206,10 @@ def _suites() -> list[tuple[str, str, str]]:
 
 def _scenes(suite: Suite) -> Iterator[str]:
     """Yield the scenarios of a suite with the presets that it runs if none is named."""
+    registered = set(map(unversioned, catalog.names()))
     for scene in suite.scenes:
-        preset, known = scene.preset or suite.preset, catalog.scenario(scene.scenario).presets
+        preset = scene.preset or suite.preset
+        known = catalog.scenario(scene.scenario).presets if scene.scenario in registered else {preset: None}
         # A scenario without the suite's preset runs only when one of its own is named.
         yield f"{scene.scenario} {preset}" if preset in known else f"{scene.scenario} (--preset {', '.join(known)})"
 

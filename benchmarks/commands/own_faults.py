@@ -11,14 +11,14 @@ _FRAME = re.compile(r'File "([^"]+)", line (\d+), in ')
 
 
 def workers_fault(error: BaseException) -> str | None:
-    """Return an error of a worker process in one line, with the last line of a user's code on the way to it, or of any.
+    """Return an error of a worker process in one line, with the last line of a user's code on the way to it.
 
-    None for an error of this process.
+    None for an error of this process, or one without such a line.
     """
     cause = error.__cause__
-    if type(cause).__name__ != "_RemoteTraceback":
+    frames = _FRAME.findall(str(cause)) if type(cause).__name__ == "_RemoteTraceback" else []
+    own = [frame for frame in frames if is_users(frame[0])]
+    if not own:
         return None
-    frames = _FRAME.findall(str(cause))
-    file, line = ([frame for frame in frames if is_users(frame[0])] or frames)[-1]
-    whole = "`--workers 0` shows the whole traceback"
-    return f"{Path(file).name}, line {line}: {type(error).__name__}: {error} ({whole})"
+    file, line = own[-1]
+    return f"{Path(file).name}, line {line}: {type(error).__name__}: {error}"

@@ -10,19 +10,35 @@ from pyarrow import ArrowException
 
 @contextmanager
 def damage_told(root: str, parameter: str = "directory") -> Iterator[None]:
-    """Raise ValueError in place of what the readers of a data set raise for a file that is missing or damaged.
+    """Raise ValueError in place of what reading a file of a data set raises that is missing or damaged.
 
     Args:
-        root: place of the data set, which stands in their messages. parameter: that named it.
+        root: place of the data set, which stands in messages about its files. parameter: that named it.
     """
     try:
         yield
-    except (ArrowException, FileNotFoundError, ValueError) as error:
-        found = " ".join(str(error).split())
-        if isinstance(error, FileNotFoundError):
-            # Arrow's names the file alone.
-            found = f"no file {error.filename or found}"
-        # The readers name a damaged file by its path.
-        if f"{root.lstrip('/')}/" not in found or found.startswith(f"{parameter}: "):
+    except FileNotFoundError as error:
+        # Arrow's names the file alone.
+        place = str(error.filename or error)
+        if f"{root}/" not in place:
             raise
-        raise ValueError(f"{parameter}: expected a whole data set (see frameout verify), got {found}") from None
+        raise _damaged(parameter, f"no file {place}") from None
+    except (ArrowException, OSError) as error:
+        if f"{root}/" not in str(error):
+            raise
+        raise _damaged(parameter, str(error)) from None
+    except ValueError as error:
+        # The readers begin with the file's path.
+        if not str(error).startswith(f"{root}/"):
+            raise
+        raise _damaged(parameter, str(error)) from None
+    except RuntimeError as error:
+        # Of blosc2, which does not know the file.
+        if "cframe" not in str(error):
+            raise
+        raise _damaged(parameter, f"pixels that cannot be decoded: {error}") from None
+
+
+def _damaged(parameter: str, found: str) -> ValueError:
+    found = " ".join(found.split())
+    return ValueError(f"{parameter}: expected a whole data set (see frameout verify), got {found}")

@@ -9,7 +9,8 @@ The template, ``RESULTS.template.md``, is prose with calls in double braces (Jin
 ``paper(NAME)``                                  a paper's claims beside our figures
 ``figures(NAME)``                                all metrics of a speed, a line for each
 ``value(NAME, CONTESTANT, METRIC)``              ``94.2 (89.3–98.3)``: a number with its interval, fractions in per cent
-``difference(NAME, CONTESTANT, OTHER, METRIC)``  the same of a paired difference
+``difference(NAME, CONTESTANT, OTHER, METRIC)``  the same of a paired difference; of two pairs that differ in one name,
+                                                 OTHER is that name if CONTESTANT is ours, else the pair
 ``change(NAME, OTHER, CONTESTANT, METRIC)``      the same of one contestant: table NAME minus OTHER, paired over
                                                  the seeds that both have
 ================================================  ======================================================================

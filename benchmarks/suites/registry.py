@@ -226,7 +226,8 @@ def _named_metrics(new: Suite) -> Iterator[tuple[str, Iterable[str]]]:
     """Yield the fields of a suite that name metrics."""
     yield from (("headline", new.headline), ("compared", new.compared), ("tuned_for", new.tuned_for))
     if new.on_sequences is not None:
-        yield from (("headline", new.on_sequences.headline), ("compared", new.on_sequences.compared))
+        real = new.on_sequences
+        yield from (("on_sequences.headline", real.headline), ("on_sequences.compared", real.compared))
 
 
 def _check_metric(metric: Metric) -> None:

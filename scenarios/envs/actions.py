@@ -116,18 +116,17 @@ def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.f
     good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
     # Formatted only on refusal: formatting takes longer than many a step.
     check(
-        "action",
-        good,
-        f"numbers of shape {shape} from -1 to 1",
-        actions if good else _first_wrong(given, shape, actions),
+        "action", good, f"numbers of shape {shape} from -1 to 1", actions if good else _in_short(given, shape, actions)
     )
     return given
 
 
-def _first_wrong(given: NDArray[np.float64], shape: tuple[int, ...] | None, actions: Any) -> Any:
-    """Return what is wrong with actions: of many envs', the first one that is."""
-    if given.shape != shape or given.ndim != 2:
-        return f"shape {given.shape}" if given.ndim == 2 else actions
+def _in_short(given: NDArray[np.float64], shape: tuple[int, ...] | None, actions: Any) -> Any:
+    """Return refused actions in short: those of many envs would fill the screen."""
+    if given.ndim < 2:
+        return actions
+    if given.shape != shape:
+        return f"shape {given.shape}"
     wrong = int(np.argmin((np.abs(given) <= 1.0 + _TOLERANCE).all(axis=1)))
     return f"{given[wrong]} of env {wrong}"
 

@@ -255,23 +255,24 @@ def _checked(settings: FollowSettings) -> FollowSettings:
     return settings
 
 
-def _checked_seeds(seeds: Any) -> Iterable[int]:
+def _checked_seeds(seeds: Any) -> list[int]:
     """Return seeds, or raise ValueError."""
     wanted = "whole numbers >= 0, e.g. range(256)"
-    check("seeds", isinstance(seeds, Iterable) and not isinstance(seeds, str), wanted, repr(seeds))
+    check("seeds", isinstance(seeds, Iterable) and not isinstance(seeds, str | bytes), wanted, repr(seeds))
     known = list(seeds)
-    wrong = [seed for seed in known if not isinstance(seed, int | np.integer) or seed < 0]
-    check("seeds", not wrong, wanted, f"{wrong[0]!r} among them" if wrong else "")
+    for seed in known:
+        good = isinstance(seed, int | np.integer) and not isinstance(seed, bool) and 0 <= seed < 2**63
+        check("seeds", bool(good), wanted, f"{seed!r} among them")
     return known
 
 
 def _checked_cache(cache: Any) -> Path | None:
-    """Return the folder, or raise ValueError."""
+    """Return the folder, made if it is missing, or raise ValueError."""
     if cache is None:
         return None
     check("cache", isinstance(cache, str | Path), "None or a folder", repr(cache))
     try:
         Path(cache).mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        check("cache", False, "None or a folder that can be written", f"{str(cache)!r} ({error.strerror})")
+        raise ValueError(f"cache: expected None or a folder, got {str(cache)!r} ({error.strerror})") from None
     return Path(cache)

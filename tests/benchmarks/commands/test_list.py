@@ -40,10 +40,9 @@ SURVEY = CountsFrames()
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the file of contents, with the fake town as the only scenario, which no suite has."""
+    """Return the file of contents, with the fake town as the only scenario."""
     (entry,) = (entry for entry in catalog.entries() if entry.id == FAKE)
     monkeypatch.setattr(catalog, "_ENTRIES", (dataclasses.replace(entry, survey=f"{__name__}:SURVEY"),))
-    monkeypatch.setattr(list_all, "suites", dict)
     monkeypatch.setattr(list_all, "_CONTENTS", tmp_path / "contents.json")
     return tmp_path / "contents.json"
 

@@ -112,7 +112,7 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
         ({"seeds": [0.5], "bank": None}, r"seeds: expected whole numbers >= 0, .*, got 0.5 among them"),
         (
             {"cache": __file__, "bank": None},
-            r"cache: expected None or a folder .*, got '.*test_vector_env.py' \(File exists\)",
+            r"cache: expected None or a folder, got '.*test_vector_env.py' \(File exists\)",
         ),
         ({"bank": "x"}, "bank: expected None or an EpisodeBank, got 'x'"),
         ({"model": "x"}, "model: expected None or an ErrorModel, got 'x'"),
