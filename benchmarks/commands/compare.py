@@ -57,9 +57,7 @@ class Compare(WithModules):
 
     def run(self) -> int:
         """Print it; return the exit status."""
-        places = [self._place_of(name) for name in (self.first, self.second)]
-        check("second", places[0] != places[1], f"another tracker than {self.first}", repr(self.second))
-        for directory in dict.fromkeys(directory for directory, _ in places):
+        for directory in dict.fromkeys(self._place_of(name)[0] for name in (self.first, self.second)):
             report_ignored_rows(directory)
         first, second = (self._rows(name) for name in (self.first, self.second))
         judged = self._suite_of_both(first, second)

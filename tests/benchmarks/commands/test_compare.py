@@ -52,8 +52,3 @@ def test_one_suite_in_common_is_the_one(compare) -> None:  # type: ignore[no-unt
     told = compare("sharp", "hold")
     assert (told.status, told.error) == (0, "")
     assert "recovered" in told.out
-
-
-def test_a_tracker_is_not_compared_with_itself(compare) -> None:  # type: ignore[no-untyped-def]
-    told = compare("hold", "hold")
-    assert (told.status, told.error) == (2, "error: second: expected another tracker than hold, got 'hold'\n")
