@@ -140,8 +140,6 @@ def _run(arguments: Sequence[str] | None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return _FAILED
     except OSError as error:
-        if isinstance(error, BrokenPipeError):
-            raise
         if error.errno not in _NO_ROOM:
             return _fault(error, command)
         where = "" if error.filename is None else f"{error.filename}: "

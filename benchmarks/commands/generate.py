@@ -102,6 +102,7 @@ class Generate(WithModules):
             package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )
         existing, chosen = existing_channels(request), names(self.channels)
+        # ``channels_wanted`` knows those that some preset of the scenario has, not those of this one.
         for channel in chosen:
             check("channels", channel in existing, f"some of {', '.join(existing)}", repr(channel))
         request = dataclasses.replace(request, channels=channels_wanted(request, chosen or existing))

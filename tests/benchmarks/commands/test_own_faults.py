@@ -9,7 +9,9 @@ from typing import Any
 import pytest
 from joblib.externals.loky import get_reusable_executor
 
+from benchmarks.cli import main
 from benchmarks.commands.own_faults import workers_fault
+from benchmarks.commands.report import Report
 from benchmarks.run.processes import in_processes
 
 OWN = """
@@ -32,14 +34,27 @@ def _workers_of_this_test() -> Iterator[None]:
     get_reusable_executor().shutdown(wait=True)
 
 
-def test_the_users_line_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_users_line_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     (tmp_path / "dividing.py").write_text(OWN)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
     from dividing import divide  # type: ignore[import-not-found]
 
-    told = workers_fault(fault_of(divide, 0, ZeroDivisionError))
-    assert told == "dividing.py, line 3: ZeroDivisionError: division by zero"
+    fault = fault_of(divide, 0, ZeroDivisionError)
+    told = "dividing.py, line 3: ZeroDivisionError: division by zero"
+    assert workers_fault(fault) == told
+
+    def fails(command: Report) -> int:
+        raise fault
+
+    monkeypatch.setattr(Report, "run", fails)
+    assert main(["report", "folder", "--modules", "dividing"]) == 1
+    assert capsys.readouterr().err == f"error: {told}\n"
+    # Whoever has no module of his own has met a fault of the program.
+    with pytest.raises(ZeroDivisionError):
+        main(["report", "folder"])
 
 
 def test_without_a_users_line_nothing_is_told() -> None:
