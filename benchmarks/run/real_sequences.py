@@ -97,8 +97,12 @@ def run_on_sequences(
         for number, sequence in enumerate(collection.sequences):
             missing = [name for name in chosen if run.key(collection, number, name) not in have]
             if missing:
-                for block in _blocks(run, collection, number, sequence, missing, outcome):
-                    append_block(out, block)
+                try:
+                    for block in _blocks(run, collection, number, sequence, missing, outcome):
+                        append_block(out, block)
+                except ValueError as error:
+                    kept = "rows of the sequences before it are kept, and the same command continues"
+                    raise ValueError(f"{error}; {kept}") from error
                 outcome.episodes += len(missing)
                 progress(len(have) + outcome.episodes, total)
     outcome.silent = +outcome.silent

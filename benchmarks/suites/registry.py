@@ -212,9 +212,11 @@ class Suite:
 def register_suite(new: Suite) -> None:
     """Register a suite under its name. Raises ValueError if the name is taken, or for the name of an unknown metric."""
     check("suite", new.name not in _SUITES, "a new name", f"{new.name!r}, which is taken")
+    known: set[str] = set()
     for metric in new.metrics:
         _check_metric(metric)
-    known = {metric.name for metric in new.metrics}
+        check("metrics", metric.name not in known, "each name once", f"{metric.name!r} twice")
+        known.add(metric.name)
     for field_name, names in _named_metrics(new):
         check(field_name, not isinstance(names, str), "names of metrics, such as ('recovery_rate',)", repr(names))
         for name in names:

@@ -78,6 +78,8 @@ def test_names_that_do_not_fit_are_refused_at_once(monkeypatch: pytest.MonkeyPat
     with pytest.raises(ValueError, match=r"headline: expected names of metrics, .*, got 'outside_error_px'"):
         register_suite(replace(suite("belt"), name="odd", headline="outside_error_px"))
     metric = suite("belt").metrics[0]
+    with pytest.raises(ValueError, match=r"metrics: expected each name once, got 'outside_error_px' twice"):
+        register_suite(replace(suite("belt"), name="odd", metrics=(metric, metric)))
     for wrong in (replace(metric, better="smaller"), replace(metric, statistic="mode")):
         with pytest.raises(ValueError, match=r"(better|statistic) of metric outside_error_px: expected one of "):
             register_suite(replace(suite("belt"), name="odd", metrics=(wrong,)))

@@ -243,10 +243,13 @@ def test_a_suite_without_recordings_names_those_that_have_some(
 
 
 def test_a_broken_picture_ends_the_run_with_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    folder = write_otb(tmp_path / "Car1")
+    for name in ("Car1", "Car2"):
+        folder = write_otb(tmp_path / "cars" / name)
     (folder / "img" / "0007.png").write_bytes(b"gone")
-    assert bench(folder, tmp_path / "out") == 2
-    assert "img/0007.png: expected a picture that can be read, got 4 other bytes" in capsys.readouterr().err
+    assert bench(tmp_path / "cars", tmp_path / "out") == 2
+    told = capsys.readouterr().err
+    assert "img/0007.png: expected a picture that can be read, got 4 other bytes; rows of the sequences before" in told
+    assert {row["sequence"] for row in read_rows(tmp_path / "out")} == {"Car1"}
 
 
 @pytest.fixture(scope="module")
