@@ -50,7 +50,10 @@ def print_leaderboard(
         recorded = ("block of time", "blocks of time") if scores.on_sequences is None else ("sequence", "sequences")
         units = recorded if entries[0]["scenario"] == REAL else ("episode", "episodes")
         over = "95 % intervals over them" if episodes > 1 else "too few for intervals"
-        title = f"{condition}: {counted(episodes, *units)}, {over}"
+        measured = {entry["metric"] for entry in entries}
+        without = [name for name in scores.headline if name in metrics and name not in measured]
+        gap = f"; no row gives {', '.join(without)}" if without else ""
+        title = f"{condition}: {counted(episodes, *units)}, {over}{gap}"
         board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:
             print(f"{title}\n")

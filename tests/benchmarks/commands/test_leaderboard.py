@@ -66,6 +66,15 @@ def test_metrics_and_plots_are_chosen(results: Path, capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.usefixtures("fake_suite")
+def test_a_metric_without_rows_is_named(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    entries = read_summary(results)
+    recovered = [each for each in entries if each["metric"] == "recovery_rate"]
+    leaderboard.print_leaderboard(recovered, ["kept_rate", "recovery_rate"])
+    assert "; no row gives kept_rate" in " ".join(capsys.readouterr().out.split())
+    leaderboard.print_leaderboard(entries, ["kept_rate", "recovery_rate"])
+    assert "no row gives" not in capsys.readouterr().out
+
+
 def test_bench_takes_metrics_and_plots_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["bench", "--workers", "0", "--seeds", "0:3", "--trackers", "fake_still", "--out", str(tmp_path)]
     assert main([*words, "--metric", "kept_rate", "--plot", "fast"]) == 0
