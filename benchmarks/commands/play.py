@@ -25,13 +25,14 @@ class Play(WithModules):
     """Steer a camera by hand, with its picture on the screen and an orange cross at the tracker's estimate.
 
     Keys: w and s move ahead and back; a and d move left and right (a robot turns); q and e turn; r and f climb, sink.
+    A second camera, whose view is outlined, pans by a and d, tilts by w and s, and zooms in and out by r and f.
     Every episode played to its end, with a key pressed on the way, is scored and written as rows of suite `follow` with
     the controller `human`; the report of the folder shows it beside the others. Needs a screen and
     pygame (pip install 'frameout[play]').
 
     Attributes:
         env: env id, see `frameout list`.
-        preset: one of the scenario's.
+        preset: one of the scenario's (default: the env's).
         tracker: name of the tracker (default: the env's).
         link: how commands reach the carrier: prompt, delayed or noisy.
         seeds: episodes A to B - 1, or A alone.
@@ -40,7 +41,7 @@ class Play(WithModules):
     """
 
     env: tyro.conf.Positional[str] = catalog.DEFAULT_ENV
-    preset: str = "standard"
+    preset: Annotated[str, ONE_NAME] = ""
     tracker: Annotated[str, ONE_NAME] = ""
     link: str = "prompt"
     seeds: Annotated[str, SEEDS] = "10000:10003"
@@ -54,9 +55,10 @@ class Play(WithModules):
         check("zoom", 0 < self.zoom <= 8, "a number in (0, 8]", self.zoom)
         out = self.out or Path("results") / controllers_suite().name
         make_folder(out)
-        tracker = self.tracker or catalog.envs()[self.env][1]
+        scenario, usual = catalog.envs()[self.env]
+        preset, tracker = self.preset or catalog.env_preset(scenario), self.tracker or usual
         seeds = seed_range(self.seeds)
-        asked = playing.Play(self.env, self.preset, tracker, self.link, seeds, out, self.zoom, self.modules)
+        asked = playing.Play(self.env, preset, tracker, self.link, seeds, out, self.zoom, self.modules)
         played = playing.play(asked)
         if played == 0:
             print("no episode was played to its end with a key pressed")

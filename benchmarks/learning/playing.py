@@ -23,6 +23,7 @@ from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
 from benchmarks.run.versions import versions_of
 from benchmarks.suites.judging import Ending, Judge, Score, ScoreSheet
 from benchmarks.suites.registry import controllers_suite
+from benchmarks.video.instant import draw_steered
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.view import open_display
@@ -33,10 +34,15 @@ _KEYS = {
     "right_mps": ("d", "a"),
     "climb_mps": ("r", "f"),
     "yaw_rate_rad_s": ("q", "e"),
+    "pan_rad_s": ("a", "d"),
+    "tilt_rad_s": ("w", "s"),
+    "zoom_per_s": ("r", "f"),
 }
 """Number of a command -> key that raises it, key that lowers it."""
 _TURNS_BY_SIDE = ("a", "d")
-"""Keys that turn a carrier without sideways motion."""
+"""Keys that turn a carrier that moves as a whole, without sideways motion."""
+_SHARE_OF_A_HEAD = 0.25
+"""Of a head's limits that a key commands: at all of it a narrow view is past the target within a frame or two."""
 _ESTIMATE_RGB = (230, 159, 0)
 _INSTALL = "pip install 'frameout[play]'"
 
@@ -98,15 +104,16 @@ def play(played: Play) -> int:
 
 
 def key_combinations(carrier: Carrier) -> Iterator[tuple[str, NDArray[np.float64]]]:
-    """Yield keys held together and their action (A,), each number -1, 0 or 1."""
+    """Yield keys held together and their action (A,), each number 0 or a share of the limit with a sign."""
     names = [axis.name for axis in carrier.axes]
     pairs = [_KEYS[name] for name in names]
-    if "right_mps" not in names:
+    if "yaw_rate_rad_s" in names and "right_mps" not in names:
         pairs[names.index("yaw_rate_rad_s")] = _TURNS_BY_SIDE
+    share = _SHARE_OF_A_HEAD if carrier.looks == "around" else 1.0
     for signs in itertools.product((0, 1, -1), repeat=len(names)):
         word = "".join(pair[0 if sign > 0 else 1] for pair, sign in zip(pairs, signs, strict=True) if sign)
         if word:
-            yield word, np.array(signs, dtype=float)
+            yield word, share * np.array(signs, dtype=float)
 
 
 class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
@@ -158,9 +165,10 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
         return result
 
     def render(self) -> Any:
-        """Return the picture (H, W, 3) that the tracker gets, with the tracker's estimate and no truth."""
+        """Return the picture (H, W, 3) that the tracker gets, with its estimate, and what a second camera looks at."""
         episode = self._follow.episode
         picture = episode.frame.observation.image_rgb.copy()
+        draw_steered(picture, episode.frame, 1.0)
         place = np.asarray(episode.estimate.position_px, dtype=float)
         if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
             cv2.drawMarker(picture, [int(v) for v in np.rint(place)], _ESTIMATE_RGB, cv2.MARKER_CROSS, 15, 2)

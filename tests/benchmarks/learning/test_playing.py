@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 from benchmarks.cli import main
+from benchmarks.learning import playing
 from benchmarks.learning.playing import Play, key_combinations, play
 from benchmarks.run.records import read_rows
 from benchmarks.scores.summary import write_summary
 from scenarios.envs.follow_env import FollowEnv
+from scenarios.fish_tank import head as tank_head
+from scenarios.harbour import head as harbour_head
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.stereo_follow.robot import ROBOT
 from tests.scenarios.envs.stand_in import IDS, stand_in  # noqa: F401
@@ -25,6 +28,38 @@ def test_keys_together_are_an_action() -> None:
     np.testing.assert_array_equal(air["safe"], [-1, -1, -1, -1])
     assert len(ground) == 3**2 - 1
     np.testing.assert_array_equal(ground["wa"], [1, 1])
+    for head in (tank_head.HEAD, harbour_head.HEAD):
+        turned = dict(key_combinations(head))
+        assert len(turned) == 3**3 - 1
+        np.testing.assert_array_equal(turned["awr"], [0.25, 0.25, 0.25])
+        np.testing.assert_array_equal(turned["d"], [-0.25, 0, 0])
+
+
+def test_a_second_camera_is_steered_through_its_outline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The outline is in the first picture, and moves to the left while a is down."""
+    pygame = pytest.importorskip("pygame")
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    monkeypatch.setitem(FollowEnv.metadata, "render_fps", 10_000)
+    white: list[float] = []
+    render = playing._Recorded.render
+
+    def shown(self: Any) -> Any:
+        picture, taken = render(self), self._follow.episode.frame.observation.image_rgb
+        white.append(float(np.nonzero((picture != taken).any(axis=2))[1].mean()))
+        return picture
+
+    def pressed(self: FollowEnv, action: Any) -> Any:
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=ord("a")))
+        if len(white) == 12:
+            raise KeyboardInterrupt
+        return step(self, action)
+
+    step = FollowEnv.step
+    monkeypatch.setattr(FollowEnv, "step", pressed)
+    monkeypatch.setattr(playing._Recorded, "render", shown)
+    command = ["play", "frameout/FishTankFollow-v1", "--preset", "quick", "--seeds", "3", "--out", str(tmp_path)]
+    assert main(command) == 130
+    assert white[-1] < white[0] - 5
 
 
 @pytest.mark.usefixtures("stand_in")
