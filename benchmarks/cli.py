@@ -6,11 +6,14 @@ import contextlib
 import errno
 import importlib
 import importlib.metadata
+import inspect
 import io
 import os
 import re
 import select
+import shutil
 import sys
+import textwrap
 from collections.abc import Sequence
 from itertools import pairwise, takewhile
 from typing import ClassVar, Protocol, get_args, get_type_hints
@@ -46,7 +49,7 @@ _COMMANDS = {
 """Sub-command → module and the frozen dataclass whose fields are its options."""
 
 _SUMMARIES = {
-    "list": "scenarios with their presets, trackers, controllers, suites, envs; definitions of metrics",
+    "list": "all that there is: scenarios, trackers, suites, envs, metrics",
     "bench": "run a suite, rank the trackers, write rows, summary and report",
     "compare": "paired differences of two trackers, by kind of event",
     "export": "write a data set in the file layout of another benchmark",
@@ -58,15 +61,16 @@ _SUMMARIES = {
     "render": "write an episode as an MP4",
     "report": "make the report of a result folder again from its rows",
     "show": "make a page about a data set",
-    "speed": "time rendering against PyBullet's TinyRenderer, and steps of the envs",
+    "speed": "time rendering against TinyRenderer, and steps of the envs",
     "train": "train a policy that steers by a tracker's estimate",
-    "tune": "search parameters of trackers and controllers on development seeds",
-    "learn-colours": "learn colour models of road and other ground from development towns",
+    "tune": "search parameters of trackers and controllers",
+    "learn-colours": "learn colour models of road and other ground",
     "learn-swims": "learn from simulated swims what gap methods ship",
     "learn-alarms": "learn from episodes what baselines that raise alarms ship",
 }
 _STYLE = (tyro.conf.FlagCreatePairsOff, tyro.conf.PositionalMetavarFromFieldName)
 _KINDS = {"N": "a whole number", "INT": "a whole number", "FLOAT": "a number"}
+_WIDEST = 120
 _FAILED = 1
 _USAGE_ERROR = 2
 _STOPPED = 130
@@ -182,11 +186,22 @@ def _parsed(kind: type[Command], name: str, words: Sequence[str]) -> Command:
     complaint = io.StringIO()
     try:
         with contextlib.redirect_stderr(complaint):
-            return tyro.cli(kind, args=words, prog=f"frameout {name}", config=_STYLE)
+            return tyro.cli(kind, args=words, prog=f"frameout {name}", description=_description(kind), config=_STYLE)
     except SystemExit as stop:
         if not stop.code:
             raise
         raise ValueError(_in_one_line(complaint.getvalue(), name, words, _options(kind))) from None
+
+
+def _description(kind: type[Command]) -> str:
+    """Return the docstring above its attributes in lines of the terminal's width, which tyro gives to options alone.
+
+    Tyro joins lines that begin with a letter, so all but the first of a paragraph are indented.
+    """
+    paragraphs = inspect.cleandoc(kind.__doc__ or "").partition("\n\nAttributes:")[0].split("\n\n")
+    width = min(shutil.get_terminal_size().columns, _WIDEST)
+    wrapper = textwrap.TextWrapper(width, subsequent_indent="  ", break_on_hyphens=False)
+    return "\n\n".join(map(wrapper.fill, paragraphs))
 
 
 def _check_lists(kind: type[Command], words: Sequence[str]) -> None:
@@ -260,7 +275,8 @@ def _overview() -> str:
             "",
             *lines,
             "",
-            "`frameout COMMAND --help` explains each command, `frameout --version` says which Frameout this is.",
+            "`frameout COMMAND --help` explains each command, `frameout --version` says which",
+            "Frameout this is.",
             "Start with: frameout bench --quick",
         ]
     )

@@ -99,7 +99,7 @@ class MethodEntry:
         for name, value in values.items():
             if name not in known:
                 wanted = f"parameters among {', '.join(sorted(known))}" if known else "no parameter"
-                raise ValueError(f"{self.name}: expected {wanted}, got {name!r}{_near(name, known)}")
+                raise ValueError(f"{self.name}: expected {wanted}, got {name!r}{nearest(name, known)}")
             if isinstance(value, str) and isinstance(known[name].default, int | float):
                 raise ValueError(f"{self.name}: expected a number for {name}, got {value!r}")
         return self.parameters_class(**values)
@@ -252,12 +252,13 @@ def entry(name: str) -> TrackerEntry:
     """
     known = entries()
     if name not in known:
-        near = _near(name, known) + OWN_NEEDS_MODULE
+        near = nearest(name, known) + OWN_NEEDS_MODULE
         raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}{near}")
     return known[name]
 
 
-def _near(name: str, known: Iterable[str]) -> str:
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return the nearest known name as a question in parentheses; empty if none is near."""
     near = difflib.get_close_matches(name, list(known), 1)
     return f" (did you mean {near[0]}?)" if near else ""
 

@@ -38,7 +38,8 @@ class Compare(WithModules):
     episodes that both have run are compared. p-values are corrected for the number of comparisons (Holm).
 
     Attributes:
-        first, second: names; differences are first minus second.
+        first: name of a tracker, or FOLDER:NAME; in the suite follow CONTROLLER+TRACKER.
+        second: name of another; differences are first minus second.
         directory: result folder of names without one.
         suite: use rows of this suite only; needed where both have rows of several.
         preset: use rows of this preset only.

@@ -158,7 +158,7 @@ def _measured(kept: dict[str, Any], survey: Survey) -> str:
 
 _ROLES = {
     "ours": "our own method",
-    "variant": "ours with one part left out",
+    "variant": "ours or a paper's method with a part left out or changed",
     "as-written": "a paper's method, as the paper describes it",
     "tuned": "the same, with the parameters that tuning found",
     "baseline": "a simple or general method",
@@ -252,10 +252,16 @@ def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
         for each in entrants().values()
     ]
     papers = [{"name": each.name, "summary": each.about, "reference": each.reference()} for each in PAPERS.values()]
+    envs = [
+        {"name": name, "scenario": scenario, "tracker": tracker, "preset": catalog.env_preset(scenario)}
+        for name, (scenario, tracker) in catalog.envs().items()
+    ]
     return {
         "scenarios": scenarios,
         "suites": listed_suites,
         "controllers": steering,
         "trackers": trackers,
+        "roles": _ROLES,
         "papers": papers,
+        "envs": envs,
     }

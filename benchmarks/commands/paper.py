@@ -10,10 +10,13 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import FOLDER, PUBLISH, USUAL_SEEDS, WORKERS, seed_range
+from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import repeat
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import check_renderer
+from benchmarks.run.records import FILE_NAME, read_rows
+from sim.checks import check
 from sim.choices import check_choice
 
 _EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3", "C", "D")
@@ -48,7 +51,7 @@ class Paper:
     resumes = True
 
     def run(self) -> int:
-        """Run it; return the exit status."""
+        """Run it; return the exit status. Raises ValueError for wrong arguments and a folder of something else."""
         name = self.experiment.upper()
         if name not in _EXPERIMENTS:
             check_choice("experiment", self.experiment, _EXPERIMENTS)
@@ -56,6 +59,16 @@ class Paper:
         experiment = importlib.import_module(f"benchmarks.papers.{name.lower()}").EXPERIMENT
         out = self.out or Path("results") / f"paper-{name.lower()}"
         seeds = seed_range(self.seeds) if self.seeds else experiment.seeds
+        _check_folder(out, experiment)
         with recorded(command_of("paper", replace(self, experiment=name), "experiment"), seeds, self.publish):
             repeat(experiment, out, seeds, renderer, cores(self.workers))
         return 0
+
+
+def _check_folder(out: Path, experiment: PaperExperiment) -> None:
+    """Raise ValueError for a folder with rows of something else: it would keep them below this experiment's page."""
+    rows = read_rows(out) if (out / FILE_NAME).is_file() else []
+    mine = experiment.suite, experiment.scenario, experiment.preset
+    others = {(row["suite"], row["scenario"], row["preset"]) for row in rows} - {mine}
+    held = f"{str(out)!r}, which holds rows of {', '.join(min(others, default=()))}"
+    check("out", not others, f"a folder of paper {experiment.name} alone, e.g. an empty one", held)

@@ -49,7 +49,7 @@ class Train(WithModules):
     Attributes:
         env: env id, see `frameout list`.
         algorithm: ppo, or sac (off-policy).
-        steps: number of steps of all envs together (default: 4,000,000).
+        steps: number of steps of all envs together (default: 4 million).
         tracker: name of the tracker (default: the env's); without pictures one with a model of its errors, see
             --fit-model.
         preset: one of the scenario's (default: the env's).

@@ -9,7 +9,7 @@ from typing import Any
 
 import joblib
 
-from benchmarks.learning.search import Progress, search
+from benchmarks.learning.search import Progress, announce_check, search
 from benchmarks.learning.tracker_tuning import Tuned, chosen, rows_of, score_of
 from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.run.contestants import entrant
@@ -100,6 +100,7 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
         scored,
     )
     found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, depends_on)
+    announce_check(len(budget.fresh))
     fresh_scores = (_score_with_pictures(entry, values, budget, budget.fresh) for values in (found.best, defaults))
     return chosen(found, *fresh_scores)
 

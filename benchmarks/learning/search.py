@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from benchmarks.report.numbers import counted
 from trackers.atomic_file import atomic_file
 
 _BATCH = 8
@@ -75,6 +77,11 @@ def search(
     if studies is not None:
         _draw(complete, dict(defaults), studies / f"{name}.svg")
     return Found(dict(study.best_params), float(study.best_value), float(default_score), len(complete))
+
+
+def announce_check(episodes: int) -> None:
+    """Say on stderr what is still to be done after a search, as it may take as long again."""
+    print(f"the best setting and the defaults run on {counted(episodes, 'fresh episode')} …", file=sys.stderr)
 
 
 def _study(optuna: Any, name: str, studies: Path | None, identity: str) -> Any:

@@ -12,7 +12,7 @@ from typing import Any
 import joblib
 import numpy as np
 
-from benchmarks.learning.search import Found, Progress, search
+from benchmarks.learning.search import Found, Progress, announce_check, search
 from benchmarks.run.contestants import entrant
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.records import Row
@@ -124,6 +124,7 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
         ),
     )
     on_fresh_episodes = dataclasses.replace(budget, presets=budget.fresh_presets, seeds=budget.fresh)
+    announce_check(len(budget.fresh) * len(budget.fresh_presets))
     fresh = _scores(name, {"best": found.best, "defaults": defaults}, on_fresh_episodes)
     return chosen(found, fresh["best"], fresh["defaults"])
 

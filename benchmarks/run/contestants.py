@@ -82,7 +82,7 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
     if values:
         return _from_registry(registry.entry(name), **values)
     known = entrants()
-    check_choice("tracker", name, known)
+    check_choice("tracker", name, known, why=registry.nearest(name, known) + registry.OWN_NEEDS_MODULE)
     return known[name]
 
 

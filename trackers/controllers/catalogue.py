@@ -14,7 +14,7 @@ Values found by tuning lie in ``trackers/tuned/controllers/CARRIER/NAME.json`` a
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import wraps
 from typing import Any, Literal, TypeVar, get_args
@@ -23,7 +23,7 @@ import numpy as np
 
 from trackers.controllers.policy_file import Policy, load_policy
 from trackers.protocols import Controller
-from trackers.registry import MethodEntry, check_registered, tuned_values
+from trackers.registry import OWN_NEEDS_MODULE, MethodEntry, check_registered, nearest, tuned_values
 from trackers.types import CameraCommand
 
 ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant", "external"]
@@ -141,10 +141,11 @@ def _all() -> dict[tuple[str, str], ControllerEntry]:
     return _ENTRIES
 
 
-def steers_instead(name: str) -> str:
-    """Return which carriers a controller of this name steers, as a clause of an error; empty for an unknown one."""
+def why_unknown(name: str, known: Iterable[str]) -> str:
+    """Return why a controller is none of the known ones of a carrier, as the end of an error's message."""
     carriers = sorted(carrier for carrier, named in _all() if named == name)
-    return f", which steers a {' or a '.join(carriers)}" if carriers else ""
+    steers = f", which steers a {' or a '.join(carriers)}"
+    return steers if carriers else nearest(name, known) + OWN_NEEDS_MODULE
 
 
 def our_controller(carrier: str) -> str:
@@ -167,7 +168,7 @@ def controller_entry(name: str, carrier: str) -> ControllerEntry:
     known = controllers(carrier)
     if name not in known:
         expected = f"one of {', '.join(known)}, or {POLICY}FILE"
-        raise ValueError(f"controller: expected {expected}; got {name!r}{steers_instead(name)}")
+        raise ValueError(f"controller: expected {expected}; got {name!r}{why_unknown(name, known)}")
     return known[name]
 
 

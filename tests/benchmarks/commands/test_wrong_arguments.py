@@ -18,7 +18,10 @@ pytestmark = pytest.mark.usefixtures("fake_suite")
 
 
 @pytest.mark.parametrize("command", cli._COMMANDS)
-def test_help_says_something_of_every_option(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_help_says_something_of_every_option(
+    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])
     assert stop.value.code == 0
@@ -26,6 +29,8 @@ def test_help_says_something_of_every_option(command: str, capsys: pytest.Captur
     assert f"usage: frameout {command}" in out
     assert "{None}" not in out
     assert "``" not in out
+    assert max(len(line) for line in out.splitlines() if not line.startswith("usage: ")) <= 80
+    assert re.search(r"│ [A-Z_]+ +[a-z_]+ \(required\)", out) is None
     said = " ".join(re.sub(r"[│╭╮╰╯─]", " ", out).split())
     # A default is said once, in words where it is none.
     assert re.search(r"\(default: (None|''|)\)|\(default: [^)]*\)\.? \(default", said) is None
@@ -252,5 +257,7 @@ def test_a_video_that_finds_no_room_is_told_in_one_line(
 
 def test_no_command_shows_what_there_is(capsys: pytest.CaptureFixture[str]) -> None:
     assert main([]) == 2
-    assert "frameout bench --quick" in capsys.readouterr().out
+    shown = capsys.readouterr().out
+    assert "frameout bench --quick" in shown
+    assert max(map(len, shown.splitlines())) <= 80
     assert main(["--help"]) == 0

@@ -99,7 +99,9 @@ def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch:
     assert tuned.score == -tuned.fresh_score > tuned.default_score == -tuned.fresh_default_score == 20.0
 
 
-def test_the_check_of_the_best_setting_is_on_other_presets_too(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_check_of_the_best_setting_is_on_other_presets_too_and_announced(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
         """The higher ``off_m`` the better but on the preset of the check."""
         sign = -1.0 if budget.presets == ("hard",) else 1.0
@@ -109,6 +111,7 @@ def test_the_check_of_the_best_setting_is_on_other_presets_too(monkeypatch: pyte
     assert tune("fake_shaky", BUDGET, lambda done, of: None).parameters["off_m"] > 20.0
     budget = replace(BUDGET, fresh_presets=("hard",))
     assert tune("fake_shaky", budget, lambda done, of: None).parameters == {}
+    assert capsys.readouterr().err == 2 * "the best setting and the defaults run on 2 fresh episodes …\n"
 
 
 def test_every_as_written_and_own_tracker_declares_what_is_tuned() -> None:

@@ -134,6 +134,22 @@ def test_the_command_repeats_it_with_its_own_seeds(
     assert asked == [(experiment, tmp_path, range(10_000, 10_000 + count), "raster", 1)]
 
 
+def test_the_command_takes_no_folder_of_something_else(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(paper, "repeat", lambda *given: None)
+    mine = row(a2.EXPERIMENT, "colour_pf", "frames", 80.0)
+    append_block(tmp_path, [{**mine, "renderer": "pybullet"}])
+    words = ["paper", "A2", "--seeds", "0:1", "--out", str(tmp_path)]
+    assert main(words) == 0
+    append_block(tmp_path, [{**mine, "suite": "fish", "scenario": "fish-tank-v1", "preset": "paper-c"}])
+    assert main(words) == 2
+    told = "which holds rows of fish, fish-tank-v1, paper-c"
+    assert f"out: expected a folder of paper A2 alone, e.g. an empty one, got '{tmp_path}', {told}" in (
+        capsys.readouterr().err
+    )
+
+
 @pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda each: each.name)
 def test_a_run_leaves_rows_figure_and_page(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], experiment: TrackerExperiment

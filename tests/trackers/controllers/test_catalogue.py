@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from trackers.controllers import catalogue
-from trackers.controllers.catalogue import controller_entry, register_controller, steers_instead
+from trackers.controllers.catalogue import controller_entry, register_controller, why_unknown
 from trackers.registry import NoParameters
 from trackers.types import CameraCommand
 
@@ -55,7 +55,9 @@ def _made(answer: Callable[[], Any]) -> Any:
 
 
 def test_a_controller_of_another_carrier_is_told_what_it_steers() -> None:
-    assert steers_instead("reentry") == ", which steers a helicopter or a robot"
-    assert steers_instead("nobody") == ""
+    assert why_unknown("reentry", ()) == ", which steers a helicopter or a robot"
+    own = "; one of your own is known when its module is imported"
+    assert why_unknown("rentry", ("hold", "reentry")) == f" (did you mean reentry?){own}"
+    assert why_unknown("nobody", ("hold",)) == own
     with pytest.raises(ValueError, match=r"got 'reentry', which steers a helicopter or a robot$"):
         controller_entry("reentry", "tank-head")
