@@ -23,6 +23,7 @@ def suggestion(given: object, known: Iterable[str]) -> str:
     if not isinstance(given, str):
         return ""
     names = list(known)
-    begun = sorted((name for name in names if given and name.startswith(given)), key=len)
+    # Of editions of one thing the latest, which is listed last.
+    begun = sorted((name for name in reversed(names) if given and name.startswith(given)), key=len)
     near = begun[:1] or difflib.get_close_matches(given, names, 1)
     return f" (did you mean {near[0]}?)" if near else ""

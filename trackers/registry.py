@@ -258,8 +258,9 @@ def entry(name: str) -> TrackerEntry:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the nearest known name as a question in parentheses; empty if none is near."""
-    near = difflib.get_close_matches(name, list(known), 1)
+    """Return the known name that ``name`` begins, or the nearest one, as a question in parentheses; else nothing."""
+    begun = [each for each in known if name and each.startswith(name)]
+    near = sorted(begun, key=len)[:1] or difflib.get_close_matches(name, list(known), 1)
     return f" (did you mean {near[0]}?)" if near else ""
 
 

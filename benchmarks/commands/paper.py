@@ -37,7 +37,7 @@ class Paper:
         seeds: episodes A to B - 1, or A alone (default: 10000:10050; for B3 10000:10010, as many frames as in the
             paper; for D 10000:10010, each as long as the paper's).
         renderer: raster or pybullet.
-        out: folder for rows, pictures and page (default: results/paper-a2 …).
+        out: folder for rows, pictures and page of this experiment alone (default: results/paper-a2 …).
         workers: number of worker processes.
         publish: why figures of this run on the test split are to be published, see `frameout bench --help`.
     """
@@ -70,5 +70,5 @@ def _check_folder(out: Path, experiment: PaperExperiment) -> None:
     rows = read_rows(out) if (out / FILE_NAME).is_file() else []
     mine = experiment.suite, experiment.scenario, experiment.preset
     others = {(row["suite"], row["scenario"], row["preset"]) for row in rows} - {mine}
-    held = f"{str(out)!r}, which holds rows of {', '.join(min(others, default=()))}"
+    held = "{!r}, which holds rows of suite {}, scenario {}, preset {}".format(str(out), *min(others, default=mine))
     check("out", not others, f"a folder of paper {experiment.name} alone, e.g. an empty one", held)

@@ -26,7 +26,8 @@ class Play(WithModules):
     """Steer a camera by hand, with its picture on the screen and an orange cross at the tracker's estimate.
 
     Keys: w and s move ahead and back; a and d move left and right (a robot turns); q and e turn; r and f climb, sink.
-    A second camera, whose view is outlined, pans by a and d, tilts by w and s, and zooms in and out by r and f.
+    A second camera, whose view is outlined, pans by j and l, tilts by i and k, and zooms in and out by u and o, at a
+    quarter of its limits: at all of them its narrow view is past the target within a frame or two.
     Every episode played to its end, with a key pressed on the way, is scored and written as rows of suite `follow` with
     the controller `human`; the report of the folder shows it beside the others. Needs a screen and
     pygame (pip install 'frameout[play]').

@@ -100,7 +100,7 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
         scored,
     )
     found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, depends_on)
-    announce_check(len(budget.fresh))
+    announce_check(name, len(budget.fresh))
     fresh_scores = (_score_with_pictures(entry, values, budget, budget.fresh) for values in (found.best, defaults))
     return chosen(found, *fresh_scores)
 

@@ -27,16 +27,16 @@ from benchmarks.video.instant import draw_steered
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.view import open_display
-from trackers.types import Carrier
+from trackers.types import BODY_COMMANDS, Carrier
 
 _KEYS = {
     "forward_mps": ("w", "s"),
     "right_mps": ("d", "a"),
     "climb_mps": ("r", "f"),
     "yaw_rate_rad_s": ("q", "e"),
-    "pan_rad_s": ("a", "d"),
-    "tilt_rad_s": ("w", "s"),
-    "zoom_per_s": ("r", "f"),
+    "pan_rad_s": ("j", "l"),
+    "tilt_rad_s": ("i", "k"),
+    "zoom_per_s": ("u", "o"),
 }
 """Number of a command -> key that raises it, key that lowers it."""
 _TURNS_BY_SIDE = ("a", "d")
@@ -109,11 +109,11 @@ def key_combinations(carrier: Carrier) -> Iterator[tuple[str, NDArray[np.float64
     pairs = [_KEYS[name] for name in names]
     if "yaw_rate_rad_s" in names and "right_mps" not in names:
         pairs[names.index("yaw_rate_rad_s")] = _TURNS_BY_SIDE
-    share = _SHARE_OF_A_HEAD if carrier.looks == "around" else 1.0
+    shares = np.array([1.0 if name in BODY_COMMANDS else _SHARE_OF_A_HEAD for name in names])
     for signs in itertools.product((0, 1, -1), repeat=len(names)):
         word = "".join(pair[0 if sign > 0 else 1] for pair, sign in zip(pairs, signs, strict=True) if sign)
         if word:
-            yield word, share * np.array(signs, dtype=float)
+            yield word, shares * np.array(signs)
 
 
 class _Recorded(gym.Wrapper[Any, Any, Any, Any]):

@@ -79,9 +79,10 @@ def search(
     return Found(dict(study.best_params), float(study.best_value), float(default_score), len(complete))
 
 
-def announce_check(episodes: int) -> None:
+def announce_check(name: str, episodes: int) -> None:
     """Say on stderr what is still to be done after a search, as it may take as long again."""
-    print(f"the best setting and the defaults run on {counted(episodes, 'fresh episode')} …", file=sys.stderr)
+    told = f"{name}: the best setting and the defaults now run on {counted(episodes, 'fresh episode')} …"
+    print(told, file=sys.stderr)
 
 
 def _study(optuna: Any, name: str, studies: Path | None, identity: str) -> Any:

@@ -124,7 +124,7 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
         ),
     )
     on_fresh_episodes = dataclasses.replace(budget, presets=budget.fresh_presets, seeds=budget.fresh)
-    announce_check(len(budget.fresh) * len(budget.fresh_presets))
+    announce_check(name, len(budget.fresh) * len(budget.fresh_presets))
     fresh = _scores(name, {"best": found.best, "defaults": defaults}, on_fresh_episodes)
     return chosen(found, fresh["best"], fresh["defaults"])
 

@@ -14,7 +14,7 @@ from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
 from benchmarks.suites.registry import DEFAULT, Scene, Suite, suites
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
 from scenarios.scenario import Episode, Scenario
-from sim.choices import check_choice
+from sim.choices import check_choice, suggestion
 from sim.render.compilation import forget_stale_kernels
 from trackers import registry
 from trackers.follow_one import FollowOne
@@ -82,7 +82,7 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
     if values:
         return _from_registry(registry.entry(name), **values)
     known = entrants()
-    check_choice("tracker", name, known, why=registry.nearest(name, known) + registry.OWN_NEEDS_MODULE)
+    check_choice("tracker", name, known, why=suggestion(name, known) + registry.OWN_NEEDS_MODULE)
     return known[name]
 
 

@@ -235,7 +235,7 @@ def check_names(experiment: Experiment) -> None:
     }
     for parameter, (given, expected) in known.items():
         for name in given:
-            why = catalogue.why_unknown(name, expected) if parameter == "controllers" else ""
+            why = catalogue.steers_instead(name) if parameter == "controllers" else ""
             check_choice(parameter, name, expected, why=why)
     _check_trackers(experiment)
     check_renderer(experiment.renderer)

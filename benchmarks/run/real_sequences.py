@@ -101,7 +101,9 @@ def run_on_sequences(
                     for block in _blocks(run, collection, number, sequence, missing, outcome):
                         append_block(out, block)
                 except ValueError as error:
-                    kept = "rows of the sequences before it are kept, and the same command continues"
+                    if not have and not outcome.episodes:
+                        raise
+                    kept = "the rows made before are kept, and once it is mended the same command continues"
                     raise ValueError(f"{error}; {kept}") from error
                 outcome.episodes += len(missing)
                 progress(len(have) + outcome.episodes, total)

@@ -14,7 +14,7 @@ Values found by tuning lie in ``trackers/tuned/controllers/CARRIER/NAME.json`` a
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import wraps
 from typing import Any, Literal, TypeVar, get_args
@@ -141,11 +141,10 @@ def _all() -> dict[tuple[str, str], ControllerEntry]:
     return _ENTRIES
 
 
-def why_unknown(name: str, known: Iterable[str]) -> str:
-    """Return why a controller is none of the known ones of a carrier, as the end of an error's message."""
+def steers_instead(name: str) -> str:
+    """Return which carriers a controller of this name steers, as a clause of an error; empty for an unknown one."""
     carriers = sorted(carrier for carrier, named in _all() if named == name)
-    steers = f", which steers a {' or a '.join(carriers)}"
-    return steers if carriers else nearest(name, known) + OWN_NEEDS_MODULE
+    return f", which steers a {' or a '.join(carriers)}" if carriers else ""
 
 
 def our_controller(carrier: str) -> str:
@@ -168,7 +167,8 @@ def controller_entry(name: str, carrier: str) -> ControllerEntry:
     known = controllers(carrier)
     if name not in known:
         expected = f"one of {', '.join(known)}, or {POLICY}FILE"
-        raise ValueError(f"controller: expected {expected}; got {name!r}{why_unknown(name, known)}")
+        why = steers_instead(name) or nearest(name, known) + OWN_NEEDS_MODULE
+        raise ValueError(f"controller: expected {expected}; got {name!r}{why}")
     return known[name]
 
 

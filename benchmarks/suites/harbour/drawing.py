@@ -51,7 +51,7 @@ class HarbourDrawing:
         legend.TRUTH,
         _INTRUDERS,
         _box_sign("track on an intruder", marks.ESTIMATE),
-        _box_sign(f"on nothing; from its frame {RUNNING} a false alarm, by cause", _ALARM),
+        _box_sign(f"track on nothing, a false alarm from its {RUNNING}th frame on", _ALARM),
         _box_sign("at an intruder, but not counted", _NEITHER),
     )
 

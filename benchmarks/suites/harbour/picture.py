@@ -25,8 +25,8 @@ _CELL_WIDTH_PX = 900
 _CAPTION = (
     "the earliest arrival that can be seen and stays for 8 frames, on its fourth frame and a minute after its first. "
     "Left the thermal picture with 3-D boxes, right all of it from above, the camera below. Blue: intruders. Orange: "
-    "tracks on one. Red: false alarms and their causes. Grey: tracks at an intruder that do not count, as "
-    "they are misplaced, or it is mostly hidden or not watched."
+    "tracks on one. Red: tracks on nothing, false alarms from their fourth frame on, with their causes. Grey: tracks "
+    "at an intruder that do not count, as they are misplaced, or it is mostly hidden or not watched."
 )
 
 

@@ -65,7 +65,6 @@ def test_metrics_and_plots_are_chosen(results: Path, capsys: pytest.CaptureFixtu
     assert "recovery rate" in page.partition("Every metric")[2]
 
 
-@pytest.mark.usefixtures("fake_suite")
 def test_a_metric_without_rows_is_named(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     entries = read_summary(results)
     recovered = [each for each in entries if each["metric"] == "recovery_rate"]
@@ -75,6 +74,7 @@ def test_a_metric_without_rows_is_named(results: Path, capsys: pytest.CaptureFix
     assert "no row gives" not in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("fake_suite")
 def test_bench_takes_metrics_and_plots_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["bench", "--workers", "0", "--seeds", "0:3", "--trackers", "fake_still", "--out", str(tmp_path)]
     assert main([*words, "--metric", "kept_rate", "--plot", "fast"]) == 0

@@ -69,7 +69,10 @@ def test_what_is_measured_is_kept_and_shown(kept: Path, capsys: pytest.CaptureFi
 
 def test_a_suite_is_listed_with_the_presets_that_its_scenes_run_with(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list", "--json"]) == 0
-    listed = {each["name"]: each["kind"] for each in json.loads(capsys.readouterr().out)["suites"]}
+    told = json.loads(capsys.readouterr().out)
+    assert {each["name"] for each in told["envs"]} >= set(catalog.envs())
+    assert {each["kind"] for each in (*told["trackers"], *told["controllers"])} <= told["roles"].keys()
+    listed = {each["name"]: each["kind"] for each in told["suites"]}
     steered = "road-town standard; stereo-follow standard; fish-tank standard; harbour patrol"
     # Scenes that other tests registered in this process stand behind the suite's own.
     assert f"{listed['follow']}; ".startswith(f"{steered}; ")

@@ -13,6 +13,7 @@ from benchmarks.learning import playing
 from benchmarks.learning.playing import Play, key_combinations, play
 from benchmarks.run.records import read_rows
 from benchmarks.scores.summary import write_summary
+from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.fish_tank import head as tank_head
 from scenarios.harbour import head as harbour_head
@@ -31,12 +32,12 @@ def test_keys_together_are_an_action() -> None:
     for head in (tank_head.HEAD, harbour_head.HEAD):
         turned = dict(key_combinations(head))
         assert len(turned) == 3**3 - 1
-        np.testing.assert_array_equal(turned["awr"], [0.25, 0.25, 0.25])
-        np.testing.assert_array_equal(turned["d"], [-0.25, 0, 0])
+        np.testing.assert_array_equal(turned["jiu"], [0.25, 0.25, 0.25])
+        np.testing.assert_array_equal(turned["l"], [-0.25, 0, 0])
 
 
 def test_a_second_camera_is_steered_through_its_outline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The outline is in the first picture, and moves to the left while a is down."""
+    """The outline is in the first picture, and moves to the left while j is down."""
     pygame = pytest.importorskip("pygame")
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     monkeypatch.setitem(FollowEnv.metadata, "render_fps", 10_000)
@@ -49,7 +50,7 @@ def test_a_second_camera_is_steered_through_its_outline(tmp_path: Path, monkeypa
         return picture
 
     def pressed(self: FollowEnv, action: Any) -> Any:
-        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=ord("a")))
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=ord("j")))
         if len(white) == 12:
             raise KeyboardInterrupt
         return step(self, action)
@@ -60,6 +61,16 @@ def test_a_second_camera_is_steered_through_its_outline(tmp_path: Path, monkeypa
     command = ["play", "frameout/FishTankFollow-v1", "--preset", "quick", "--seeds", "3", "--out", str(tmp_path)]
     assert main(command) == 130
     assert white[-1] < white[0] - 5
+
+
+@pytest.mark.parametrize(
+    ("env", "preset"), [("frameout/RoadTownFollow-v2", "standard"), ("frameout/HarbourFollow-v1", "patrol")]
+)
+def test_the_preset_is_the_env_s(env: str, preset: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[Play] = []
+    monkeypatch.setattr(playing, "play", lambda given: asked.append(given) or 0)
+    assert main(["play", env, "--out", str(tmp_path)]) == 0
+    assert (asked[0].preset, asked[0].tracker) == (preset, catalog.envs()[env][1])
 
 
 @pytest.mark.usefixtures("stand_in")

@@ -111,7 +111,8 @@ def test_the_check_of_the_best_setting_is_on_other_presets_too_and_announced(
     assert tune("fake_shaky", BUDGET, lambda done, of: None).parameters["off_m"] > 20.0
     budget = replace(BUDGET, fresh_presets=("hard",))
     assert tune("fake_shaky", budget, lambda done, of: None).parameters == {}
-    assert capsys.readouterr().err == 2 * "the best setting and the defaults run on 2 fresh episodes …\n"
+    said = "fake_shaky: the best setting and the defaults now run on 2 fresh episodes …\n"
+    assert capsys.readouterr().err == 2 * said
 
 
 def test_every_as_written_and_own_tracker_declares_what_is_tuned() -> None:

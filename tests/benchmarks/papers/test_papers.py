@@ -144,7 +144,7 @@ def test_the_command_takes_no_folder_of_something_else(
     assert main(words) == 0
     append_block(tmp_path, [{**mine, "suite": "fish", "scenario": "fish-tank-v1", "preset": "paper-c"}])
     assert main(words) == 2
-    told = "which holds rows of fish, fish-tank-v1, paper-c"
+    told = "which holds rows of suite fish, scenario fish-tank-v1, preset paper-c"
     assert f"out: expected a folder of paper A2 alone, e.g. an empty one, got '{tmp_path}', {told}" in (
         capsys.readouterr().err
     )

@@ -248,7 +248,7 @@ def test_a_broken_picture_ends_the_run_with_its_name(tmp_path: Path, capsys: pyt
     (folder / "img" / "0007.png").write_bytes(b"gone")
     assert bench(tmp_path / "cars", tmp_path / "out") == 2
     told = capsys.readouterr().err
-    assert "img/0007.png: expected a picture that can be read, got 4 other bytes; rows of the sequences before" in told
+    assert "img/0007.png: expected a picture that can be read, got 4 other bytes; the rows made before are kept" in told
     assert {row["sequence"] for row in read_rows(tmp_path / "out")} == {"Car1"}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Callable
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import pytest
 
 from trackers.controllers import catalogue
-from trackers.controllers.catalogue import controller_entry, register_controller, why_unknown
+from trackers.controllers.catalogue import controller_entry, register_controller, steers_instead
 from trackers.registry import NoParameters
 from trackers.types import CameraCommand
 
@@ -55,9 +56,11 @@ def _made(answer: Callable[[], Any]) -> Any:
 
 
 def test_a_controller_of_another_carrier_is_told_what_it_steers() -> None:
-    assert why_unknown("reentry", ()) == ", which steers a helicopter or a robot"
-    own = "; one of your own is known when its module is imported"
-    assert why_unknown("rentry", ("hold", "reentry")) == f" (did you mean reentry?){own}"
-    assert why_unknown("nobody", ("hold",)) == own
+    assert steers_instead("reentry") == ", which steers a helicopter or a robot"
+    assert steers_instead("nobody") == ""
+    own = "one of your own is known when its module is imported"
+    for name, near in (("rentry", " (did you mean reentry?)"), ("re", " (did you mean reentry?)"), ("nobody", "")):
+        with pytest.raises(ValueError, match=re.escape(f"got {name!r}{near}; {own}")):
+            controller_entry(name, "robot")
     with pytest.raises(ValueError, match=r"got 'reentry', which steers a helicopter or a robot$"):
         controller_entry("reentry", "tank-head")
