@@ -16,6 +16,7 @@ from benchmarks.report.numbers import ranges_text
 from benchmarks.report.page import page_style
 from benchmarks.report.pictures import read_pictures
 from benchmarks.report.templates import page_environment
+from benchmarks.run.outcome import WHY_MOVED
 from benchmarks.run.records import Row
 from benchmarks.scores.pooling import pooled
 from benchmarks.scores.statistics import bootstrap_interval
@@ -40,7 +41,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     with progress_bar(f"paper {experiment.name}") as progress:
         moved = experiment.run(out, seeds, renderer, workers, progress)
     for message in moved:
-        print(f"note: {message}", file=sys.stderr)
+        print(f"note: {message} ({WHY_MOVED})", file=sys.stderr)
     rows = experiment.rows_in(out)
     found = findings(experiment, rows)
     plots = experiment.show(out, rows, seeds, renderer)

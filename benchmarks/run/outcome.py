@@ -11,6 +11,10 @@ from benchmarks.report.numbers import counted
 from benchmarks.run.failures import Failure
 
 
+WHY_MOVED = "rows of other code or of a stopped run, or ones that a second run in the folder has made too"
+"""What every message about moved rows leaves open."""
+
+
 class ContestantWarning(UserWarning):
     """A contestant failed, or gave no answer on some frames."""
 
@@ -42,7 +46,7 @@ class Outcome:
 
     def problems_in_words(self, silence: str) -> Iterator[str]:
         """Yield a line for moved rows and, once for each tracker, for failures and frames without an answer."""
-        yield from (f"note: {moved}" for moved in self.moved)
+        yield from (f"note: {moved} ({WHY_MOVED})" for moved in self.moved)
         yield from (f"error: {failed}" for failed in self.failures_in_words())
         yield from (f"note: {silent}" for silent in self.silence_in_words(silence))
 
