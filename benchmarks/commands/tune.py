@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -38,6 +39,7 @@ from benchmarks.learning.tracker_tuning import (
     tune,
     write_tuned,
 )
+from benchmarks.report.numbers import counted
 from benchmarks.results.ledger import TEST_SPLIT
 from benchmarks.run.contestants import entrant
 from benchmarks.run.cores import cores
@@ -167,7 +169,7 @@ class Tune(WithModules):
         )
 
     def _tune_tracker(self, name: str, budget: Budget) -> None:
-        with progress_bar(f"{name}, {self.trials} trials") as progress:
+        with progress_bar(f"{name}, {self._search(budget.seeds, budget.presets)}") as progress:
             tuned = tune(name, budget, progress, self.studies)
         command = self._command(name, budget.presets, budget.seeds, budget.fresh, budget.fresh_presets)
         folder = self._tracker_folder(name)
@@ -175,12 +177,17 @@ class Tune(WithModules):
 
     def _tune_controller(self, name: str, budget: ControllerBudget) -> None:
         carrier, presets = catalog.scenario(budget.scenario).carrier.name, (budget.preset,)
-        with progress_bar(f"{name} of the {carrier}, {self.trials} trials") as progress:
+        with progress_bar(f"{name} of the {carrier}, {self._search(budget.seeds, presets)}") as progress:
             tuned = tune_controller(name, budget, progress, self.studies)
         of = f"--controllers {name} --scenario {catalog.unversioned(budget.scenario)} --tracker {budget.tracker}"
         command = self._command(of, presets, budget.seeds, budget.fresh, presets)
         folder = self._controller_folder(name, budget)
         _report(name, tuned, write_tuned(name, tuned, controllers_suite().name, presets, budget.seeds, command, folder))
+
+    def _search(self, seeds: range, presets: Sequence[str]) -> str:
+        """Return how large a search is, in words."""
+        episodes = counted(len(seeds) * len(presets), "episode")
+        return f"{counted(self.trials, 'trial')} on {episodes} of {' and '.join(presets)}"
 
     def _tracker_folder(self, name: str) -> Path:
         return self.out or registry.tuned_file(name, registry.entry(name).tracker.__module__).parent
@@ -210,7 +217,7 @@ class Tune(WithModules):
 
 def _report(name: str, tuned: Tuned, path: Path) -> None:
     scores = (tuned.score, tuned.default_score, tuned.fresh_score, tuned.fresh_default_score)
-    score, default, fresh, fresh_default = (f"{value:.3f}" for value in scores)
+    score, default, fresh, fresh_default = (f"{value:.4f}" for value in scores)
     kept = "" if tuned.parameters else ", so that the defaults stay"
     print(
         f"{name}: score of the best trial {score}, with the defaults {default}; on fresh episodes {fresh}, with the "

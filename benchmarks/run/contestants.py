@@ -82,7 +82,8 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
     if values:
         return _from_registry(registry.entry(name), **values)
     known = entrants()
-    check_choice("tracker", name, known, why=suggestion(name, known) + registry.OWN_NEEDS_MODULE)
+    own = f"{registry.OWN_NEEDS_MODULE} (--modules; in Python modules=)"
+    check_choice("tracker", name, known, why=suggestion(name, known) or own)
     return known[name]
 
 
