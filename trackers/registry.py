@@ -258,7 +258,10 @@ def entry(name: str) -> TrackerEntry:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the known name that ``name`` begins, or the nearest one, as a question in parentheses; else nothing."""
+    """Return the known name that ``name`` begins, or the nearest one, as a question in parentheses; else nothing.
+
+    The simulator, which trackers may not import, has ``sim.choices.suggestion`` for its own names.
+    """
     begun = [each for each in known if name and each.startswith(name)]
     near = sorted(begun, key=len)[:1] or difflib.get_close_matches(name, list(known), 1)
     return f" (did you mean {near[0]}?)" if near else ""

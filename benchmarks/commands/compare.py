@@ -31,7 +31,7 @@ from trackers.controllers.catalogue import POLICY
 @dataclass(frozen=True)
 class Compare(WithModules):
     """Paired differences of two trackers with 95 % intervals: by kind, side, turn and length of the frame-out; in other
-    suites by kind of event, e.g. after a lamp goes off, and over whole episodes.
+    suites by kind of event, e.g. after a lamp goes off, or over whole episodes.
 
     A tracker is named as in `frameout list`, or as FOLDER:NAME to take it from another result folder (the same tracker
     with two renderers, or before and after a change). In the suite follow the two are pairs, CONTROLLER+TRACKER. Only

@@ -82,8 +82,9 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
     if values:
         return _from_registry(registry.entry(name), **values)
     known = entrants()
-    own = f"{registry.OWN_NEEDS_MODULE} (--modules; in Python modules=)"
-    check_choice("tracker", name, known, why=suggestion(name, known) or own)
+    if name not in known:
+        own = f"{registry.OWN_NEEDS_MODULE} (--modules; in Python modules=)"
+        check_choice("tracker", name, known, why=suggestion(name, known) or own)
     return known[name]
 
 
