@@ -27,47 +27,26 @@ from benchmarks.run.source_files import ROOT, foreign_packages
 from sim.choices import check_choice, suggestion
 
 _COMMANDS = {
-    "list": ("benchmarks.commands.list_all", "List"),
-    "bench": ("benchmarks.commands.bench", "Bench"),
-    "compare": ("benchmarks.commands.compare", "Compare"),
-    "export": ("benchmarks.commands.export", "Export"),
-    "paper": ("benchmarks.commands.paper", "Paper"),
-    "generate": ("benchmarks.commands.generate", "Generate"),
-    "verify": ("benchmarks.commands.verify", "Verify"),
-    "play": ("benchmarks.commands.play", "Play"),
-    "publish": ("benchmarks.commands.publish", "Publish"),
-    "render": ("benchmarks.commands.render", "Render"),
-    "report": ("benchmarks.commands.report", "Report"),
-    "show": ("benchmarks.commands.show", "Show"),
-    "speed": ("benchmarks.commands.speed", "Speed"),
-    "train": ("benchmarks.commands.train", "Train"),
-    "tune": ("benchmarks.commands.tune", "Tune"),
-    "learn-colours": ("benchmarks.commands.learn_colours", "LearnColours"),
-    "learn-swims": ("benchmarks.commands.learn_swims", "LearnSwims"),
-    "learn-alarms": ("benchmarks.commands.learn_alarms", "LearnAlarms"),
+    "list": ("list_all", "List", "all that there is: scenarios, trackers, suites, envs, metrics"),
+    "bench": ("bench", "Bench", "run a suite, rank the trackers, write rows, summary and report"),
+    "compare": ("compare", "Compare", "paired differences of two trackers, by kind of event"),
+    "export": ("export", "Export", "write a data set in the file layout of another benchmark"),
+    "paper": ("paper", "Paper", "repeat a paper's experiment and compare with its table"),
+    "generate": ("generate", "Generate", "make a data set: pictures with all their truth"),
+    "verify": ("verify", "Verify", "check a data set: is it whole"),
+    "play": ("play", "Play", "steer a camera by hand, scored like a controller"),
+    "publish": ("publish", "Publish", "make the published tables, check them, put them into RESULTS.md"),
+    "render": ("render", "Render", "write an episode as an MP4"),
+    "report": ("report", "Report", "make the report of a result folder again from its rows"),
+    "show": ("show", "Show", "make a page about a data set"),
+    "speed": ("speed", "Speed", "time rendering against TinyRenderer, and steps of the envs"),
+    "train": ("train", "Train", "train a policy that steers by a tracker's estimate"),
+    "tune": ("tune", "Tune", "search parameters of trackers and controllers"),
+    "learn-colours": ("learn_colours", "LearnColours", "learn colour models of road and other ground"),
+    "learn-swims": ("learn_swims", "LearnSwims", "learn from simulated swims what gap methods ship"),
+    "learn-alarms": ("learn_alarms", "LearnAlarms", "learn from episodes what baselines that raise alarms ship"),
 }
-"""Sub-command → module and the frozen dataclass whose fields are its options."""
-
-_SUMMARIES = {
-    "list": "all that there is: scenarios, trackers, suites, envs, metrics",
-    "bench": "run a suite, rank the trackers, write rows, summary and report",
-    "compare": "paired differences of two trackers, by kind of event",
-    "export": "write a data set in the file layout of another benchmark",
-    "paper": "repeat a paper's experiment and compare with its table",
-    "generate": "make a data set: pictures with all their truth",
-    "verify": "check a data set: is it whole",
-    "play": "steer a camera by hand, scored like a controller",
-    "publish": "make the published tables, check them, put them into RESULTS.md",
-    "render": "write an episode as an MP4",
-    "report": "make the report of a result folder again from its rows",
-    "show": "make a page about a data set",
-    "speed": "time rendering against TinyRenderer, and steps of the envs",
-    "train": "train a policy that steers by a tracker's estimate",
-    "tune": "search parameters of trackers and controllers",
-    "learn-colours": "learn colour models of road and other ground",
-    "learn-swims": "learn from simulated swims what gap methods ship",
-    "learn-alarms": "learn from episodes what baselines that raise alarms ship",
-}
+"""Sub-command → its module in ``commands``, the dataclass there whose fields are its options, and what it does."""
 _STYLE = (tyro.conf.FlagCreatePairsOff, tyro.conf.PositionalMetavarFromFieldName)
 _KINDS = {"N": "a whole number", "INT": "a whole number", "FLOAT": "a number"}
 _WIDEST = 120
@@ -128,10 +107,10 @@ def _run(arguments: Sequence[str] | None) -> int:
         check_choice("command", name, _COMMANDS)
     except ValueError as error:
         return _refuse(str(error))
-    module, kind = _COMMANDS[name]
+    module, kind, _ = _COMMANDS[name]
     command: Command | None = None
     try:
-        command = _parsed(getattr(importlib.import_module(module), kind), name, rest)
+        command = _parsed(getattr(importlib.import_module(f"benchmarks.commands.{module}"), kind), name, rest)
         with contestants_print_to_stderr():
             load_modules(getattr(command, "modules", ()))
         return command.run()
@@ -265,8 +244,8 @@ def _refuse(message: str) -> int:
 
 
 def _overview() -> str:
-    width = max(map(len, _SUMMARIES))
-    lines = [f"  {name:<{width}}  {summary}" for name, summary in _SUMMARIES.items()]
+    width = max(map(len, _COMMANDS))
+    lines = [f"  {name:<{width}}  {summary}" for name, (_, _, summary) in _COMMANDS.items()]
     return "\n".join(
         [
             "usage: frameout COMMAND …",

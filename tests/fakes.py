@@ -81,7 +81,6 @@ class DrawnTown:
         self._extent_m = extent_m
         self._car_rgb = car_rgb
         side = round(extent_m * _SCALE)
-        self._class_map = np.ones((side, side), np.uint8)
         ground = np.empty((side, side, 3), np.uint8)
         ground[:] = (88, 118, 62)
         if not bare:
@@ -93,23 +92,18 @@ class DrawnTown:
     def _paint_road(self, ground: NDArray[np.uint8], road_m: NDArray[np.float64]) -> None:
         line = np.round(self._to_ground(road_m) * 16).astype(np.int32).reshape(-1, 1, 2)
 
-        def stroke(image: NDArray[np.uint8], width_m: float, colour: tuple[int, ...]) -> None:
-            cv2.polylines(image, [line], False, colour, round(width_m * _SCALE), cv2.LINE_8, shift=4)
+        def stroke(width_m: float, colour: tuple[int, int, int]) -> None:
+            cv2.polylines(ground, [line], False, colour, round(width_m * _SCALE), cv2.LINE_8, shift=4)
 
-        stroke(ground, ROAD_WIDTH_M + 4.0, (150, 145, 138))
-        stroke(ground, ROAD_WIDTH_M, (82, 82, 86))
-        stroke(ground, ROAD_WIDTH_M - 0.6, (225, 225, 225))
-        stroke(ground, ROAD_WIDTH_M - 1.0, (82, 82, 86))
-        stroke(self._class_map, ROAD_WIDTH_M, (0,))
+        stroke(ROAD_WIDTH_M + 4.0, (150, 145, 138))
+        stroke(ROAD_WIDTH_M, (82, 82, 86))
+        stroke(ROAD_WIDTH_M - 0.6, (225, 225, 225))
+        stroke(ROAD_WIDTH_M - 1.0, (82, 82, 86))
         for i in range(0, len(road_m) - 8, 16):
             cv2.polylines(ground, [line[i : i + 8]], False, (225, 225, 225), 2, cv2.LINE_8, shift=4)
 
     def _to_ground(self, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
         return (points_m + 0.5 * self._extent_m) * _SCALE
-
-    def labelled_pixels(self) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Return the whole painted ground (S, S, 3) and its classes (S, S): 0 road, 1 other."""
-        return self.ground_rgb, self._class_map
 
     def frame(
         self,

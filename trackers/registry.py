@@ -262,8 +262,10 @@ def nearest(name: str, known: Iterable[str]) -> str:
 
     The simulator, which trackers may not import, has ``sim.choices.suggestion`` for its own names.
     """
-    begun = [each for each in known if name and each.startswith(name)]
-    near = sorted(begun, key=len)[:1] or difflib.get_close_matches(name, list(known), 1)
+    names = list(known)
+    # Of editions of one thing the latest, which is listed last.
+    begun = sorted((each for each in reversed(names) if name and each.startswith(name)), key=len)
+    near = begun[:1] or difflib.get_close_matches(name, names, 1)
     return f" (did you mean {near[0]}?)" if near else ""
 
 

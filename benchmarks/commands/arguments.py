@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import tyro
 
@@ -27,6 +27,13 @@ USUAL_SEEDS = tyro.conf.arg(metavar="A:B", help_behavior_hint="")
 POSITIONAL_NAMES = tyro.conf.arg(metavar="NAME …", help_behavior_hint="")
 PUBLISH = tyro.conf.arg(metavar="WHY", help_behavior_hint="")
 FOLDER = tyro.conf.arg(metavar="FOLDER", help_behavior_hint="")
+
+
+def check_unset(command: object, parameters: Iterable[str], why: str) -> None:
+    """Raise ValueError if one of a command's parameters is not left at its default; ``why`` comes after "none"."""
+    for name in parameters:
+        mine, default = getattr(command, name), getattr(type(command), name)
+        check(name, mine == default, f"none {why}", repr(mine))
 
 
 def names(given: Sequence[str]) -> tuple[str, ...]:

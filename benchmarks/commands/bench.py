@@ -23,6 +23,7 @@ from benchmarks.commands.arguments import (
     SEEDS,
     WORDS,
     WORKERS,
+    check_unset,
     names,
     seed_range,
 )
@@ -253,9 +254,9 @@ class Bench(WithModules):
         """Raise ValueError for arguments of episodes."""
         steered = (*self.scenario, *self.preset, *self.controllers)
         check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
-        for name in _OF_EPISODES:
-            mine, default = getattr(self, name), getattr(type(self), name)
-            check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
+        check_unset(self, _OF_EPISODES, "with --real, which runs no episodes")
+        check("workers", not self.workers, "none with --real, which runs in this process", self.workers)
+        check_unset(self, ("backend",), "with --real, which runs in this process")
 
     @contestants_print_to_stderr()
     def _run_on_files(self, wanted: Suite) -> tuple[Path, Outcome]:

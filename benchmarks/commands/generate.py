@@ -122,6 +122,7 @@ class Generate(WithModules):
     def _seeds(self) -> range:
         if (self.seeds is None) == (self.episodes is None):
             raise ValueError("seeds: expected either --seeds A:B or --episodes N, got both or neither")
+        check("episodes", self.episodes is None or self.episodes > 0, "a whole number > 0", self.episodes)
         return seed_range(f"0:{self.episodes}" if self.seeds is None else self.seeds)
 
     def _say(self, told: Forecast, workers: int) -> int:

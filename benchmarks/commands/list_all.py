@@ -11,7 +11,7 @@ from typing import Annotated, Any
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import SEEDS, seed_range
+from benchmarks.commands.arguments import SEEDS, check_unset, seed_range
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
@@ -64,6 +64,8 @@ class List(WithModules):
         check("list", len(pages) <= 1, "one of --reference, --envs, --metrics, --measure", ", ".join(pages))
         markdown = self.reference or self.envs
         check("json", not (self.json and markdown), f"none with --{''.join(pages)}, which is Markdown", self.json)
+        if not self.measure:
+            check_unset(self, ("seeds",), "without --measure")
         if self.reference:
             print(reference_page(), end="")
             return 0

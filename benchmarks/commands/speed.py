@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,7 +12,7 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import COUNT, POSITIONAL_NAMES, SEEDS, names, seed_range
+from benchmarks.commands.arguments import COUNT, POSITIONAL_NAMES, SEEDS, check_unset, names, seed_range
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
@@ -28,12 +29,16 @@ from benchmarks.speed.resets import measure_resets
 from benchmarks.speed.soak import LARGEST_GROWTH, SoakSample, growth, soak
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import is_playable
+from scenarios.scenario import Scenario
 from sim.checks import check
 from sim.choices import check_choice
 from trackers.atomic_file import write_atomic
 
+_QUICK_SEEDS, _QUICK_FRAMES = "0:1", 16
 _SOAKED_ENVS = 4
 _FEWEST_SOAKED_STEPS = 1000
+
+Entry = dict[str, Any]
 
 
 @dataclass(frozen=True)
@@ -77,70 +82,62 @@ class Speed(WithModules):
 
     def run(self) -> int:
         """Measure; return the exit status."""
+        if self.soak is not None:
+            others = ("scenarios", "seeds", "frames", "stored", "resets", "quick", "out", "json")
+            check_unset(self, others, "with --soak, which makes steps and no table")
+            return self._soak(self.soak)
         if self.quick:
-            for name in ("seeds", "frames"):
-                mine, default = getattr(self, name), getattr(type(self), name)
-                check(name, mine == default, "none with --quick, which has its own", repr(mine))
-            return replace(self, quick=False, seeds="0:1", frames=16).run()
+            check_unset(self, ("seeds", "frames"), "with --quick, which has its own")
         enough = self.frames >= FRAMES_PER_BARE_CALL
         check("frames", enough, f"a whole number >= {FRAMES_PER_BARE_CALL}", self.frames)
-        if self.soak is not None:
-            return self._soak(self.soak)
         check("resets", not (self.resets and self.stored), "one of --stored, --resets", "both")
         if self.stored:
             needs_data()
-        seeds = seed_range(self.seeds)
+        seeds = seed_range(_QUICK_SEEDS if self.quick else self.seeds)
+        frames = _QUICK_FRAMES if self.quick else self.frames
         latest = dict.fromkeys(map(catalog.unversioned, catalog.names()))
         known = [catalog.scenario(name) for name in names(self.scenarios) or latest]
         chosen = [scenario for scenario in known if self.preset in scenario.presets] or known
         for scenario in chosen:
             check_choice("preset", self.preset, scenario.presets)
         make_folder(self.out)
-        entries = []
-        for scenario in chosen:
-            if self.stored:
-                entries += self._stored(scenario.id, seeds)
-                continue
-            env_ids = [env_id for env_id, (followed, _) in catalog.envs().items() if followed == scenario.id]
-            if self.resets:
-                check("resets", bool(env_ids) or not self.scenarios, "scenarios with an env", scenario.id)
-                for env_id in env_ids:
-                    with progress_bar(f"throughput of {env_id}") as progress:
-                        entries += measure_resets(env_id, self.preset, seeds, self.frames, progress)
-                continue
-            with progress_bar(f"speed of {scenario.id}") as progress:
-                entries += measure_scenario(scenario.id, self.preset, seeds, self.frames, progress)
-            if scenario.id == SCENARIO:
-                with progress_bar(f"speed of {ENV_ID}") as progress:
-                    entries += measure_env(self.preset, seeds, self.frames, progress)
-            for env_id in env_ids:
-                if is_playable(scenario.id, scenario.presets[self.preset]):
-                    entries += measure_pictureless(env_id, self.preset, seeds, EPISODES)
+        measured = self._stored if self.stored else self._resets if self.resets else self._rendering
+        entries = [entry for scenario in chosen for entry in measured(scenario, seeds, frames)]
         write_atomic(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")
         if self.json:
             print(json.dumps(entries, indent=1))
-            return 0
-        table = Table(
-            title=f"speed over {counted(len(seeds), 'seed')}{', 95 % intervals over them' if len(seeds) > 1 else ''}",
-            box=box.SIMPLE_HEAD,
-        )
-        for column in ("scenario", "preset", "metric", "unit"):
-            table.add_column(column)
-        for column in ("mean", "95 % interval"):
-            table.add_column(column, justify="right")
-        for entry in entries:
-            interval = f"{entry['ci_low']:.2f} to {entry['ci_high']:.2f}" if len(seeds) > 1 else NO_NUMBER
-            row = (entry["scenario"], entry["preset"], entry["metric"], entry["unit"])
-            table.add_row(*row, f"{entry['mean']:.2f}", interval)
-        console_of().print(table)
+        else:
+            console_of().print(_table(entries, len(seeds)))
         return 0
 
-    def _stored(self, scenario: str, seeds: range) -> list[dict[str, Any]]:
+    def _stored(self, scenario: Scenario, seeds: range, frames: int) -> list[Entry]:
         """Measure data sets of a scenario."""
         # After the check that they are installed, since it imports these packages.
         from benchmarks.speed.storing import measure_storing
 
-        return measure_storing(scenario, self.preset, seeds, self.frames)
+        return measure_storing(scenario.id, self.preset, seeds, frames)
+
+    def _resets(self, scenario: Scenario, seeds: range, frames: int) -> list[Entry]:
+        """Measure the throughput of a scenario's envs with resets."""
+        env_ids = _env_ids(scenario)
+        check("resets", bool(env_ids) or not self.scenarios, "scenarios with an env", scenario.id)
+        entries = []
+        for env_id in env_ids:
+            with progress_bar(f"throughput of {env_id}") as progress:
+                entries += measure_resets(env_id, self.preset, seeds, frames, progress)
+        return entries
+
+    def _rendering(self, scenario: Scenario, seeds: range, frames: int) -> list[Entry]:
+        """Measure pictures of a scenario, and steps of its envs."""
+        with progress_bar(f"speed of {scenario.id}") as progress:
+            entries = measure_scenario(scenario.id, self.preset, seeds, frames, progress)
+        if scenario.id == SCENARIO:
+            with progress_bar(f"speed of {ENV_ID}") as progress:
+                entries += measure_env(self.preset, seeds, frames, progress)
+        if is_playable(scenario.id, scenario.presets[self.preset]):
+            for env_id in _env_ids(scenario):
+                entries += measure_pictureless(env_id, self.preset, seeds, EPISODES)
+        return entries
 
     def _soak(self, steps: int) -> int:
         """Soak and print samples; return 1 if memory grew by more than is allowed."""
@@ -149,6 +146,26 @@ class Speed(WithModules):
         grown = growth(samples)
         print(f"mean memory in the last fifth of the steps against the second: {grown:+.1%}")
         return int(grown > LARGEST_GROWTH)
+
+
+def _env_ids(scenario: Scenario) -> list[str]:
+    """Return the envs of a scenario."""
+    return [env_id for env_id, (followed, _) in catalog.envs().items() if followed == scenario.id]
+
+
+def _table(entries: Sequence[Entry], seed_count: int) -> Table:
+    """Return the figures as a table."""
+    intervals = ", 95 % intervals over them" if seed_count > 1 else ""
+    table = Table(title=f"speed over {counted(seed_count, 'seed')}{intervals}", box=box.SIMPLE_HEAD)
+    for column in ("scenario", "preset", "metric", "unit"):
+        table.add_column(column)
+    for column in ("mean", "95 % interval"):
+        table.add_column(column, justify="right")
+    for entry in entries:
+        interval = f"{entry['ci_low']:.2f} to {entry['ci_high']:.2f}" if seed_count > 1 else NO_NUMBER
+        row = (entry["scenario"], entry["preset"], entry["metric"], entry["unit"])
+        table.add_row(*row, f"{entry['mean']:.2f}", interval)
+    return table
 
 
 def _print_sample(sample: SoakSample) -> None:

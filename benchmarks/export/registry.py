@@ -10,6 +10,7 @@ from benchmarks.export.destination import whole_folder
 from benchmarks.export.export_format import ExportFormat
 from benchmarks.run.packages import check_packages
 from sim.checks import check
+from sim.choices import check_choice
 
 _FORMATS = {
     "coco": "benchmarks.export.coco:COCO",
@@ -34,8 +35,7 @@ def format_names() -> tuple[str, ...]:
 
 def export_format(name: str) -> ExportFormat:
     """Return a format. Raises ValueError for an unknown name; lists the known ones."""
-    if name not in _FORMATS:
-        raise ValueError(f"format: expected one of {', '.join(_FORMATS)}; got {name!r}")
+    check_choice("format", name, _FORMATS)
     module, _, attribute = _FORMATS[name].partition(":")
     found: ExportFormat = getattr(importlib.import_module(module), attribute)
     return found

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
-
-import joblib
 
 from benchmarks.learning.search import Progress, announce_check, search
 from benchmarks.learning.tracker_tuning import Tuned, chosen, rows_of, score_of
@@ -15,6 +14,7 @@ from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.run.contestants import entrant
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_modules import load_modules
+from benchmarks.run.processes import in_processes
 from benchmarks.run.steering import link_in
 from benchmarks.run.versions import modules_of, versions_of_modules
 from benchmarks.suites.registry import controllers_suite
@@ -90,8 +90,8 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
         episode_bank(budget.scenario, preset, budget.seeds, budget.cache)
 
         def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
-            jobs = (joblib.delayed(score_without_pictures)(entry, values, budget) for values in settings.values())
-            return dict(zip(settings, joblib.Parallel(n_jobs=budget.workers)(jobs), strict=True))
+            labelled = partial(_labelled_score, entry, budget)
+            return dict(in_processes(labelled, settings.items(), budget.workers))
 
     scored = (model, controllers_suite().tuned_for)
     depends_on = (
@@ -112,6 +112,13 @@ def score_without_pictures(entry: ControllerEntry, values: dict[str, Any], budge
         budget.scenario, budget.preset, budget.tracker, entry.name, values, budget.seeds, budget.cache
     )
     return sum(factor * float(scores[metric].mean()) for metric, factor in controllers_suite().tuned_for.items())
+
+
+def _labelled_score(
+    entry: ControllerEntry, budget: ControllerBudget, setting: tuple[str, dict[str, Any]]
+) -> tuple[str, float]:
+    label, values = setting
+    return label, score_without_pictures(entry, values, budget)
 
 
 def _score_with_pictures(

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import joblib
 import numpy as np
 
 from benchmarks.learning.search import Found, Progress, announce_check, search
 from benchmarks.run.contestants import entrant
-from benchmarks.run.jobs import Job, run_job
+from benchmarks.run.jobs import Job
+from benchmarks.run.processes import results
 from benchmarks.run.records import Row
 from benchmarks.run.steering import link_in
 from benchmarks.run.versions import modules_of, versions_of_modules
@@ -192,9 +193,15 @@ def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> d
 
 
 def rows_of(jobs: Sequence[Job], workers: int) -> list[Row]:
-    """Run jobs in processes and return all of their rows."""
-    results = joblib.Parallel(n_jobs=workers)(joblib.delayed(run_job)(job) for job in jobs)
-    return [row for result in results for block in result.blocks for row in block]
+    """Run jobs and return all of their rows, in the order of the jobs; a tracker that ends its process has no answers.
+
+    Args:
+        workers: processes; 0 = this process.
+    """
+    with tempfile.TemporaryDirectory() as notes:
+        noted = [dataclasses.replace(job, notes=Path(notes)) for job in jobs]
+        blocks = {result.job.name: result.blocks for result in results(noted, workers, "loky")}
+    return [row for job in noted for block in blocks[job.name] for row in block]
 
 
 def _scenario(budget: Budget) -> Scenario:

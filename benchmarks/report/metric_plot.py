@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -65,10 +66,12 @@ def _colours(condition: Condition, everything: Sequence[Entry]) -> dict[str, str
 
 
 def _draw(axes: Axes, condition: Condition, entries: Sequence[Entry], colours: dict[str, str]) -> None:
-    """Draw the entries from the top: the better the mean, the higher."""
+    """Draw the entries from the top: the better the mean, the higher; one without a mean has no dot."""
     metric = suite(condition[0]).metric(entries[0]["metric"])
     ranked = sorted(entries, key=lambda entry: _worth(metric, entry["mean"]))
     for place, entry in enumerate(ranked):
+        if entry["mean"] is None:
+            continue
         colour = colours[label_of(entry)]
         ends = [entry["mean"] if entry[key] is None else entry[key] for key in ("ci_low", "ci_high")]
         axes.plot(ends, [place, place], color=colour, linewidth=2, solid_capstyle="butt")
@@ -88,7 +91,9 @@ def _draw(axes: Axes, condition: Condition, entries: Sequence[Entry], colours: d
         in_percent(axes.xaxis)
 
 
-def _worth(metric: Metric, mean: float) -> float:
+def _worth(metric: Metric, mean: float | None) -> float:
+    if mean is None:
+        return -math.inf
     if metric.ideal is not None:
         return -abs(mean - metric.ideal)
     return mean if metric.better == "higher" else -mean

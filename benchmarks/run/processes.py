@@ -22,10 +22,10 @@ def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResu
     Args:
         jobs: consumed one by one. workers: processes; 0 = this process.
         backend: joblib's.
+
+    Raises:
+        ChildProcessError: if a process ends outside of any tracker.
     """
-    if workers == 0:
-        yield from map(run_job, jobs)
-        return
     coming = iter(jobs)
     waiting: dict[str, Job] = {}
     ended = False
@@ -39,7 +39,7 @@ def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResu
             # One dead worker ends the whole pool: each job that was running is suspect and is run alone.
             suspects = [job for job in waiting.values() if job.note_file is not None and job.note_file.exists()]
             if not suspects:
-                raise RuntimeError(
+                raise ChildProcessError(
                     "a worker process ended outside of any episode; the same command continues"
                 ) from None
             for job in suspects:
@@ -63,7 +63,7 @@ def _alone(job: Job, backend: str) -> JobResult:
         except BrokenProcessPool:
             note = read_note(job.note_file)
             if note is None or note[0] in job.deadly:
-                raise RuntimeError(
+                raise ChildProcessError(
                     f"{job.scenario} {job.preset}, seed {job.seed}: its process ends outside of any tracker"
                 ) from None
             job = replace(job, deadly={**job.deadly, note[0]: note[1]})
@@ -75,11 +75,14 @@ def in_processes(
     """Yield what a function makes of each of ``given``, as it comes.
 
     Args:
-        given: consumed one by one. workers: processes, >= 1. backend: joblib's.
+        given: consumed one by one. workers: processes; 0 = this process. backend: joblib's.
 
     Raises:
         BrokenProcessPool: if a process ended.
     """
+    if workers == 0:
+        yield from map(function, given)
+        return
     # joblib runs n_jobs = 1 in this process: two processes with one job in flight act as one worker.
     parallel = joblib.Parallel(
         n_jobs=max(workers, 2),

@@ -44,6 +44,7 @@ def run_on_files(
     if suite.recordings is None:
         able = sorted(name for name, each in suites().items() if each.recordings or each.on_sequences)
         raise ValueError(f"real: expected a suite that judges recordings ({', '.join(able)}), got {suite.name}")
+    check("limit_s", limit_s > 0, "a number of seconds > 0", f"{limit_s:g}")
     makers = {name: registry.entry(name) for name in trackers}
     live = {name: maker.create(tracker_stream(0, name)) for name, maker in makers.items()}
     bridging = {name: each for name, each in live.items() if isinstance(each, BridgingTracker)}

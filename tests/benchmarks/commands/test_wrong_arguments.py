@@ -127,6 +127,9 @@ def test_help_says_something_of_every_option(
         (["speed", "--quick", "--seeds", "0:2"], "seeds: expected none with --quick, which has its own, got '0:2'"),
         (["speed", "--resets", "--stored"], "resets: expected one of --stored, --resets, got both"),
         (["speed", "paper-sheet", "--resets", "--preset", "paper-b1"], "resets: expected scenarios with an env, got"),
+        (["speed", "--soak", "1000", "--stored"], "stored: expected none with --soak, which makes steps and no table"),
+        (["list", "--seeds", "0:3"], "seeds: expected none without --measure, got '0:3'"),
+        (["generate", "road-town", "--episodes", "0", "--out", "set"], "episodes: expected a whole number > 0, got 0"),
         (["speed", "--soak", "7"], "soak: expected a whole number >= 1000, got 7"),
         (
             ["generate", "road-town", "--seeds", "0:1", "--out", "set", "--frame-count", "0"],

@@ -11,7 +11,8 @@ import pytest
 
 from benchmarks.learning import tracker_tuning as tuning
 from benchmarks.learning.search import Found, search
-from benchmarks.learning.tracker_tuning import Budget, tunables, tune, write_tuned
+from benchmarks.learning.tracker_tuning import Budget, rows_of, tunables, tune, write_tuned
+from benchmarks.run.jobs import Job
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.registry import Scene
 from benchmarks.suites.registry import suite as registered
@@ -49,7 +50,7 @@ def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tuning, "suite", lambda name: fake)
 
 
-BUDGET = Budget("frame-out", ("tiny",), range(1), ("tiny",), range(1, 3), trials=20, workers=1)
+BUDGET = Budget("frame-out", ("tiny",), range(1), ("tiny",), range(1, 3), trials=20, workers=0)
 
 
 def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> None:
@@ -147,3 +148,13 @@ def test_a_search_goes_on_unless_what_it_depends_on_has_changed(tmp_path: Path) 
     assert len(tried) == 5
     assert found(5, "another").trials == 5
     assert len(tried) == 10
+
+
+def test_a_tracker_that_ends_its_process_scores_as_one_without_answers() -> None:
+    town, modules = fakes_scenario.FAKE_TOWN.id, ("tests.fakes_scenario",)
+    trackers = ("fake_kills", "fake_silent")
+    jobs = [Job("frame-out", town, "tiny", "raster", seed, None, trackers, modules=modules) for seed in (1, 0)]
+    rows = [row for row in rows_of(jobs, 2) if row["metric"] == "offscreen_error_m"]
+    values = {name: [(row["seed"], row["value"]) for row in rows if row["tracker"] == name] for name in trackers}
+    assert values["fake_kills"] == values["fake_silent"]
+    assert list(dict(values["fake_kills"])) == [1, 0]

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from benchmarks import Results
 from benchmarks.report.long_table import lists_table, numbers_table
+from benchmarks.report.metric_plot import metric_figure
 from benchmarks.report.palette import PLACEHOLDERS, light_colours, on_light
 from benchmarks.run.records import read_rows
 from tests.benchmarks.fake_rows import TRACKERS, write_rows
@@ -96,6 +97,18 @@ def test_the_best_stands_above_whatever_is_better(results: Results) -> None:
     assert lower.get_yticklabels()[-1].get_text() in ("sharp", "oracle_map")
     (ideal,) = results.plot("coverage_95").axes
     assert ideal.get_xlabel() == "coverage 95, ideal: 95.0 %"
+
+
+def test_a_contestant_without_a_mean_is_named_below_the_others(results: Results) -> None:
+    summary = json.loads((results.directory / "summary.json").read_text())
+    shown = [entry for entry in summary if entry["metric"] == "recovery_rate"]
+    nothing = dict.fromkeys(("mean", "ci_low", "ci_high"))
+    undefined = [entry | nothing if entry["tracker"] in ("sharp", "oracle_map") else entry for entry in shown]
+    (axes,) = metric_figure(undefined, "recovery_rate").axes
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert sorted(names) == sorted(TRACKERS)
+    assert {*names[:2]} == {"sharp", "oracle_map"}
+    assert [line.get_ydata()[0] for line in axes.lines[1::2]] == [*range(2, len(names))]
 
 
 def test_conditions_have_axes_of_their_own(results: Results, tmp_path: Path) -> None:

@@ -123,6 +123,8 @@ def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys:
     [
         (["--real", "nothing.csv"], "real: expected files that exist, got 'nothing.csv'"),
         (["--real", "x", "--preset", "quick"], "real: expected no scenario, preset or controller, got quick"),
+        (["--real", "x", "--workers", "2"], "workers: expected none with --real, which runs in this process, got 2"),
+        (["--real", "x", "--limit-s", "0"], "limit_s: expected a number of seconds > 0, got 0"),
         (["--real", "x", "--seeds", "0:3"], "seeds: expected none with --real, which runs no episodes, got '0:3'"),
         (["--real", "x", "--renderer", "pybullet"], "renderer: expected none with --real"),
         (["--real", "x", "--link", "noisy"], "link: expected none with --real"),
