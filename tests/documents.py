@@ -42,6 +42,11 @@ def commands(name: str, mark: str) -> list[str]:
     return [line for text in texts for line in text.splitlines() if line not in MAKE]
 
 
+def in_one_process(command: str) -> str:
+    """Return a command so that it needs no workers, each of which imports all again, on cores that run other tests."""
+    return f"{command} --workers 0" if command.startswith(("frameout bench ", "frameout generate ")) else command
+
+
 def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
     """Run a command as a user would who has activated the environment."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"

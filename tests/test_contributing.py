@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cli import main
-from tests.documents import ROOT, blocks_of, commands, succeeds
+from tests.documents import ROOT, blocks_of, commands, in_one_process, succeeds
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     assert name, f"{heading}: expected the file's name on the first line"
     (tmp_path / name[1]).write_text(file)
     (shown,) = [block.text for block in section if block.language == "bash" and not block.mark]
-    told = "".join(succeeds(command, tmp_path) for command in shown.splitlines())
+    told = "".join(succeeds(in_one_process(command), tmp_path) for command in shown.splitlines())
     told += "".join(path.read_text() for path in tmp_path.rglob("summary.json"))
     expected = {
         "Add a tracker": '"tracker": "template_match"',
@@ -47,7 +47,7 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
 
 def test_the_scenes_that_contributing_shows_run_in_a_checkout(tmp_path: Path) -> None:
     for command in commands("CONTRIBUTING.md", "checkout"):
-        succeeds(command.replace("results/", f"{tmp_path}/"), ROOT)
+        succeeds(in_one_process(command).replace("results/", f"{tmp_path}/"), ROOT)
     assert '"metric": "found_rate"' in (tmp_path / "toy" / "summary.json").read_text()
     assert '"metric": "outside_error_px"' in (tmp_path / "belt" / "summary.json").read_text()
     assert (tmp_path / "belt.mp4").exists()
@@ -68,7 +68,7 @@ def test_long_commands_are_understood(
 
 def test_python_about_envs_and_data_sets_in_contributing_runs(tmp_path: Path) -> None:
     texts = {block.heading: block.text for block in blocks_of("CONTRIBUTING.md") if block.language == "python"}
-    succeeds("frameout generate road-town --preset quick --seeds 0:1 --out results/set", tmp_path)
+    succeeds("frameout generate road-town --preset quick --seeds 0:1 --workers 0 --out results/set", tmp_path)
     told = []
     for heading in ("Where the envs come from", "How a data set is stored"):
         (tmp_path / "look.py").write_text(texts[heading])

@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cli import main
-from tests.documents import ROOT, blocks_of, commands, succeeds
+from tests.documents import ROOT, blocks_of, commands, in_one_process, succeeds
 
 
 def test_commands_of_the_readme_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In this process, which has loaded what they need; those of CONTRIBUTING register things and get their own."""
     monkeypatch.chdir(tmp_path)
     for command in commands("README.md", ""):
-        program, *words = shlex.split(command)
+        program, *words = shlex.split(in_one_process(command))
         assert program == "frameout"
         assert main(words) == 0, command
         out = re.search(r"--out (\S+)", command)
