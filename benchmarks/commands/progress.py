@@ -28,7 +28,7 @@ _LINE_EVERY_S = 30.0
 def progress_bar(title: str) -> Iterator[Report]:
     """Show progress until the context ends.
 
-    Yields a function to be called with (done, of); its first call shows the bar.
+    Yields a function to be called with (done, of); its first call shows the bar. Another ``of`` begins a next part.
     """
     console = Console(stderr=True)
     with _bar(title, console) if console.is_terminal or console.is_jupyter else _lines(title) as report:
@@ -62,22 +62,25 @@ def _bar(title: str, console: Console) -> Iterator[Report]:
 
 @contextmanager
 def _lines(title: str) -> Iterator[Report]:
-    began_s = said_s = time.monotonic()
-    first: int | None = None
-    said, now = None, None
+    began_s = part_s = said_s = time.monotonic()
+    first = 0
+    said: tuple[int, int] | None = None
+    now: tuple[int, int] | None = None
 
     def report(done: int, of: int) -> None:
-        nonlocal first, said_s, said, now
-        first, now = done if first is None else first, (done, of)
+        nonlocal first, part_s, said_s, said, now
+        if now is None or of != now[1]:
+            # A next part begins, with a pace of its own.
+            first, part_s = done, began_s if now is None else time.monotonic()
+        now = (done, of)
         if time.monotonic() - said_s >= _LINE_EVERY_S:
             said_s, said = time.monotonic(), now
             say(done, of)
 
     def say(done: int, of: int) -> None:
-        passed_s = time.monotonic() - began_s
-        made = done - (first or 0)
-        left = f", about {_clock(passed_s * (of - done) / made)} left" if made and done < of else ""
-        print(f"{title}: {done} of {of}, {_clock(passed_s)} passed{left}", file=sys.stderr, flush=True)
+        now_s, made = time.monotonic(), done - first
+        left = f", about {_clock((now_s - part_s) * (of - done) / made)} left" if made and done < of else ""
+        print(f"{title}: {done} of {of}, {_clock(now_s - began_s)} passed{left}", file=sys.stderr, flush=True)
 
     try:
         yield report

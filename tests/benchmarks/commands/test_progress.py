@@ -36,6 +36,17 @@ def test_a_log_has_a_line_every_half_minute_and_one_at_the_end(
     ]
 
 
+def test_a_next_part_has_a_pace_of_its_own(clock: SimpleNamespace, capsys: pytest.CaptureFixture[str]) -> None:
+    with progress_bar("paper") as report:
+        report(48, 50)
+        report(50, 50)
+        clock.now += 10.0
+        report(0, 32)
+        clock.now += 30.0
+        report(2, 32)
+    assert capsys.readouterr().err == "paper: 2 of 32, 0:00:40 passed, about 0:07:30 left\n"
+
+
 def test_what_was_done_before_an_error_is_said(clock: SimpleNamespace, capsys: pytest.CaptureFixture[str]) -> None:
     def fail_after_one() -> None:
         with progress_bar("town") as report:
