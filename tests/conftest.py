@@ -16,9 +16,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Tables have the width that they have without a terminal, whatever started the suite.
 os.environ.pop("COLUMNS", None)
 
-import sim
-import trackers
-from sim.render.compilation import forget_stale_kernels
+from benchmarks.run.stale_kernels import forget_stale_kernels
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -52,8 +50,7 @@ def pytest_configure(config: pytest.Config) -> None:
     settings.load_profile("untimed")
     if hasattr(config.option, "loadscopereorder"):
         config.option.loadscopereorder = False
-    for package in (sim, trackers):
-        forget_stale_kernels(Path(package.__file__).parent)
+    forget_stale_kernels()
 
 
 @pytest.fixture(scope="module")

@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import wraps
-from pathlib import Path
 from typing import Any, NoReturn, ParamSpec, Protocol, TypeVar
 
 import numpy as np
 
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
+from benchmarks.run.stale_kernels import forget_stale_kernels
 from benchmarks.suites.registry import DEFAULT, Scene, Suite, suites
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
 from scenarios.scenario import Episode, Scenario
 from sim.choices import check_choice, suggestion
-from sim.render.compilation import forget_stale_kernels
 from trackers import registry
 from trackers.follow_one import FollowOne
 
@@ -138,8 +137,7 @@ class _Unmade:
 
 
 def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
-    # The simulator drops its own stale kernels; those of trackers, which do not import it, are dropped here.
-    forget_stale_kernels(Path(registry.__file__).parent)
+    forget_stale_kernels()
     parameters = entry.parameters(**changes)
 
     def create(episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False) -> Contestant:
