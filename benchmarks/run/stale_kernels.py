@@ -15,7 +15,7 @@ def forget_stale_kernels() -> None:
     """Remove compiled kernels that are older than a file that their module imports, directly or not; once a process.
 
     numba recompiles a kernel when its own file has changed, but not when the file of a kernel that it calls has. The
-    simulator drops its own (``sim.render.compilation``), which trackers and scenes cannot reach from where they are.
+    simulator, which also runs without this package, drops its own (``sim.render.compilation``).
     Kernels that numba does not keep beside the sources (``NUMBA_CACHE_DIR``) are ignored.
     """
     forget_stale_kernels_below(ROOT, ("sim", "trackers", "scenarios"))
