@@ -42,6 +42,7 @@ from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.real_files import run_on_files
 from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures
 from benchmarks.run.records import Row, read_rows
+from benchmarks.run.selection import Asked
 from benchmarks.scores.rank_agreement import rank_agreement
 from benchmarks.scores.summary import read_summary
 from benchmarks.sequences.reading import read_collections
@@ -149,8 +150,13 @@ class Bench(WithModules):
             check_file(Path(self.csv), "csv")
         with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
             if not self.real:
-                asked = (names(each) for each in (self.scenario, self.preset, self.trackers, self.controllers))
-                check_suites(map(suite, names(self.suites)), *asked, link=self.link, data=self.data, quick=self.quick)
+                asked = Asked(
+                    scenarios=names(self.scenario),
+                    presets=names(self.preset),
+                    trackers=names(self.trackers),
+                    controllers=names(self.controllers),
+                )
+                check_suites(map(suite, names(self.suites)), asked, link=self.link, data=self.data, quick=self.quick)
             made = [self._run_suite(name) for name in names(self.suites)]
         if self.csv:
             self._write_table([out for out, _, _ in made])
@@ -262,22 +268,19 @@ class Bench(WithModules):
     def _run_on_files(self, wanted: Suite) -> tuple[Path, Outcome]:
         self._check_real()
         known = {name: each for name, each in registry.entries().items() if wanted.name in each.suites}
-        default = self._installed(known)
+        trackers = names(self.trackers) or self._installed(known)
         out = self.out or Path("results") / f"{wanted.name}-real"
         with progress_bar(f"{wanted.name}, real tracks") as progress:
-            arguments = (wanted, self.real, names(self.trackers) or default, out, self.limit_s, progress, self._origin)
-            return out, run_on_files(*arguments)
+            return out, run_on_files(wanted, self.real, trackers, out, self.limit_s, progress, self._origin)
 
     @contestants_print_to_stderr()
     def _run_on_sequences(self, wanted: Suite) -> tuple[Path, Outcome]:
         self._check_real()
         collections = read_collections(self.real, self.layout, self.target, self.rate_hz)
-        default = self._installed(trackers_on_pictures(wanted))
-        trackers = names(self.trackers) or default
-        out, repeats = self.out or Path("results") / f"{wanted.name}-real", 1 if self.quick else 3
-        with progress_bar(f"{wanted.name}, real sequences, {counted(len(trackers), 'tracker')}") as progress:
-            how = (repeats, self.limit_s, progress, self._origin)
-            return out, run_on_sequences(wanted, collections, trackers, out, *how)
+        trackers = names(self.trackers) or self._installed(trackers_on_pictures(wanted))
+        out, runs = self.out or Path("results") / f"{wanted.name}-real", 1 if self.quick else 3
+        with progress_bar(f"{wanted.name}, real sequences, {counted(len(trackers), 'tracker')}") as report:
+            return out, run_on_sequences(wanted, collections, trackers, out, runs, self.limit_s, report, self._origin)
 
     @property
     def _origin(self) -> Row:

@@ -27,14 +27,13 @@ from benchmarks.run.contestants import entrant
 from benchmarks.run.current_blocks import MadeNow
 from benchmarks.run.experiment import Experiment, Progress, check_names, jobs_of, made_now_of, run
 from benchmarks.run.records import FILE_NAME, BlockKey, Row, read_blocks, rounded, tidy
-from benchmarks.run.selection import parties
+from benchmarks.run.selection import Asked, parties
 from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
 from benchmarks.suites.registry import suite
 from sim.checks import check
 from trackers import registry
 
-_TRIAL_SEEDS = range(1)
-"""A development seed."""
+_TRIAL_SEEDS = range(1)  # A development seed.
 
 
 @dataclass(frozen=True)
@@ -108,8 +107,10 @@ class BenchRun(TableRun):
     def experiment(self) -> Experiment:
         """What is run, the same on every machine. Raises ValueError for unknown names."""
         table = self.table
-        names = ((table.scenario,), (table.preset,), table.trackers, table.controllers)
-        found = parties(suite(table.suite), *names, variants=table.variants or bool(table.parts_of), absent=True)
+        asked = Asked(
+            scenarios=(table.scenario,), presets=(table.preset,), trackers=table.trackers, controllers=table.controllers
+        )
+        found = parties(suite(table.suite), asked, variants=table.variants or bool(table.parts_of), absent=True)
         known = bool(found) and found[0].scenario == table.scenario
         check("scenario", known, f"one of suite {table.suite} with its version", repr(table.scenario))
         experiment = Experiment(
@@ -190,9 +191,8 @@ class PaperRun(TableRun):
     @cached_property
     def experiment(self) -> PaperExperiment:
         """What is run."""
-        found: PaperExperiment = importlib.import_module(
-            f"benchmarks.papers.{self.table.experiment.lower()}"
-        ).EXPERIMENT
+        module = importlib.import_module(f"benchmarks.papers.{self.table.experiment.lower()}")
+        found: PaperExperiment = module.EXPERIMENT
         return found
 
     @property

@@ -12,7 +12,7 @@ In a notebook or a script::
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +26,7 @@ from benchmarks.run.experiment import Experiment, Progress, check_names, check_r
 from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
-from benchmarks.run.selection import Party, parties
+from benchmarks.run.selection import Asked, Party, parties
 from benchmarks.suites import registry
 from benchmarks.suites.registry import DEFAULT, Suite
 from sim.checks import check
@@ -95,12 +95,16 @@ def bench(
     _check_steering(wanted, link, data)
     if keep_estimates:
         needs_data()
-    scenarios, presets = _several("scenario", scenario), _several("preset", preset)
+    asked = Asked(
+        scenarios=_several("scenario", scenario),
+        presets=_several("preset", preset),
+        trackers=_several("trackers", trackers),
+        controllers=_several("controllers", controllers),
+    )
     if data is not None:
-        given = {"scenario": scenario, "preset": preset, "controllers": controllers}
-        stored = _stored(data, seeds, renderer, {name: _several(name, each) for name, each in given.items()})
-        scenarios, presets, renderer = (stored.scenario,), (stored.preset,), stored.renderer
-    asked = (scenarios, presets, _several("trackers", trackers), _several("controllers", controllers))
+        stored = _stored(data, seeds, renderer, asked)
+        asked = Asked(scenarios=(stored.scenario,), presets=(stored.preset,), trackers=asked.trackers)
+        renderer = stored.renderer
     common = Experiment(
         suite=wanted.name,
         scenario="",
@@ -127,12 +131,12 @@ def bench(
     return Results(folder, outcome)
 
 
-def check_suites(suites: Iterable[Suite], *asked: Sequence[str], link: str, data: str | None, quick: bool) -> None:
+def check_suites(suites: Iterable[Suite], asked: Asked, *, link: str, data: str | None, quick: bool) -> None:
     """Raise ValueError for what one of several suites would refuse, before the first one runs for hours.
 
     Args:
         suites: those that are to run one after the other.
-        asked: names of scenarios, presets, trackers and controllers; stored ones are checked where they are read.
+        asked: in each; stored scenarios and presets are checked where they are read.
         link, data, quick: see ``bench``.
     """
     for wanted in suites:
@@ -149,11 +153,10 @@ def _check_steering(wanted: Suite, link: str, data: str | None) -> None:
     check("data", not stored, f"none with suite {wanted.name}, as stored pictures cannot be steered", data)
 
 
-def _experiments(common: Experiment, wanted: Suite, asked: Sequence[Sequence[str]], *, quick: bool) -> list[Experiment]:
+def _experiments(common: Experiment, wanted: Suite, asked: Asked, *, quick: bool) -> list[Experiment]:
     """Return an experiment for each scenario. Raises ValueError for unknown names."""
-    scenarios, presets, trackers, controllers = asked
-    shown = presets or ((wanted.quick_preset,) if quick else ())
-    found = parties(wanted, scenarios, shown, trackers, controllers, variants=not quick)
+    shown = asked.presets or ((wanted.quick_preset,) if quick else ())
+    found = parties(wanted, replace(asked, presets=shown), variants=not quick)
     experiments = [_of_party(common, party) for party in found]
     for experiment in experiments:
         check_names(experiment)
@@ -193,10 +196,11 @@ def _request(data: str) -> Request:
     return benchmark_of(data)
 
 
-def _stored(data: str, seeds: range, renderer: str, given: Mapping[str, Sequence[str]]) -> Request:
+def _stored(data: str, seeds: range, renderer: str, asked: Asked) -> Request:
     """Return what a data set is of. Raises ValueError for arguments that contradict it."""
     request = _request(data)
     check("renderer", renderer == "raster", "none with data, which sets it", renderer)
+    given = {"scenario": asked.scenarios, "preset": asked.presets, "controllers": asked.controllers}
     for name, mine in given.items():
         check(name, not mine, "none with data, which sets it", ", ".join(mine))
     first, end = request.seeds

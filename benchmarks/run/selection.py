@@ -29,36 +29,39 @@ class Party:
     controllers: tuple[str, ...]
 
 
-def parties(
-    suite: Suite,
-    scenarios: Sequence[str],
-    presets: Sequence[str],
-    trackers: Sequence[str],
-    steering: Sequence[str],
-    *,
-    variants: bool,
-    absent: bool = False,
-) -> list[Party]:
+@dataclass(frozen=True, kw_only=True)
+class Asked:
+    """Names that a user gives.
+
+    Attributes:
+        scenarios: () = all of the suite. presets: () = each scenario's default.
+        trackers: () = the scenario's. controllers: () = all where they are contestants.
+    """
+
+    scenarios: tuple[str, ...] = ()
+    presets: tuple[str, ...] = ()
+    trackers: tuple[str, ...] = ()
+    controllers: tuple[str, ...] = ()
+
+
+def parties(suite: Suite, asked: Asked, *, variants: bool, absent: bool = False) -> list[Party]:
     """Return the contestants, scenario by scenario.
 
     Each scenario gets the given names that it knows; a scenario that knows none is left out. A name that no scenario
     knows goes to the first one, which refuses it.
 
     Args:
-        scenarios, trackers, steering: users' names; () = all scenarios of the suite, the scenario's trackers, and all
-            controllers where they are contestants.
-        presets: names; () = each scenario's default. variants: whether ablations are included by default.
-        absent: whether trackers that are not installed are, too.
+        variants: whether ablations are included by default. absent: whether trackers that are not installed are, too.
 
     Raises:
         ValueError: for scenarios that the suite does not have.
     """
-    scenes = _scenes(suite, scenarios, presets)
-    tracking = _shared(trackers, [entrants_of(suite, scene).__contains__ for scene in scenes])
-    driving = _shared(steering, [partial(_steers, scene) for scene in scenes])
+    scenes = _scenes(suite, asked.scenarios, asked.presets)
+    tracking = _shared(asked.trackers, [entrants_of(suite, scene).__contains__ for scene in scenes])
+    driving = _shared(asked.controllers, [partial(_steers, scene) for scene in scenes])
     found = []
     for (scene, shown), watching, commanding in zip(scenes.items(), tracking, driving, strict=True):
-        if (trackers and not watching) or (steering and not commanding):
+        if (asked.trackers and not watching) or (asked.controllers and not commanding):
             continue
         found.append(
             Party(
@@ -69,7 +72,8 @@ def parties(
             )
         )
     if not found:
-        raise ValueError(f"trackers: expected some that {', '.join(steering)} can steer by, got {', '.join(trackers)}")
+        wanted = f"some that {', '.join(asked.controllers)} can steer by"
+        raise ValueError(f"trackers: expected {wanted}, got {', '.join(asked.trackers)}")
     return found
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.cli import main
 from benchmarks.run.contestants import entrants
-from benchmarks.run.selection import parties
+from benchmarks.run.selection import Asked, parties
 from benchmarks.suites.follow.suite import FOLLOW
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.stereo.suite import STEREO
@@ -21,7 +21,7 @@ STANDARD = ("standard",)
 
 
 def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> None:
-    chosen = parties(FOLLOW, (), STANDARD, (), (), variants=True)
+    chosen = parties(FOLLOW, Asked(presets=STANDARD), variants=True)
     assert [party.scenario for party in chosen] == ["road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1"]
     for party in chosen:
         roles = [entrants()[name].role for name in party.trackers]
@@ -32,33 +32,39 @@ def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> Non
 
 def test_names_go_where_they_are_known() -> None:
     town, rooms = parties(
-        FOLLOW, (), STANDARD, ("colour_pf", "stereo_wb", "opencv_mil"), ("hold", "centre"), variants=True
+        FOLLOW,
+        Asked(presets=STANDARD, trackers=("colour_pf", "stereo_wb", "opencv_mil"), controllers=("hold", "centre")),
+        variants=True,
     )
     assert town.trackers == ("colour_pf", "opencv_mil")
     assert rooms.trackers == ("stereo_wb", "opencv_mil")
     assert town.controllers == rooms.controllers == ("hold", "centre")
-    (only,) = parties(FOLLOW, (), STANDARD, ("colour_pf",), (), variants=True)
+    (only,) = parties(FOLLOW, Asked(presets=STANDARD, trackers=("colour_pf",)), variants=True)
     assert only.scenario == "road-town-v2"
-    (only,) = parties(FOLLOW, ("stereo-follow",), STANDARD, (), ("hold",), variants=True)
+    (only,) = parties(
+        FOLLOW, Asked(scenarios=("stereo-follow",), presets=STANDARD, controllers=("hold",)), variants=True
+    )
     assert (only.scenario, only.controllers) == ("stereo-follow-v2", ("hold",))
 
 
 def test_an_earlier_version_takes_part_if_it_is_named() -> None:
-    (town,) = parties(FOLLOW, ("road-town-v1",), STANDARD, (), (), variants=True)
+    (town,) = parties(FOLLOW, Asked(scenarios=("road-town-v1",), presets=STANDARD), variants=True)
     assert town.scenario == "road-town-v1"
     assert town.trackers == FOLLOW.scene("road-town").trackers
 
 
 def test_the_suites_own_reference_takes_part_if_it_is_named() -> None:
-    (_, rooms, *_) = parties(FOLLOW, (), STANDARD, ("oracle_target",), ("hold",), variants=True)
+    (_, rooms, *_) = parties(
+        FOLLOW, Asked(presets=STANDARD, trackers=("oracle_target",), controllers=("hold",)), variants=True
+    )
     assert (rooms.scenario, rooms.trackers) == ("stereo-follow-v2", ("oracle_target",))
-    (town,) = parties(FRAME_OUT, (), STANDARD, (), (), variants=True)
+    (town,) = parties(FRAME_OUT, Asked(presets=STANDARD), variants=True)
     assert "oracle_target" not in town.trackers
 
 
 def test_presets_go_where_they_are_known() -> None:
     def chosen(*presets: str) -> list[tuple[str, tuple[str, ...]]]:
-        return [(p.scenario, p.presets) for p in parties(STEREO, (), presets, (), (), variants=True)]
+        return [(p.scenario, p.presets) for p in parties(STEREO, Asked(presets=presets), variants=True)]
 
     people, sheets = "stereo-follow-v2", "paper-sheet-v1"
     assert chosen("standard") == [(people, ("standard",))]
@@ -69,29 +75,29 @@ def test_presets_go_where_they_are_known() -> None:
 
 
 def test_without_presets_each_scenario_has_its_default() -> None:
-    presets = {party.scenario: party.presets for party in parties(FOLLOW, (), (), (), (), variants=True)}
+    presets = {party.scenario: party.presets for party in parties(FOLLOW, Asked(), variants=True)}
     assert presets["road-town-v2"] == presets["fish-tank-v1"] == ("standard",)
     assert presets["harbour-v1"] == ("patrol",)
 
 
 def test_what_nobody_knows_is_kept_to_be_refused() -> None:
-    (party,) = parties(FOLLOW, (), STANDARD, ("nix",), (), variants=True)
+    (party,) = parties(FOLLOW, Asked(presets=STANDARD, trackers=("nix",)), variants=True)
     assert party.trackers == ("nix",)
     with pytest.raises(ValueError, match=r"scenario: expected one of road-town, .*road-town-v2.*; got 'fish-v1'"):
-        parties(FOLLOW, ("fish-v1",), STANDARD, (), (), variants=True)
+        parties(FOLLOW, Asked(scenarios=("fish-v1",), presets=STANDARD), variants=True)
 
 
 def test_a_suite_of_trackers_is_as_it_was() -> None:
-    (party,) = parties(FRAME_OUT, (), STANDARD, (), ("set-path",), variants=False)
+    (party,) = parties(FRAME_OUT, Asked(presets=STANDARD, controllers=("set-path",)), variants=False)
     assert party.controllers == ("set-path",)
     present = {name: each for name, each in entrants("frame-out").items() if each.available()}
     assert set(party.trackers) == {name for name, each in present.items() if each.role != "variant"}
-    assert parties(FRAME_OUT, (), STANDARD, (), (), variants=True)[0].controllers == ()
+    assert parties(FRAME_OUT, Asked(presets=STANDARD), variants=True)[0].controllers == ()
 
 
 def test_a_suite_made_of_another_has_trackers_of_its_own() -> None:
     """As in CONTRIBUTING: a new name, without entrants yet."""
-    (party,) = parties(replace(FRAME_OUT, name="while-seen"), (), STANDARD, (), (), variants=True)
+    (party,) = parties(replace(FRAME_OUT, name="while-seen"), Asked(presets=STANDARD), variants=True)
     assert party.trackers == ()
 
 

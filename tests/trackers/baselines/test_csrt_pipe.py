@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.run.guards import guarded
-from benchmarks.run.selection import parties
+from benchmarks.run.selection import Asked, parties
 from benchmarks.run.time_limit import TooSlow, at_most
 from benchmarks.suites.registry import suite
 from scenarios.loop import FromPictures
@@ -202,10 +202,10 @@ def test_default_runs_take_it_where_its_interpreter_exists(tmp_path: Path, monke
             fake(tmp_path, monkeypatch)
         else:
             monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
-        [party] = parties(frame_out, (), (), (), (), variants=False)
+        [party] = parties(frame_out, Asked(), variants=False)
         assert ("opencv_csrt" in party.trackers) == present
     monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
-    [party] = parties(frame_out, (), (), ("opencv_csrt",), (), variants=False)
+    [party] = parties(frame_out, Asked(trackers=("opencv_csrt",)), variants=False)
     assert party.trackers == ("opencv_csrt",)
 
 
