@@ -17,7 +17,7 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import COUNT, FOLDER, POSITIONAL_NAMES, WORKERS, names
+from benchmarks.commands.arguments import COUNT, FOLDER, NAMES, WORKERS, names
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.results import ledger
@@ -60,7 +60,7 @@ class Publish:
         workers: number of worker processes; 0 = run in this process.
     """
 
-    tables: Annotated[tuple[str, ...], tyro.conf.Positional, POSITIONAL_NAMES] = ()
+    tables: Annotated[tuple[str, ...], tyro.conf.Positional, NAMES] = ()
     dry_run: bool = False
     check: bool = False
     episodes: Annotated[int | None, COUNT] = None

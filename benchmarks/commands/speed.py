@@ -12,7 +12,7 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.arguments import COUNT, POSITIONAL_NAMES, SEEDS, check_unset, names, seed_range
+from benchmarks.commands.arguments import COUNT, NAMES, SEEDS, check_unset, names, seed_range
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
@@ -68,7 +68,7 @@ class Speed(WithModules):
         json: print JSON instead of a table.
     """
 
-    scenarios: Annotated[tuple[str, ...], tyro.conf.Positional, POSITIONAL_NAMES] = ()
+    scenarios: Annotated[tuple[str, ...], tyro.conf.Positional, NAMES] = ()
     preset: str = "standard"
     seeds: Annotated[str, SEEDS] = "0:4"
     frames: int = 60

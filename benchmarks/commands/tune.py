@@ -11,11 +11,10 @@ from typing import Annotated
 import tyro
 
 from benchmarks.commands.arguments import (
+    COUNT,
     FOLDER,
     NAMES,
-    NUMBER,
     ONE_NAME,
-    POSITIONAL_NAMES,
     USUAL_SEEDS,
     WORKERS,
     development_seeds,
@@ -82,14 +81,14 @@ class Tune(WithModules):
         studies: folder that keeps all trials, with plots (default: results/tune).
     """
 
-    trackers: Annotated[tuple[str, ...], tyro.conf.Positional, POSITIONAL_NAMES] = ()
+    trackers: Annotated[tuple[str, ...], tyro.conf.Positional, NAMES] = ()
     controllers: Annotated[tuple[str, ...], NAMES] = ()
     scenario: Annotated[str, ONE_NAME] = ""
     tracker: Annotated[str, ONE_NAME] = ""
     trials: int = 40
     preset: Annotated[tuple[str, ...], NAMES] = ()
     seeds: Annotated[str, USUAL_SEEDS] = ""
-    fresh: Annotated[int | None, NUMBER] = None
+    fresh: Annotated[int | None, COUNT] = None
     fresh_preset: Annotated[tuple[str, ...], NAMES] = ()
     workers: Annotated[int | None, WORKERS] = None
     out: Annotated[Path | None, FOLDER] = None
