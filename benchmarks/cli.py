@@ -169,7 +169,7 @@ def _parsed(kind: type[Command], name: str, words: Sequence[str]) -> Command:
     except SystemExit as stop:
         if not stop.code:
             raise
-        raise ValueError(_in_one_line(complaint.getvalue(), name, words, _options(kind))) from None
+        raise ValueError(_in_one_line(complaint.getvalue(), name, words, kind)) from None
 
 
 def _description(kind: type[Command]) -> str:
@@ -194,11 +194,16 @@ def _check_lists(kind: type[Command], words: Sequence[str]) -> None:
             raise ValueError(f"{name.removeprefix('--')}: expected one value or more, got none")
 
 
-def _options(kind: type[Command]) -> list[str]:
-    """Return the options of a command; what stands without a name is none."""
-    hints = get_type_hints(kind, include_extras=True)
-    named = (name for name in hints if tyro.conf.Positional not in get_args(hints[name]))
-    return [f"--{name.replace('_', '-')}" for name in named]
+def _hint(unknown: str, kind: type[Command]) -> str:
+    """Return, in parentheses, which option or word of a command was meant by an unknown option; else nothing."""
+    hints, meant = get_type_hints(kind, include_extras=True), unknown.strip("-")
+    bare = [name for name in hints if tyro.conf.Positional in get_args(hints[name])]
+    for name in bare:
+        if meant and name.startswith(meant):
+            return f" ({name}: without an option)"
+    # Without dashes, which all options have in common.
+    options = [name.replace("_", "-") for name in hints if name not in bare]
+    return suggestion(meant, options).replace("mean ", "mean --")
 
 
 def _given(option: str, words: Sequence[str]) -> str:
@@ -210,8 +215,8 @@ def _given(option: str, words: Sequence[str]) -> str:
     return repr(" ".join([joined, *following]).strip())
 
 
-def _in_one_line(complaint: str, name: str, words: Sequence[str], options: Sequence[str]) -> str:
-    """Return tyro's boxed complaint as ``parameter: expected …, got …``; ``options``: of the command."""
+def _in_one_line(complaint: str, name: str, words: Sequence[str], command: type[Command]) -> str:
+    """Return tyro's boxed complaint as ``parameter: expected …, got …``."""
     lines = [re.sub(r"[│╭╮╰╯─]|^-+$", "", line.strip()).strip() for line in complaint.splitlines()]
     text = " ".join(line for line in lines if line)
     unparsed = re.search(r"Error parsing (--)?([\w.-]+).*: .*?(['\"].*['\"])", text)
@@ -234,7 +239,7 @@ def _in_one_line(complaint: str, name: str, words: Sequence[str], options: Seque
     if unknown:
         given = unknown[1].rstrip(",")
         wanted = f"options of `frameout {name} --help`"
-        return f"arguments: expected {wanted}, got {given!r}{suggestion(given, options)}"
+        return f"arguments: expected {wanted}, got {given!r}{_hint(given, command)}"
     return f"arguments: expected those of `frameout {name} --help`, got: {text}"
 
 
