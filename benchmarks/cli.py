@@ -24,7 +24,7 @@ from benchmarks.commands.own_faults import workers_fault
 from benchmarks.commands.printing import contestants_print_to_stderr
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.source_files import ROOT, foreign_packages
-from sim.choices import check_choice, suggestion
+from sim.choices import check_choice, nearest, suggestion
 
 _COMMANDS = {
     "list": ("list_all", "List", "all that there is: scenarios, trackers, suites, envs, metrics"),
@@ -195,15 +195,15 @@ def _check_lists(kind: type[Command], words: Sequence[str]) -> None:
 
 
 def _hint(unknown: str, kind: type[Command]) -> str:
-    """Return, in parentheses, which option or word of a command was meant by an unknown option; else nothing."""
-    hints, meant = get_type_hints(kind, include_extras=True), unknown.strip("-")
-    bare = [name for name in hints if tyro.conf.Positional in get_args(hints[name])]
-    for name in bare:
-        if meant and name.startswith(meant):
-            return f" ({name}: without an option)"
+    """Return, in parentheses, what of a command was meant by an unknown option; else nothing."""
+    hints = get_type_hints(kind, include_extras=True)
     # Without dashes, which all options have in common.
-    options = [name.replace("_", "-") for name in hints if name not in bare]
-    return suggestion(meant, options).replace("mean ", "mean --")
+    near = nearest(unknown.strip("-").partition("=")[0].replace("-", "_"), hints)
+    if near is None:
+        return ""
+    if tyro.conf.Positional in get_args(hints[near]):
+        return f" (did you mean {near}, as words without an option?)"
+    return f" (did you mean --{near.replace('_', '-')}?)"
 
 
 def _given(option: str, words: Sequence[str]) -> str:

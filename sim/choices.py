@@ -19,11 +19,16 @@ def check_choice(parameter: str, given: object, known: Iterable[str], *, why: st
 
 
 def suggestion(given: object, known: Iterable[str]) -> str:
-    """Return the known name that ``given`` begins, or the nearest one, as a question in parentheses; else nothing."""
+    """Return the ``nearest`` known name as a question in parentheses; else nothing."""
+    near = nearest(given, known)
+    return f" (did you mean {near}?)" if near else ""
+
+
+def nearest(given: object, known: Iterable[str]) -> str | None:
+    """Return the known name that ``given`` begins, or else the one that is most like it, if any is."""
     if not isinstance(given, str):
-        return ""
+        return None
     names = list(known)
     # Of editions of one thing the latest, which is listed last.
     begun = sorted((name for name in reversed(names) if given and name.startswith(given)), key=len)
-    near = begun[:1] or difflib.get_close_matches(given, names, 1)
-    return f" (did you mean {near[0]}?)" if near else ""
+    return next(iter(begun or difflib.get_close_matches(given, names, 1)), None)

@@ -16,7 +16,9 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Tables have the width that they have without a terminal, whatever started the suite.
 os.environ.pop("COLUMNS", None)
 
+import sim
 from benchmarks.run.stale_kernels import forget_stale_kernels
+from sim.render.compilation import forget_stale_kernels as forget_stale_kernels_of
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -51,6 +53,7 @@ def pytest_configure(config: pytest.Config) -> None:
     if hasattr(config.option, "loadscopereorder"):
         config.option.loadscopereorder = False
     forget_stale_kernels()
+    forget_stale_kernels_of(Path(sim.__file__).parent)
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,8 @@ _LINE_EVERY_S = 30.0
 def progress_bar(title: str) -> Iterator[Report]:
     """Show progress until the context ends.
 
-    Yields a function to be called with (done, of); its first call shows the bar. Another ``of`` begins a next part.
+    Yields a function to be called with (done, of); its first call shows the bar. Another ``of``, or
+    fewer ``done``, begins a next part.
     """
     console = Console(stderr=True)
     with _bar(title, console) if console.is_terminal or console.is_jupyter else _lines(title) as report:
@@ -69,7 +70,7 @@ def _lines(title: str) -> Iterator[Report]:
 
     def report(done: int, of: int) -> None:
         nonlocal first, part_s, said_s, said, now
-        if now is None or of != now[1]:
+        if now is None or of != now[1] or done < now[0]:
             # A next part begins, with a pace of its own.
             first, part_s = done, began_s if now is None else time.monotonic()
         now = (done, of)

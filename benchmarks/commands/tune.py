@@ -76,7 +76,7 @@ class Tune(WithModules):
             too (default: as the suite says); those of controllers are with pictures.
         fresh_preset: one or more presets of those episodes, for trackers (default: those of --preset, or as the suite
             says).
-        workers: number of worker processes.
+        workers: number of worker processes; 0 = run in this process.
         out: folder for the values (default: the one above, the only one that they are loaded from).
         studies: folder that keeps all trials, with plots (default: results/tune).
     """

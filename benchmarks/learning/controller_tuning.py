@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from joblib.externals.loky.process_executor import BrokenProcessPool
+
 from benchmarks.learning.search import Progress, announce_check, search
 from benchmarks.learning.tracker_tuning import Tuned, chosen, rows_of, score_of
 from benchmarks.learning.without_pictures import scores_without_pictures
@@ -34,7 +36,7 @@ class ControllerBudget:
         seeds: of the episodes that score a setting, without pictures where the scenario has such.
         fresh: of the rendered episodes that check the best setting.
         trials: number of settings; the first one is the defaults.
-        workers: processes. modules: users' own modules, imported first in each.
+        workers: processes; 0 = this process. modules: users' own modules, imported first in each.
         cache: folder for planned episodes.
     """
 
@@ -91,7 +93,10 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
 
         def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
             labelled = partial(_labelled_score, entry, budget)
-            return dict(in_processes(labelled, settings.items(), budget.workers))
+            try:
+                return dict(in_processes(labelled, settings.items(), budget.workers))
+            except BrokenProcessPool:
+                raise ChildProcessError(f"{name}: it ended a worker process; the same command continues") from None
 
     scored = (model, controllers_suite().tuned_for)
     depends_on = (

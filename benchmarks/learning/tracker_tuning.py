@@ -37,7 +37,7 @@ class Budget:
         suite, presets, seeds: of the episodes that score a setting.
         fresh_presets, fresh: presets and seeds of the episodes that check the best.
         trials: number of settings; the first one is the defaults.
-        workers: processes. modules: users' own modules, imported first in each.
+        workers: processes; 0 = this process. modules: users' own modules, imported first in each.
     """
 
     suite: str

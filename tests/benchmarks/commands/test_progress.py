@@ -44,7 +44,11 @@ def test_a_next_part_has_a_pace_of_its_own(clock: SimpleNamespace, capsys: pytes
         report(0, 32)
         clock.now += 30.0
         report(2, 32)
-    assert capsys.readouterr().err == "paper: 2 of 32, 0:00:40 passed, about 0:07:30 left\n"
+        assert capsys.readouterr().err == "paper: 2 of 32, 0:00:40 passed, about 0:07:30 left\n"
+        report(0, 32)
+        clock.now += 32.0
+        report(16, 32)
+    assert capsys.readouterr().err == "paper: 16 of 32, 0:01:12 passed, about 0:00:32 left\n"
 
 
 def test_what_was_done_before_an_error_is_said(clock: SimpleNamespace, capsys: pytest.CaptureFixture[str]) -> None:
