@@ -107,10 +107,9 @@ def _run(arguments: Sequence[str] | None) -> int:
         check_choice("command", name, _COMMANDS)
     except ValueError as error:
         return _refuse(str(error))
-    module, kind, _ = _COMMANDS[name]
     command: Command | None = None
     try:
-        command = _parsed(getattr(importlib.import_module(f"benchmarks.commands.{module}"), kind), name, rest)
+        command = _parsed(_kind(name), name, rest)
         with contestants_print_to_stderr():
             load_modules(getattr(command, "modules", ()))
         return command.run()
@@ -157,6 +156,13 @@ class Command(Protocol):
     def run(self) -> int:
         """Run it; return the exit status."""
         ...
+
+
+def _kind(name: str) -> type[Command]:
+    """Return the dataclass of a command."""
+    module, kind, _ = _COMMANDS[name]
+    found: type[Command] = getattr(importlib.import_module(f"benchmarks.commands.{module}"), kind)
+    return found
 
 
 def _parsed(kind: type[Command], name: str, words: Sequence[str]) -> Command:

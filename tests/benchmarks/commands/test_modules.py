@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import json
 import os
 import re
@@ -11,6 +10,7 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from joblib.externals.loky import get_reusable_executor
@@ -69,7 +69,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 
 def test_every_command_about_contestants_or_episodes_has_the_option() -> None:
-    kinds = {name: getattr(importlib.import_module(module), kind) for name, (module, kind) in cli._COMMANDS.items()}
+    kinds: dict[str, Any] = {name: cli._kind(name) for name in cli._COMMANDS}
     assert {name for name, kind in kinds.items() if issubclass(kind, WithModules)} == WITH_MODULES
     fields = {name for name, kind in kinds.items() if "modules" in {each.name for each in dataclasses.fields(kind)}}
     assert fields == WITH_MODULES
