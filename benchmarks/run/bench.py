@@ -83,6 +83,7 @@ def bench(
 
     Raises:
         ValueError: for unknown names and values out of range, before any run; names the argument.
+        ChildProcessError: if a worker process ends outside of any tracker; the same call continues.
 
     A tracker that fails, or gave no answer on frames of this run, is scored as such and told by a
     ``ContestantWarning``; ``outcome.failures`` of the results has every failure.
