@@ -14,7 +14,7 @@ A tracker registers where it is defined::
 
 Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the place of the
 defaults. A paper's method keeps the values as written: where tuning found better ones, it stands a second time, as
-``NAME_tuned``.
+``NAME_tuned``. So does any method of whose values somebody has written into that file why it is ``kept_as_written``.
 """
 
 from __future__ import annotations
@@ -206,7 +206,7 @@ def register(
         if not tracker.__module__.startswith(f"{__package__}."):
             # Ours come first: a user's that takes the name of one is refused, not the one of that name.
             entries()
-        as_written = role == "as-written"
+        as_written = role == "as-written" or "kept_as_written" in _tuning(name, tracker.__module__)
         new = TrackerEntry(name, role, summary, tracker, {}, name, not as_written, reproducible, suites, missing)
         _add(new)
         if as_written and tuned_values(name, tracker.__module__):
@@ -281,8 +281,14 @@ def tuned_file(name: str, module: str) -> Path:
 
 def tuned_values(name: str, module: str) -> dict[str, Any]:
     """Return the values in ``tuned_file``; empty if there is none."""
+    values: dict[str, Any] = _tuning(name, module).get("parameters", {})
+    return values
+
+
+def _tuning(name: str, module: str) -> dict[str, Any]:
+    """Return what ``tuned_file`` says; empty if there is none."""
     file = tuned_file(name, module)
-    return json.loads(file.read_text())["parameters"] if file.is_file() else {}
+    return json.loads(file.read_text()) if file.is_file() else {}
 
 
 def _add(new: TrackerEntry) -> None:

@@ -162,7 +162,7 @@ _ROLES = {
     "ours": "our own method",
     "variant": "ours or a paper's method with a part left out or changed",
     "as-written": "a paper's method, as the paper describes it",
-    "tuned": "a paper's method, with the parameters that tuning found",
+    "tuned": "a method that stands with written values too, with the parameters that tuning found",
     "baseline": "a simple or general method",
     "external": "a user's own",
     "blind": "sees no picture; a tracker of this role gets the target's true state at the start and at each exit",

@@ -210,7 +210,12 @@ TABLES: tuple[PublishedTable, ...] = (
     ),
     *_steered("follow", "fish-tank-v1", "standard", 10, ("shoal_chain", "sort", "ca_kalman"), ("centre", "lead")),
     *_steered(
-        "follow", "harbour-v1", "patrol", 10, ("harbour_watch", "harbour_mog2", "eigen_swarm"), ("centre", "lead")
+        "follow",
+        "harbour-v1",
+        "patrol",
+        10,
+        ("harbour_watch", "harbour_mog2", "harbour_mog2_tuned", "eigen_swarm"),
+        ("centre", "lead"),
     ),
     *(_speed(scenario) for scenario in ("road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1")),
     PublishedTable(name="speed-stored", kind="speed", scenario="road-town-v2", stored=True, frames=300, seeds=range(2)),

@@ -19,14 +19,14 @@ def budgets_of(rows: Iterable[Row]) -> dict[str, dict[str, Any]]:
     """Return trials, presets and seeds of tuning by name, of the ``trackers`` and ``controllers`` of rows.
 
     Who was not tuned and could be has 0 trials. Variants share the values of their tracker and are left out; so are
-    methods that stay as written, and contestants without anything to tune.
+    papers' methods as written, and contestants without anything to tune.
     """
     known = registry.entries()
     pairs = {(row["scenario"], row["tracker"], row["controller"]) for row in rows}
     trackers = {
         tracker: _spent_on(known[tracker], known[tracker].tuned_as, known[tracker].tracker.__module__)
         for tracker in sorted({tracker for _, tracker, _ in pairs})
-        if tracker in known and known[tracker].tuned and known[tracker].role != "variant"
+        if tracker in known and known[tracker].role not in ("variant", "as-written")
     }
     controllers = {}
     for name, carrier in sorted({(of, catalog.scenario(scene).carrier.name) for scene, _, of in pairs if of}):

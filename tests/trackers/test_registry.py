@@ -159,6 +159,18 @@ def test_values_of_a_user_s_tracker_lie_beside_its_module(tmp_path: Path, monkey
     assert tuned_file("hold", entry("hold").tracker.__module__).parent == Path(registry.__file__).parent / "tuned"
 
 
+def test_a_method_of_which_the_file_says_why_it_is_kept_as_written_stands_with_both_values(tmp_path: Path) -> None:
+    (tmp_path / "tuned").mkdir()
+    said = '{"parameters": {"gate_px": 44.0}, "kept_as_written": "worse in other weather"}'
+    (tmp_path / "tuned" / "own_kept.json").write_text(said)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys.modules[_Many.__module__], "__file__", str(tmp_path / "own.py"))
+        register("own_kept", role="baseline", summary="")(_Many)
+        assert entry("own_kept").parameters().gate_px == entry("own_kept").written()["gate_px"] == 8.0
+        assert entry("own_kept_tuned").role == "tuned"
+        assert entry("own_kept_tuned").parameters().gate_px == 44.0
+
+
 def test_an_unknown_name_and_an_unknown_parameter_are_named() -> None:
     with pytest.raises(ValueError, match=r"tracker: expected one of .*hold, .*; got 'hodl'"):
         entry("hodl")
