@@ -14,7 +14,7 @@ A tracker registers where it is defined::
 
 Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the place of the
 defaults. A paper's method keeps the values as written: where tuning found better ones, it stands a second time, as
-``NAME_tuned``. So does any method of whose values somebody has written into that file why it is ``kept_as_written``.
+``NAME_tuned``. So does any method if that file has the key ``kept_as_written``, which says why.
 """
 
 from __future__ import annotations
@@ -281,14 +281,14 @@ def tuned_file(name: str, module: str) -> Path:
 
 def tuned_values(name: str, module: str) -> dict[str, Any]:
     """Return the values in ``tuned_file``; empty if there is none."""
-    values: dict[str, Any] = _tuning(name, module).get("parameters", {})
+    values: dict[str, Any] = _tuning(name, module)["parameters"]
     return values
 
 
 def _tuning(name: str, module: str) -> dict[str, Any]:
-    """Return what ``tuned_file`` says; empty if there is none."""
+    """Return what ``tuned_file`` says; no values if there is none."""
     file = tuned_file(name, module)
-    return json.loads(file.read_text()) if file.is_file() else {}
+    return json.loads(file.read_text()) if file.is_file() else {"parameters": {}}
 
 
 def _add(new: TrackerEntry) -> None:

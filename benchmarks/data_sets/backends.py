@@ -24,7 +24,7 @@ Unordered = Callable[[Callable[[int], int], Sequence[int]], Iterator[int]]
 
 @contextmanager
 def working(backend: str, address: str | None, workers: int) -> Iterator[Unordered]:
-    """Connect to those who work while the context lasts; yield what gives them work.
+    """Connect to the worker processes while the context lasts; yield the function that gives them work.
 
     Args:
         address: of a cluster's scheduler or head; None starts one of ``workers`` processes on this machine.

@@ -54,7 +54,7 @@ def _text(data: DataSet) -> str:
             "Simulated by Frameout; nobody is recorded. Licence: MIT, that of Frameout. The same request gives the "
             "same bytes with the same code (`scene` in `dataset.json`), on one architecture.",
             "",
-            f"Made with {made_with or 'packages that nobody noted'}.",
+            f"Made with {made_with or 'packages that were not noted'}.",
             "",
             f"![Frames with visible and amodal boxes.]({SHEET})",
             "",

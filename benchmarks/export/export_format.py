@@ -17,7 +17,7 @@ class ExportFormat:
         summary: what it is, in one line.
         needs: what a data set must hold, in one line.
         channels: that must be stored. packages: that writing needs, by their import names. extra: that installs them.
-        note: for who gets the files: source of the format, axes, units, what this export decides.
+        note: for users of the files: source of the format, axes, units, what this export decides.
         write: writes a data set into an empty folder. Raises ValueError for one that lacks what the format needs.
     """
 

@@ -87,4 +87,4 @@ def _lines(name: str, keys: Sequence[BlockKey]) -> list[str]:
     seeds: dict[str, list[int]] = defaultdict(list)
     for key in keys:
         seeds["+".join(filter(None, (key.controller, key.tracker)))].append(key.seed)
-    return [f"{name}: {who} has other figures on {len(of)} seeds, first on {of[0]}" for who, of in seeds.items()]
+    return [f"{name}: {label} has other figures on {len(of)} seeds, first on {of[0]}" for label, of in seeds.items()]

@@ -1,4 +1,4 @@
-"""The hash of rows: the same for the same figures, whoever makes them, wherever and in whatever order."""
+"""The hash of rows: the same for the same figures, on any machine and in any order."""
 
 from __future__ import annotations
 

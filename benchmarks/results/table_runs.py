@@ -163,8 +163,8 @@ class BenchRun(TableRun):
 
     def is_current(self, key: BlockKey, rows: list[Row]) -> bool:
         """See ``TableRun``. Judged by hashes, which cover neither the registries nor what these alone import, such as
-        ``FollowOne`` and ``Blindfolded``, nor SciPy: whoever changes those deletes the table's folder and
-        its committed rows.
+        ``FollowOne`` and ``Blindfolded``, nor SciPy: after a change of those the table's folder and its
+        committed rows must be deleted.
         """
         return self._made_now(key) == rows[0].get("versions")
 

@@ -18,8 +18,8 @@ _SPENT = ("trials", "preset", "seeds")
 def budgets_of(rows: Iterable[Row]) -> dict[str, dict[str, Any]]:
     """Return trials, presets and seeds of tuning by name, of the ``trackers`` and ``controllers`` of rows.
 
-    Who was not tuned and could be has 0 trials. Variants share the values of their tracker and are left out; so are
-    papers' methods as written, and contestants without anything to tune.
+    A contestant that could be tuned and was not has 0 trials. Left out are variants, which share the values of their
+    tracker, papers' methods as written, and contestants without anything to tune.
     """
     known = registry.entries()
     pairs = {(row["scenario"], row["tracker"], row["controller"]) for row in rows}

@@ -19,7 +19,7 @@ def forget_stale_kernels() -> None:
 
     numba recompiles a kernel when its own file has changed, but not when the file of a kernel that it calls has. A
     kernel that is up to date gets the time of the newest source, so that the next process need not follow its imports.
-    Those of the simulator, some of which get kernels as arguments, are its own business (``sim.render.compilation``).
+    The simulator drops its own, some of which get kernels as arguments (``sim.render.compilation``).
     Kernels that numba does not keep beside the sources (``NUMBA_CACHE_DIR``) are ignored.
     """
     root = source_files.ROOT
