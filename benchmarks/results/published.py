@@ -192,6 +192,15 @@ TABLES: tuple[PublishedTable, ...] = (
     _bench("harbour-paper-d", "harbour", "harbour-v1", "paper-d", 10),
     _bench("harbour-watch-parts", "harbour", "harbour-v1", "paper-d", 5, parts_of="harbour_watch"),
     _bench("harbour-swarm-parts", "harbour", "harbour-v1", "paper-d", 5, parts_of="eigen_swarm"),
+    _bench(
+        "harbour-few-pictures",
+        "harbour",
+        "harbour-v1",
+        "paper-d",
+        5,
+        *("harbour_watch", "harbour_watch_100_pictures", "harbour_watch_25_pictures"),
+        *("eigen_swarm", "eigen_swarm_100_pictures", "eigen_swarm_25_pictures"),
+    ),
     *_steered(
         "follow",
         "road-town-v2",
