@@ -53,6 +53,17 @@ def _test_seeds(count: int) -> range:
 _OPENCV = ("opencv_mil", "opencv_csrt")
 """They take as long as all others together: they have tables of their own, with fewer episodes."""
 
+_PAPER_A = (
+    "colour_pf",
+    "colour_pf_tuned",
+    "road_shape_pf",
+    "road_shape_pf_tuned",
+    "background_pf",
+    "background_pf_tuned",
+)
+_PAPER_B = ("stereo_wb", "stereo_wb_tuned", "stereo_wb_shutter_gain", "stereo_wb_shutter_gain_tuned")
+"""Methods of papers, as written and tuned."""
+
 
 def _bench(
     name: str,
@@ -144,9 +155,7 @@ TABLES: tuple[PublishedTable, ...] = (
         "mosaic_graph_pf",
         "hold_ground",
         "template_ground",
-        "colour_pf",
-        "road_shape_pf",
-        "background_pf",
+        *_PAPER_A,
         "blind_turning",
         controllers=("centre",),
     ),
@@ -171,7 +180,7 @@ TABLES: tuple[PublishedTable, ...] = (
         10,
         "stereo_people",
         "stereo_nearest",
-        "stereo_wb_shutter_gain",
+        *_PAPER_B,
         "blind_ahead",
     ),
     _bench(
@@ -206,7 +215,7 @@ TABLES: tuple[PublishedTable, ...] = (
         "road-town-v2",
         "standard",
         20,
-        ("mosaic_graph_pf", "template_ground", "colour_pf", "blind_turning"),
+        ("mosaic_graph_pf", "template_ground", "colour_pf", "colour_pf_tuned", "blind_turning"),
         ("centre", "search", "reentry"),
     ),
     *_steered(
@@ -214,10 +223,23 @@ TABLES: tuple[PublishedTable, ...] = (
         "stereo-follow-v2",
         "standard",
         20,
-        ("stereo_people", "stereo_colour_gate", "stereo_wb_shutter_gain", "blind_ahead"),
+        (
+            "stereo_people",
+            "stereo_colour_gate",
+            "stereo_wb_shutter_gain",
+            "stereo_wb_shutter_gain_tuned",
+            "blind_ahead",
+        ),
         ("centre", "search", "reentry"),
     ),
-    *_steered("follow", "fish-tank-v1", "standard", 10, ("shoal_chain", "sort", "ca_kalman"), ("centre", "lead")),
+    *_steered(
+        "follow",
+        "fish-tank-v1",
+        "standard",
+        10,
+        ("shoal_chain", "sort", "ca_kalman", "ca_kalman_tuned"),
+        ("centre", "lead"),
+    ),
     *_steered(
         "follow",
         "harbour-v1",
