@@ -22,6 +22,7 @@ import tyro
 
 from benchmarks.commands.own_faults import workers_fault
 from benchmarks.commands.printing import contestants_print_to_stderr
+from benchmarks.run.instruction_set import settings_missing_in
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.source_files import ROOT, foreign_packages
 from sim.choices import check_choice, nearest, suggestion
@@ -90,8 +91,10 @@ def _reader_has_left() -> bool:
 
 
 def _run(arguments: Sequence[str] | None) -> int:
-    if arguments is None and os.environ.keys().isdisjoint(_BLAS_THREADS):
-        os.environ[_BLAS_THREADS[0]] = "1"
+    if arguments is None:
+        if os.environ.keys().isdisjoint(_BLAS_THREADS):
+            os.environ[_BLAS_THREADS[0]] = "1"
+        os.environ.update(settings_missing_in(os.environ))
     words = list(sys.argv[1:] if arguments is None else arguments)
     for package, place in foreign_packages().items():
         told = f"{package}: expected Frameout's package in {ROOT}, got {place}, which Python finds first"

@@ -29,6 +29,7 @@ from benchmarks.results.table_files import committed_rows, read_table, table_fil
 from benchmarks.results.table_runs import TableRun, run_of
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
+from benchmarks.run.instruction_set import has_common_instructions
 from benchmarks.run.records import FILE_NAME
 from benchmarks.scores.summary import SUMMARY_FILE_NAME
 from sim.checks import check
@@ -150,6 +151,8 @@ class Publish:
         changed = ledger.uncommitted()
         if changed:
             print(f"note: the code is not as committed: changes in {changed}", file=sys.stderr)
+        if not has_common_instructions():
+            print("note: last digits may differ: the tables are from x86-64 machines with AVX2", file=sys.stderr)
         return max([self._check(run) for run in runs])
 
     def _check(self, run: TableRun) -> int:
