@@ -22,7 +22,7 @@ import tyro
 
 from benchmarks.commands.own_faults import workers_fault
 from benchmarks.commands.printing import contestants_print_to_stderr
-from benchmarks.run.instruction_set import settings_missing_in
+from benchmarks.run.arithmetic import missing_settings
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.source_files import ROOT, foreign_packages
 from sim.choices import check_choice, nearest, suggestion
@@ -57,12 +57,6 @@ _STOPPED = 130
 _UNREAD = 141
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 """A full disk, a full quota, a file at the size limit."""
-_BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS")
-"""OpenBLAS reads them when NumPy is imported, the first before the second.
-
-Matrices are small here, and threads wait for each other where cores are shared: on two cores, beside two busy
-processes, a tracker with a low-rank background took 146 s with two threads, and 22 s with one.
-"""
 _ABOUT_AN_ARGUMENT = re.compile(r"[^\n]+: expected .*", re.DOTALL)
 
 
@@ -92,9 +86,7 @@ def _reader_has_left() -> bool:
 
 def _run(arguments: Sequence[str] | None) -> int:
     if arguments is None:
-        if os.environ.keys().isdisjoint(_BLAS_THREADS):
-            os.environ[_BLAS_THREADS[0]] = "1"
-        os.environ.update(settings_missing_in(os.environ))
+        os.environ.update(missing_settings(os.environ))
     words = list(sys.argv[1:] if arguments is None else arguments)
     for package, place in foreign_packages().items():
         told = f"{package}: expected Frameout's package in {ROOT}, got {place}, which Python finds first"

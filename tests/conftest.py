@@ -11,11 +11,10 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from benchmarks.run.instruction_set import settings_missing_in
+from benchmarks.run.arithmetic import missing_settings
 
 # Before NumPy is imported, as `benchmarks.cli` does it: workers of the suite would wait for each other's threads.
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-os.environ.update(settings_missing_in(os.environ))
+os.environ.update(missing_settings(os.environ))
 # Tables have the width that they have without a terminal, whatever started the suite.
 os.environ.pop("COLUMNS", None)
 

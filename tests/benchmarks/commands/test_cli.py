@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks.cli import main
 from benchmarks.results import ledger
-from benchmarks.run.instruction_set import SETTINGS, SETTINGS_WITH_AVX_512
+from benchmarks.run.arithmetic import INSTRUCTIONS, INSTRUCTIONS_WITH_AVX_512, THREADS
 from benchmarks.run.records import read, read_blocks
 
 FAKES = "fake_knowing,fake_still"
@@ -289,7 +289,7 @@ print({pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["
 
 
 def test_a_call_from_python_leaves_the_environment_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", *SETTINGS, *SETTINGS_WITH_AVX_512):
+    for name in (*THREADS, *INSTRUCTIONS, *INSTRUCTIONS_WITH_AVX_512):
         monkeypatch.delenv(name, raising=False)
     before = dict(os.environ)
     assert main(["--version"]) == 0

@@ -90,6 +90,16 @@ def test_a_check_of_all_takes_what_can_be_compared_and_names_the_rest(
         assert last in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("has_them", [True, False])
+def test_a_machine_with_other_instructions_is_told_that_figures_may_differ(
+    has_them: bool, checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert publish(tmp_path / "out") == 0
+    monkeypatch.setattr("benchmarks.commands.publish.calculates_like_published", lambda _: has_them)
+    assert publish(tmp_path / "out", "--check", "--episodes", "1") == 0
+    assert ("note: figures may differ" in capsys.readouterr().err) == (not has_them)
+
+
 def test_another_table_of_what_was_fitted_is_found(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
