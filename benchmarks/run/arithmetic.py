@@ -2,9 +2,9 @@
 
 NumPy, OpenBLAS, OpenCV and numba's compiler each choose instructions by the processor that they find. Sums are then in
 another order, and ``exp`` and ``sin`` differ in the last digit, which is enough for a particle filter to decide
-otherwise. All have forms for AVX2 with FMA, of 2013; commands use these and leave out AVX-512. Two generations of
-processors, one with and one without AVX-512, gave the same rows so, and other rows without it. PyTorch, of policies, is
-left as it is.
+otherwise. All have forms for AVX2 with FMA, of 2013; commands use these and leave out AVX-512. On a processor with
+AVX-512 the published rows of earlier machines, whose processors were not noted, come out so and not otherwise;
+RESULTS.md names the known exception. PyTorch, of policies, is left as it is.
 
 Matrices are small here, and threads wait for each other where cores are shared: on two cores, beside two busy
 processes, a tracker with a low-rank background took 146 s with two threads, and 22 s with one.
