@@ -119,6 +119,7 @@ class TrackerEntry(MethodEntry):
         tuned: whether they replace the defaults.
         reproducible: False for a method that draws random numbers without a seed.
         suites: names of its suites; () = the default one.
+        edition: of its answers; raise it when they change.
         missing: says what it needs that is not installed, and how to install it, "" if nothing; with something missing
             the tracker is left out of default runs.
     """
@@ -133,6 +134,7 @@ class TrackerEntry(MethodEntry):
     reproducible: bool
     suites: tuple[str, ...]
     missing: Callable[[], str]
+    edition: int
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values if they replace them, then overrides, then ``changes``."""
@@ -188,6 +190,7 @@ def register(
     reproducible: bool = True,
     suites: tuple[str, ...] = (),
     missing: Callable[[], str] = _misses_nothing,
+    edition: int = 1,
 ) -> Callable[[_T], _T]:
     """Class decorator: register a tracker under ``name`` for ``suites``; () = the default one.
 
@@ -207,7 +210,19 @@ def register(
             # Ours come first: a user's that takes the name of one is refused, not the one of that name.
             entries()
         as_written = role == "as-written" or "kept_as_written" in _tuning(name, tracker.__module__)
-        new = TrackerEntry(name, role, summary, tracker, {}, name, not as_written, reproducible, suites, missing)
+        new = TrackerEntry(
+            name=name,
+            role=role,
+            summary=summary,
+            tracker=tracker,
+            overrides={},
+            tuned_as=name,
+            tuned=not as_written,
+            reproducible=reproducible,
+            suites=suites,
+            missing=missing,
+            edition=edition,
+        )
         _add(new)
         if as_written and tuned_values(name, tracker.__module__):
             _add(dataclasses.replace(new, name=f"{name}_tuned", role="tuned", summary=f"{summary}, tuned", tuned=True))

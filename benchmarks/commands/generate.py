@@ -26,9 +26,9 @@ from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.report.numbers import counted
 from benchmarks.run.cores import cores
+from benchmarks.run.editions import package_versions, scene_edition
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.packages import needs_data
-from benchmarks.run.versions import package_versions, scene_version
 from scenarios import catalog
 from sim.checks import check
 
@@ -98,7 +98,7 @@ class Generate(WithModules):
             self.size,
             self.rate_hz,
             self.frame_count,
-            scene_version(scenario.id, self.preset),
+            scene_edition(scenario.id, self.preset),
             package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )
         existing, chosen = existing_channels(request), names(self.channels)

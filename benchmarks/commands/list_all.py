@@ -19,11 +19,10 @@ from benchmarks.report.envs_page import envs_page
 from benchmarks.report.metric_definitions import MetricDefinition, metric_definitions
 from benchmarks.report.reference import reference_page
 from benchmarks.run.contestants import entrants
-from benchmarks.run.versions import hash_of_survey
+from benchmarks.run.editions import scene_edition
 from benchmarks.suites.registry import Suite, suites
 from scenarios import catalog
 from scenarios.catalog import unversioned
-from scenarios.scenario import Survey
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 from trackers.controllers.catalogue import controllers
@@ -108,13 +107,14 @@ def _measure(seeds: range) -> None:
         survey, presets = catalog.survey(name), catalog.scenario(name).presets
         if survey is None:
             continue
-        held = {}
+        held, editions = {}, {}
         with progress_bar("measuring presets") as progress:
             for k, (preset, configuration) in enumerate(presets.items()):
                 progress(k, len(presets))
                 held[preset] = survey.measure(configuration, seeds)
+                editions[preset] = scene_edition(name, preset)
             progress(len(presets), len(presets))
-        contents[name] = {"seeds": f"{seeds.start}:{seeds.stop}", "code": hash_of_survey(survey), "holds": held}
+        contents[name] = {"seeds": f"{seeds.start}:{seeds.stop}", "editions": editions, "holds": held}
     write_atomic(_CONTENTS, json.dumps(contents, indent=1) + "\n")
 
 
@@ -139,7 +139,7 @@ def _scenario_tables(name: str, contents: dict[str, Any]) -> Iterator[Table]:
     yield table
     if survey is None:
         return
-    measured = Table(caption=_measured(kept, survey), box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
+    measured = Table(caption=_measured(name, kept), box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
     measured.add_column("preset", no_wrap=True)
     for column in survey.columns:
         measured.add_column(column, justify="right", no_wrap=True)
@@ -149,12 +149,13 @@ def _scenario_tables(name: str, contents: dict[str, Any]) -> Iterator[Table]:
     yield measured
 
 
-def _measured(kept: dict[str, Any], survey: Survey) -> str:
+def _measured(name: str, kept: dict[str, Any]) -> str:
     if not kept:
         return "contents not measured yet (--measure)"
     measured = f"contents measured over episodes {kept['seeds']}"
-    if kept["code"] != hash_of_survey(survey):
-        measured += ", with another version of the code; measure again: frameout list --measure"
+    other = [preset for preset, edition in kept["editions"].items() if edition != scene_edition(name, preset)]
+    if other:
+        measured += f", of other editions of {', '.join(other)}; measure again: frameout list --measure"
     return measured
 
 

@@ -43,11 +43,12 @@ _COMMIT = "commit.json"
 @dataclass(frozen=True)
 class Publish:
     """Make the published tables: run what benchmarks/results/published.py lists, and write the files that RESULTS.md is
-    made from to benchmarks/results/tables.
+    made from to benchmarks/results/tables. All of them from nothing take at most two and a half hours on two cores; a
+    change that needs more cuts episodes or contestants elsewhere.
 
     A run that was stopped continues with the same command. It starts with an estimate of its time. It needs a
     checkout without changes to the code, and all that the tables' trackers need. Rows of an earlier commit, also the
-    committed ones, stay where, by their hashes, the same code, parameters and packages would make them. Each run on
+    committed ones, stay where they are of the present editions and parameters (benchmarks/run/editions.py). Each run on
     the test split that made rows is recorded in benchmarks/results/test_split_runs.jsonl. The exit status is 1 if a
     tracker failed.
 
@@ -173,7 +174,7 @@ class Publish:
 def _claim(folder: Path, table: PublishedTable, commit: str) -> None:
     """Mark a table's folder as made at ``commit``.
 
-    Of another commit only rows stay: a run keeps those that the same code, parameters and packages made, and makes the
+    Of another commit only rows stay: a run keeps those of the present editions and parameters, and makes the
     others anew. A new folder begins with the committed rows, whose times may be another machine's. What has no rows, a
     speed, is measured anew.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from benchmarks.data_sets.channels import CODINGS, NORMALS, PICTURES, coding_of
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.request import Request
-from benchmarks.run.versions import package_versions, scene_version
+from benchmarks.run.editions import package_versions, scene_edition
 from sim.checks import check
 
 
@@ -13,7 +13,7 @@ def benchmark_of(data: str) -> Request:
     """Return what a data set is of, if scores on it are those of the rendered benchmark.
 
     Raises:
-        ValueError: for a data set that is lossy, changed from its preset, incomplete, or made by other code.
+        ValueError: for a data set that is lossy, changed from its preset, incomplete, or of another edition.
     """
     stored = DataSet(data)
     request = stored.request
@@ -26,8 +26,8 @@ def benchmark_of(data: str) -> Request:
     # No judge reads normals; of the others, each may be read by one.
     missing = [channel for channel in request.left_out() if channel != NORMALS]
     check("data", not missing, "a set with all channels", f"one without {', '.join(missing)}")
-    made, now = request.scene, scene_version(request.scenario, request.preset)
-    check("data", made == now, f"one made by the scene's present code ({now})", f"one made by {made}")
+    made, now = request.scene, scene_edition(request.scenario, request.preset)
+    check("data", made == now, f"one of the scene's present edition, {now}", f"one of {made}")
     differ = [name for name, version in package_versions().items() if request.packages.get(name, version) != version]
     check("data", not differ, "one made with the installed packages", f"one with another {', '.join(differ)}")
     gone = sorted(set(range(*request.seeds)) - set(stored.seeds))

@@ -27,7 +27,7 @@ class Request:
         pictures: coding of pictures, see ``CODINGS``.
         renderer: which one draws.
         size_px: width and height in place of the preset's. rate_hz, frame_count: likewise.
-        scene: hash of the code and the preset that made it. packages: name -> version of what its bytes depend on.
+        scene: its edition, see ``benchmarks.run.editions``. packages: name -> version of what its bytes depend on.
     """
 
     scenario: str

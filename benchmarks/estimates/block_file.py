@@ -65,7 +65,7 @@ class Facts:
     """What a file says of its whole block.
 
     Attributes:
-        heading: columns of its rows that name it. versions: of its rows.
+        heading: columns of its rows that name it. editions: of its rows.
         many: whether answers are tracks of many targets.
         frame_count: of the episode.
         controller_failed_at: frame, None without a failure.
@@ -75,7 +75,7 @@ class Facts:
     """
 
     heading: Row
-    versions: dict[str, str]
+    editions: dict[str, str]
     many: bool
     frame_count: int
     controller_failed_at: int | None
@@ -134,13 +134,13 @@ def write_block(folder: Path, rows: Sequence[Values], facts: Facts) -> None:
         pq.write_table(table.replace_schema_metadata({_FACTS: content}), file, compression="zstd")
 
 
-def is_kept(folder: Path, key: BlockKey, versions: dict[str, str] | None) -> bool:
-    """Return whether a block has a whole file, of these ``versions``; what judged it does not matter."""
+def is_kept(folder: Path, key: BlockKey, editions: dict[str, str] | None) -> bool:
+    """Return whether a block has a whole file, of these ``editions``; what judged it does not matter."""
     try:
-        kept = facts_of(path_of(folder, key)).versions
+        kept = facts_of(path_of(folder, key)).editions
     except (FileNotFoundError, ValueError):
         return False
-    return versions is not None and kept | {"judge": ""} == versions | {"judge": ""}
+    return editions is not None and kept | {"judge": ""} == editions | {"judge": ""}
 
 
 def paths_in(directory: Path) -> list[Path]:

@@ -32,7 +32,7 @@ from scenarios.scenario import Frame
 from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
 from trackers.types import CameraCommand, Estimate
 
-_OF_SCORES = ("repeat", "metric", "value", "weight", "seconds", "versions")
+_OF_SCORES = ("repeat", "metric", "value", "weight", "seconds", "editions")
 
 
 class KeepingJudge:
@@ -71,7 +71,7 @@ class KeepingJudge:
             failed = [row["value"] for row in block if row["metric"] == CONTROLLER_FAILED_AT]
             facts = Facts(
                 heading={key: value for key, value in block[0].items() if key not in unnaming},
-                versions=block[0]["versions"],
+                editions=block[0]["editions"],
                 many=runs[0][0].many,
                 frame_count=len(self._commands),
                 controller_failed_at=int(failed[0]) if failed else None,

@@ -24,7 +24,7 @@ import pyarrow.dataset
 
 from benchmarks.estimates.block_file import Facts, facts_of, paths_in
 from benchmarks.estimates.columns import SCHEMA
-from benchmarks.run.current_blocks import ESTIMATES
+from benchmarks.run.records import ESTIMATES
 
 
 def scan(directory: Path | str) -> pyarrow.dataset.Dataset:

@@ -2,7 +2,7 @@
 
 Frames with their truth come from a data set, without rendering, or from the same episodes simulated again; in closed
 loop by the commands that were obeyed in the run. Rows are those of the run but for ``seconds``, and for what the
-present judge does in another way; ``versions`` name the present judge and else what made the estimates.
+present judge does in another way; ``editions`` name the present judge and else what made the estimates.
 """
 
 from __future__ import annotations
@@ -21,13 +21,12 @@ from benchmarks.data_sets.benchmark import benchmark_of
 from benchmarks.estimates.block_file import Block, Facts, facts_of, paths_in, read_block
 from benchmarks.estimates.columns import EXTRAPOLATED, INTERPOLATED, Values
 from benchmarks.run.blocks import as_block
-from benchmarks.run.current_blocks import ESTIMATES
+from benchmarks.run.editions import judge_edition, scene_edition
 from benchmarks.run.experiment import Progress, check_renderer
 from benchmarks.run.guards import FAILED_AT, times
 from benchmarks.run.jobs import Job, episode_of
 from benchmarks.run.own_modules import load_modules
-from benchmarks.run.records import FILE_NAME, BlockKey, Row, append_block, block_key, read_blocks, tidy
-from benchmarks.run.versions import judge_version, scene_version
+from benchmarks.run.records import ESTIMATES, FILE_NAME, BlockKey, Row, append_block, block_key, read_blocks, tidy
 from benchmarks.suites.judging import Ending, Score, ScoreSheet
 from benchmarks.suites.registry import suite
 from scenarios import catalog
@@ -90,17 +89,17 @@ def rejudge(directory: Path, data: str | None, workers: int, modules: tuple[str,
 
 def _check_scene(path: Path, facts: Facts) -> None:
     key = facts.key
-    now, made = scene_version(key.scenario, key.preset), facts.versions.get("scene")
-    check(str(path), made == now, f"estimates on frames of the scene's present code ({now})", f"ones of {made}")
+    now, made = scene_edition(key.scenario, key.preset), facts.editions.get("scene")
+    check(str(path), made == now, f"estimates on frames of the scene's present edition, {now}", f"ones of {made}")
 
 
 def _check_rows(path: Path, facts: Facts, old: dict[BlockKey, list[Row]]) -> None:
     key = facts.key
     named = f"suite {key.suite}, {key.scenario} {key.preset}, seed {key.seed}, tracker {key.tracker}"
     check(str(path), key in old, f"estimates of a block of rows in {FILE_NAME}", named)
-    versions = old[key][0]["versions"]
-    other = sorted(name for name in versions if name != "judge" and versions[name] != facts.versions.get(name))
-    check(str(path), not other, f"estimates by the code that made the rows in {FILE_NAME}", f"another {other}")
+    editions = old[key][0]["editions"]
+    other = sorted(name for name in editions if name != "judge" and editions[name] != facts.editions.get(name))
+    check(str(path), not other, f"estimates of the editions that made the rows in {FILE_NAME}", f"another {other}")
 
 
 def _check_data(data: str, facts: dict[Path, Facts]) -> None:
@@ -162,8 +161,8 @@ def _rows(block: Block, sheets: Sequence[ScoreSheet]) -> list[Row]:
         scores += [(repeat, score) for score in times(said.cpu_s, said.revision_cpu_s, facts.frame_count)]
         if run.failed_in_the_end is not None:
             scores.append((repeat, Score(FAILED_AT, float(run.failed_in_the_end))))
-    judge = judge_version(facts.key.suite)
-    ending_columns = {"seconds": None, "versions": facts.versions | {"judge": judge}}
+    judge = judge_edition(suite(facts.key.suite))
+    ending_columns = {"seconds": None, "editions": facts.editions | {"judge": judge}}
     event_key = suite(facts.key.suite).events.key
     return as_block(facts.heading, scores, facts.controller_failed_at, facts.frame_count, event_key, ending_columns)
 

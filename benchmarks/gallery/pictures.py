@@ -11,12 +11,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.run.editions import scene_edition
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.processes import in_processes
 from benchmarks.run.replay import replay
 from benchmarks.run.steering import suite_watching
-from benchmarks.run.versions import scene_version, versions_of_modules
-from benchmarks.suites.registry import suites
 from benchmarks.video.drawing import drawing_of
 from scenarios import catalog
 from trackers.atomic_file import write_atomic
@@ -44,11 +43,9 @@ class ShownPreset:
 
     @property
     def file_name(self) -> str:
-        """Name of its picture, with the version of the code that draws it."""
-        drawings = (each.scene(self.scenario).drawing for each in suites().values())
-        modules = [drawing.__module__ for drawing in drawings if drawing is not None]
-        version = scene_version(self.scenario, self.preset) + versions_of_modules(__name__, *modules)["experiment"]
-        return f"{self.scenario}-{self.preset}-{self.seed}-{version}.jpg"
+        """Name of its picture, with the edition of what it shows."""
+        edition = scene_edition(self.scenario, self.preset).replace(" ", "-")
+        return f"{self.preset}-{self.seed}-{edition}.jpg"
 
 
 def newest_scenarios() -> tuple[str, ...]:

@@ -14,11 +14,11 @@ from benchmarks.learning.search import Progress, announce_check, search
 from benchmarks.learning.tracker_tuning import Tuned, chosen, rows_of, score_of
 from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.run.contestants import entrant
+from benchmarks.run.editions import judge_edition, own_code, package_versions, tracker_edition
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import in_processes
 from benchmarks.run.steering import link_in
-from benchmarks.run.versions import modules_of, versions_of_modules
 from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
@@ -78,10 +78,8 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
     entry = tunable_controller(name, catalog.scenario(budget.scenario).carrier.name)
     fields, defaults = entry.tunables(), entry.written()
 
-    code = [__name__, entry.controller.__module__, type(catalog.scenario(budget.scenario)).__module__]
     if catalog.scenario(budget.scenario).pictureless is None:
         model = ""
-        code += [entrant(budget.tracker).module, *modules_of(controllers_suite().name, budget.scenario)]
 
         def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
             return {key: _score_with_pictures(entry, values, budget, budget.seeds) for key, values in settings.items()}
@@ -101,7 +99,11 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
     scored = (model, controllers_suite().tuned_for)
     depends_on = (
         dataclasses.replace(budget, trials=0, workers=0, fresh=range(0), cache=None, modules=()),
-        versions_of_modules(*code),
+        package_versions(),
+        catalog.scenario(budget.scenario).id,
+        judge_edition(controllers_suite()),
+        tracker_edition(entrant(budget.tracker)),
+        (entry.edition, own_code(entry.controller.__module__)),
         scored,
     )
     found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, depends_on)

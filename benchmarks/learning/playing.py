@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from benchmarks.run.blocks import as_row
 from benchmarks.run.contestants import entrant
+from benchmarks.run.editions import editions_of
 from benchmarks.run.jobs import Job, heading_of, take_in
 from benchmarks.run.records import HUMAN, LAST_METRIC, append_block
-from benchmarks.run.versions import versions_of
 from benchmarks.suites.judging import Ending, Judge, Score, ScoreSheet
 from benchmarks.suites.registry import controllers_suite
 from benchmarks.video.instant import draw_steered
@@ -190,7 +190,7 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
             modules=played.modules,
         )
         seconds = round(time.perf_counter() - self._started, 3)
-        ending = {"seconds": seconds, "versions": versions_of(job.suite, job.scenario, job.preset, tracker)}
+        ending = {"seconds": seconds, "editions": editions_of(job.suite, job.scenario, job.preset, tracker)}
         heading = heading_of(job, played.tracker, tracker.role, controller_role="external")
         assert self._sheet is not None
         scores = [*self._sheet.scores(Ending()), Score(LAST_METRIC, float(episode.frame.truth.frame + 1))]

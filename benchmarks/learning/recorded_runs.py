@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.contestants import entrant
-from benchmarks.run.versions import versions_of, versions_of_modules
+from benchmarks.run.editions import editions_of
 from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.settings import FollowSettings
@@ -121,12 +121,12 @@ def read_run(path: Path) -> NDArray[np.void]:
 
 
 def _file_name(settings: FollowSettings, controller: str) -> str:
-    """Return a run's name: the controller, and a hash of all settings and code."""
+    """Return a run's name: the controller, and a digest of all settings and editions."""
     carrier = catalog.scenario(settings.scenario).carrier
     steering = controller_entry(controller.removeprefix(DISTURBED), carrier.name)
     tracker = entrant(str(settings.tracker))
     judged = (controllers_suite().name, settings.scenario, settings.preset_name)
-    made = versions_of(*judged, tracker, steering) | versions_of_modules(__name__)
+    made = editions_of(*judged, tracker, steering)
     digest = hashlib.sha256(f"{settings!r}/{made!r}".encode()).hexdigest()[:10]
     return f"{controller.replace(':', '-')}-{digest}"
 

@@ -14,11 +14,11 @@ import numpy as np
 
 from benchmarks.learning.search import Found, Progress, announce_check, search
 from benchmarks.run.contestants import entrant
+from benchmarks.run.editions import judge_edition, package_versions, tracker_edition
 from benchmarks.run.jobs import Job
 from benchmarks.run.processes import results
 from benchmarks.run.records import Row
 from benchmarks.run.steering import link_in
-from benchmarks.run.versions import modules_of, versions_of_modules
 from benchmarks.scores import pooling
 from benchmarks.scores.summary import grouped
 from benchmarks.suites.registry import suite
@@ -120,7 +120,11 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
         studies,
         (
             dataclasses.replace(budget, trials=0, workers=0, fresh_presets=(), fresh=range(0), modules=()),
-            versions_of_modules(entrant(name).module, *modules_of(budget.suite, _scenario(budget).id)),
+            package_versions(),
+            _scenario(budget).id,
+            judge_edition(suite(budget.suite)),
+            # A search sets the parameters.
+            tracker_edition(dataclasses.replace(entrant(name), parameters=None)),
             suite(budget.suite).tuned_for,
         ),
     )

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.run.blocks import as_row
-from benchmarks.run.current_blocks import current_blocks
+from benchmarks.run.editions import Editions, package_versions, scene_edition
 from benchmarks.run.experiment import Progress, make_folder
-from benchmarks.run.records import BlockKey, Row, append_block, tidy
-from benchmarks.run.versions import versions_of_modules
+from benchmarks.run.records import BlockKey, Row, append_block, tidy, up_to_date
 from benchmarks.suites.judging import Score, truth_as
 from benchmarks.suites.registry import Metric
 from benchmarks.video import marks
@@ -34,10 +33,15 @@ _REGION_RGB = (230, 60, 60)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraExperiment(PaperExperiment):
-    """See ``PaperExperiment``. Claims are about means of rows over seeds."""
+    """See ``PaperExperiment``. Claims are about means of rows over seeds.
+
+    Attributes:
+        edition: of what is measured; raise it when that changes, see ``benchmarks.run.editions``.
+    """
 
     suite: str = "paper"
     scenario: str = PAPER_SHEET.id
+    edition: int = 1
 
     @abstractmethod
     def measure(self, seed: int, renderer: RendererName) -> Values:
@@ -50,7 +54,7 @@ class CameraExperiment(PaperExperiment):
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
         """See ``PaperExperiment``."""
         make_folder(out)
-        have, moved = current_blocks(out, seeds, self._made_now)
+        have, moved = up_to_date(out, seeds, self._made_now)
         missing = [seed for seed in seeds if self._key(seed, renderer) not in have]
         parallel = joblib.Parallel(n_jobs=max(workers, 1), return_as="generator_unordered")
         progress(len(seeds) - len(missing), len(seeds))
@@ -72,19 +76,19 @@ class CameraExperiment(PaperExperiment):
             "renderer": renderer,
             "seed": seed,
         }
-        ending = {"seconds": None, "versions": self._versions}
+        ending = {"seconds": None, "editions": self._editions(renderer)}
         scores = (Score(name, value) for name, value in self.measure(seed, renderer).items())
         return [{**heading, **as_row(0, score, "frame_out"), **ending} for score in scores]
 
-    @property
-    def _versions(self) -> dict[str, str]:
-        return versions_of_modules(type(self).__module__, type(PAPER_SHEET).__module__)
+    def _editions(self, renderer: str) -> Editions:
+        scene = scene_edition(self.scenario, self.preset)
+        return {**package_versions(renderer), "scene": scene, "judge": f"{self.name} {self.edition}"}
 
     def _key(self, seed: int, renderer: str) -> BlockKey:
         return BlockKey(self.suite, self.scenario, self.preset, renderer, "", _TRACKER, seed)
 
-    def _made_now(self, key: BlockKey) -> dict[str, str] | None:
-        return self._versions if key == self._key(key.seed, key.renderer) else None
+    def _made_now(self, key: BlockKey) -> Editions | None:
+        return self._editions(key.renderer) if key == self._key(key.seed, key.renderer) else None
 
 
 @dataclass(frozen=True, slots=True)

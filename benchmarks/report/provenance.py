@@ -1,4 +1,4 @@
-"""Provenance of results from their rows: episodes, seeds, versions, failures, and the command that repeats them."""
+"""Provenance of results from their rows: episodes, seeds, editions, failures, and the command that repeats them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Provenance:
         episodes, frames: episodes of one tracker, and their frames.
         events: numbers and kinds of frame-outs or other events, in words.
         command: repeats this part.
-        versions: package or part → version or hash; several where rows differ.
+        editions: package or part → its edition; several where rows differ.
         failures: one line for each episode in which a tracker failed.
     """
 
@@ -35,7 +35,7 @@ class Provenance:
     frames: int
     events: str
     command: str
-    versions: dict[str, str]
+    editions: dict[str, str]
     failures: tuple[str, ...]
 
 
@@ -50,7 +50,7 @@ def provenance(rows: Sequence[Row]) -> Provenance:
         frames=int(sum(frames.values())),
         events=_events(rows),
         command=_command(rows, seeds),
-        versions=_versions(rows),
+        editions=_editions(rows),
         failures=tuple(_failures(rows)),
     )
 
@@ -125,15 +125,14 @@ def _controllers(rows: Sequence[Row]) -> list[str]:
     return [each or SET_PATH for each in steering if each is not None or set_path]
 
 
-def _versions(rows: Sequence[Row]) -> dict[str, str]:
+def _editions(rows: Sequence[Row]) -> dict[str, str]:
     found: dict[str, list[str]] = {}
     for row in rows:
-        for name, version in row["versions"].items():
-            label = f"code of {row[name]}" if name in ("tracker", "controller") else name
-            label = f"code of the {name}" if name in ("scene", "judge", "loop") else label
+        for name, version in row["editions"].items():
+            label = f"{name} {row[name]}" if name in ("tracker", "controller") else name
             if version not in found.setdefault(label, []):
                 found[label].append(version)
-    return {name: ", ".join(versions) for name, versions in found.items()}
+    return {name: ", ".join(editions) for name, editions in found.items()}
 
 
 def _failures(rows: Sequence[Row]) -> list[str]:

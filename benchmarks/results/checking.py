@@ -78,8 +78,8 @@ def other_versions(run: TableRun, out: Path) -> list[str]:
     parts = set()
     for key, rows in read_blocks(out).items():
         before = published.get(key)
-        versions = kept["versions"]["shared"] if before is None else before[0]["versions"]
-        parts |= {part for part, version in versions.items() if rows[0]["versions"].get(part) != version}
+        editions = kept["editions"]["shared"] if before is None else before[0]["editions"]
+        parts |= {part for part, version in editions.items() if rows[0]["editions"].get(part) != version}
     return sorted(parts)
 
 

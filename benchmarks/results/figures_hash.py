@@ -12,14 +12,14 @@ from benchmarks.scores.cpu_time import CPU_TIME
 
 TIMES = frozenset(metric.name for metric in CPU_TIME)
 """Metrics of the clock."""
-_NOT_FIGURES = ("seconds", "versions")
+_NOT_FIGURES = ("seconds", "editions")
 Blocks = Mapping[BlockKey, Sequence[Row]]
 
 
 def hash_of_figures(blocks: Blocks, left_out: Collection[str]) -> str:
     """Return the SHA-256 of whole blocks of rows, independent of their order.
 
-    Left out are the columns ``seconds`` and ``versions``, and the metrics of the clock. Rows name no path.
+    Left out are the columns ``seconds`` and ``editions``, and the metrics of the clock. Rows name no path.
 
     Args:
         left_out: trackers that no seed makes reproducible: ``unrepeatable`` of a new table, or what a table keeps.

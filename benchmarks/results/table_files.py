@@ -8,8 +8,8 @@
 ``commit``       of the checkout that published them; rows may be of an earlier one, see ``BenchRun.is_current``
 ``seeds``        ``A:B``
 ``trackers``     of a bench, in the order of the command; empty for other tables
-``versions``     ``shared``: packages, and hashes of the code of scene, judge and loop; ``contestants``: label ->
-                 hashes of the code and parameters of tracker and controller
+``editions``     ``shared``: packages, scene and judge; ``contestants``: label -> tracker and controller, see
+                 ``benchmarks.run.editions``
 ``budgets``      of tuned ``trackers`` and ``controllers``: name -> trials, presets and seeds
 ``rows``         ``count``; ``sha256`` of the figures, see ``figures_hash``; ``unrepeatable``: trackers that it leaves
                  out; null for speeds, which have no rows
@@ -38,7 +38,7 @@ import numpy as np
 from benchmarks.results import ledger
 from benchmarks.results.figures_hash import Blocks, hash_of_figures, unrepeatable
 from benchmarks.run.blocks import CONTROLLER_FAILED_AT
-from benchmarks.run.records import FILE_NAME, Row, blocks_of_lines, read_blocks
+from benchmarks.run.records import FILE_NAME, Row, blocks_of_lines, lines_of, read_blocks
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
@@ -77,7 +77,7 @@ def write_table(run: TableRun, out: Path, commit: str) -> str:
     """Write the files of a table that was made in ``out``; return a line about them.
 
     Raises:
-        ValueError: for rows of several versions, and if the rows of all tables would not fit; nothing is written then.
+        ValueError: for rows of several editions, and if the rows of all tables would not fit; nothing is written then.
     """
     folder, name = ledger.TABLES_FOLDER, run.table.name
     blocks = read_blocks(out) if (out / FILE_NAME).is_file() else {}
@@ -109,11 +109,9 @@ def read_rows_of(name: str) -> dict[Any, list[Row]] | None:
 
 
 def committed_rows(table: PublishedTable) -> bytes:
-    """Return the committed rows of a table, uncompressed; nothing if there are none, or some of other seeds."""
-    if not (table_file(table.name).is_file() and rows_file(table.name).is_file()):
-        return b""
-    alike = set(read_table(table.name).seeds) <= set(table.seeds)
-    return lzma.decompress(rows_file(table.name).read_bytes()) if alike else b""
+    """Return the committed rows of a table's seeds, uncompressed."""
+    kept = read_rows_of(table.name) or {}
+    return b"".join(lines_of(rows) for key, rows in kept.items() if key.seed in table.seeds)
 
 
 def table_file(name: str) -> Path:
@@ -137,7 +135,7 @@ def _contents(run: TableRun, out: Path, blocks: Blocks, commit: str) -> dict[str
         "commit": commit,
         "seeds": f"{seeds.start}:{seeds.stop}",
         "trackers": list(run.trackers),
-        "versions": _versions(blocks),
+        "editions": _editions(blocks),
         "budgets": run.budgets(rows),
         "rows": {
             "count": len(rows),
@@ -173,20 +171,20 @@ def label(row: Mapping[str, Any]) -> str:
     return f"{row['controller']}+{row['tracker']}" if row["controller"] else str(row["tracker"])
 
 
-def _versions(blocks: Blocks) -> dict[str, Any]:
-    """Return the versions of rows, shared and of contestants. Raises ValueError if there are several of one."""
+def _editions(blocks: Blocks) -> dict[str, Any]:
+    """Return the editions of rows, shared and of contestants. Raises ValueError if there are several of one."""
     shared: dict[str, set[str]] = defaultdict(set)
     contestants: dict[str, dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
     for block in blocks.values():
-        for part, version in block[0]["versions"].items():
+        for part, version in block[0]["editions"].items():
             of = contestants[label(block[0])] if part in _OF_CONTESTANTS else shared
             of[part].add(version)
     return {"shared": _single(shared), "contestants": {name: _single(parts) for name, parts in contestants.items()}}
 
 
-def _single(versions: Mapping[str, Iterable[str]]) -> dict[str, str]:
+def _single(editions: Mapping[str, Iterable[str]]) -> dict[str, str]:
     found = {}
-    for part, several in versions.items():
+    for part, several in editions.items():
         check("publish", len(list(several)) == 1, f"rows of one version of {part}", ", ".join(sorted(several)))
         (found[part],) = several
     return found

@@ -24,16 +24,16 @@ from benchmarks.results.ledger import command_of
 from benchmarks.results.published import PublishedTable
 from benchmarks.results.tuning_budgets import budgets_of
 from benchmarks.run.contestants import entrant
-from benchmarks.run.current_blocks import MadeNow
 from benchmarks.run.experiment import Experiment, Progress, check_names, jobs_of, made_now_of, run
-from benchmarks.run.records import FILE_NAME, BlockKey, Row, read_blocks, rounded, tidy
+from benchmarks.run.records import FILE_NAME, BlockKey, MadeNow, Row, read_blocks, rounded, tidy
 from benchmarks.run.selection import Asked, parties
 from benchmarks.scores.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
 from benchmarks.suites.registry import suite
+from scenarios.scenario import RendererName
 from sim.checks import check
-from trackers import registry
 
 _TRIAL_SEEDS = range(1)  # A development seed.
+_RENDERER: RendererName = "raster"
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class TableRun(ABC):
         return ()
 
     def is_current(self, key: BlockKey, rows: list[Row]) -> bool:
-        """Return whether rows are the table's, as its present code, parameters and packages make them."""
+        """Return whether rows are the table's, of the present editions and parameters."""
         return True
 
     def contestants(self, found: Iterable[BlockKey]) -> int:
@@ -110,7 +110,7 @@ class BenchRun(TableRun):
         asked = Asked(
             scenarios=(table.scenario,), presets=(table.preset,), trackers=table.trackers, controllers=table.controllers
         )
-        found = parties(suite(table.suite), asked, variants=table.variants or bool(table.parts_of), absent=True)
+        found = parties(suite(table.suite), asked, variants=False, absent=True)
         known = bool(found) and found[0].scenario == table.scenario
         check("scenario", known, f"one of suite {table.suite} with its version", repr(table.scenario))
         experiment = Experiment(
@@ -120,18 +120,15 @@ class BenchRun(TableRun):
             trackers=self._chosen(found[0].trackers),
             controllers=found[0].controllers or None,
             seeds=table.seeds,
-            renderer=table.renderer,
         )
         check_names(experiment)
         return experiment
 
     def _chosen(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return those of the names that the table is about."""
-        left_out, ours, known = self.table.without, self.table.parts_of, registry.entries()
-        among = bool(self.table.trackers) or set(left_out) <= set(names)
-        check("without", among, f"some of {', '.join(names)}", left_out)
-        kept = (name for name in names if name not in left_out)
-        return tuple(name for name in kept if not ours or (name in known and known[name].tuned_as == ours))
+        left_out = self.table.without
+        check("without", set(left_out) <= set(names), f"some of {', '.join(names)}", left_out)
+        return tuple(name for name in names if name not in left_out)
 
     @property
     def trackers(self) -> tuple[str, ...]:
@@ -162,11 +159,8 @@ class BenchRun(TableRun):
         return made_now_of(self.experiment)
 
     def is_current(self, key: BlockKey, rows: list[Row]) -> bool:
-        """See ``TableRun``. Judged by hashes, which cover neither the registries nor what these alone import, such as
-        ``FollowOne`` and ``Blindfolded``, nor SciPy: after a change of those the table's folder and its
-        committed rows must be deleted.
-        """
-        return self._made_now(key) == rows[0].get("versions")
+        """See ``TableRun``."""
+        return self._made_now(key) == rows[0].get("editions")
 
     def run(self, out: Path, workers: int, progress: Progress) -> None:
         """See ``TableRun``. Rows of contestants that the table no longer has are moved to another file."""
@@ -198,16 +192,16 @@ class PaperRun(TableRun):
     @property
     def command(self) -> str:
         """See ``TableRun``."""
-        options = Paper(self.table.experiment, seeds=_words(self.table.seeds), renderer=self.table.renderer)
+        options = Paper(self.table.experiment, seeds=_words(self.table.seeds), renderer=_RENDERER)
         return command_of("paper", options, "experiment")
 
     def run(self, out: Path, workers: int, progress: Progress) -> None:
         """See ``TableRun``."""
-        self.experiment.run(out, self.table.seeds, self.table.renderer, workers, progress)
+        self.experiment.run(out, self.table.seeds, _RENDERER, workers, progress)
 
     def seconds_of_seed(self, report: Progress) -> float:
         """See ``TableRun``."""
-        made, renderer = self.experiment, self.table.renderer
+        made, renderer = self.experiment, _RENDERER
         if isinstance(made, TrackerExperiment):
             own = made.runs(self.table.seeds, renderer, workers=0)
             varied = sum(len(each.seeds) * _seconds_of(each, report) for each in made.varied_runs(own))
@@ -237,7 +231,7 @@ class PaperRun(TableRun):
 
     def varied(self, out: Path, rows: list[Row]) -> dict[str, Any] | None:
         """See ``TableRun``."""
-        found = self.experiment.sensitivity(out, rows, self.table.seeds, self.table.renderer)
+        found = self.experiment.sensitivity(out, rows, self.table.seeds, _RENDERER)
         return None if found is None else found._asdict()
 
     def entries(self, out: Path, findings: list[dict[str, Any]]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
@@ -246,7 +240,7 @@ class PaperRun(TableRun):
         if isinstance(made, TrackerExperiment):
             return super().entries(out, findings)
         heading = {"suite": made.suite, "scenario": made.scenario, "preset": made.preset}
-        heading |= {"tracker": "none", "role": "measured", "renderer": self.table.renderer}
+        heading |= {"tracker": "none", "role": "measured", "renderer": _RENDERER}
         numbers = ("unit", "mean", "ci_low", "ci_high", "n")
         summary = [
             {**heading, "metric": each["metric"], "better": "higher", **{key: each[key] for key in numbers}}

@@ -40,7 +40,7 @@ class Entrant:
         name, role, summary, suites: see ``registry.TrackerEntry``; a suite is named in any case.
         reproducible: False if no seed reaches the method's own random numbers; it then runs several times.
         parameters: its settings.
-        module: where it is defined.
+        module: where it is defined. edition: see ``registry.TrackerEntry``; of a reference, of its answers.
         create: makes a fresh contestant, see ``Creation``.
         missing: see ``registry.TrackerEntry``.
     """
@@ -54,6 +54,7 @@ class Entrant:
     module: str
     create: Creation
     missing: Callable[[], str] = lambda: ""
+    edition: int = 1
 
     def available(self) -> bool:
         """Return whether all that it needs is installed."""
@@ -162,4 +163,5 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
         module=entry.tracker.__module__,
         create=create,
         missing=entry.missing,
+        edition=entry.edition,
     )

@@ -10,15 +10,14 @@ from pathlib import Path
 from typing import Any, cast, get_args
 
 from benchmarks.run.contestants import entrant, entrants, entrants_of
-from benchmarks.run.current_blocks import ESTIMATES, MadeNow, current_blocks, with_estimates
+from benchmarks.run.editions import Editions, editions_of
 from benchmarks.run.jobs import Job
 from benchmarks.run.known_failures import earlier, read_failures, write_failures
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import results
-from benchmarks.run.records import BlockKey, append_block, tidy
+from benchmarks.run.records import ESTIMATES, BlockKey, MadeNow, append_block, tidy, up_to_date
 from benchmarks.run.steering import default_controllers, link_in
-from benchmarks.run.versions import versions_of
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.registry import suite, suites
 from scenarios import catalog
@@ -83,7 +82,7 @@ Progress = Callable[[int, int], None]
 def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> Outcome:
     """Run the missing episodes, write rows as they arrive, then the summary.
 
-    The same call after a stop continues. Rows made by other code or parameters are moved to another file and made
+    The same call after a stop continues. Rows of other editions or parameters are moved to another file and made
     again, and so are rows without the estimates that are asked for. Except for times, ``workers`` changes no row.
 
     Raises:
@@ -92,16 +91,16 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     load_modules(experiment.modules)
     check_names(experiment)
     make_folder(out)
-    versions, made_now = _versions(experiment), made_now_of(experiment)
-    have, moved = current_blocks(out, experiment.seeds, made_now)
+    editions, made_now = _editions(experiment), made_now_of(experiment)
+    have, moved = up_to_date(out, experiment.seeds, made_now)
     if experiment.keep_estimates:
-        have = with_estimates(out, have, made_now)
-    jobs = (_remaining(job, have) for job in _jobs(experiment, versions, out))
+        have = _with_estimates(out, have, made_now)
+    jobs = (_remaining(job, have) for job in _jobs(experiment, editions, out))
     outcome = Outcome(resumed=len(have), moved=moved)
     failures = {key: each for key, each in read_failures(out).items() if key in have or made_now(key) is None}
     write_failures(out, failures)
     outcome.failures += (earlier(each) for key in sorted(have & failures.keys()) for each in failures[key])
-    total = len(experiment.seeds) * sum(map(len, versions.values()))
+    total = len(experiment.seeds) * sum(map(len, editions.values()))
     # The command that repeats the run names it.
     limited = {} if experiment.limit_s == Experiment.limit_s else {"limit_s": experiment.limit_s}
     report = progress or (lambda done, of: None)
@@ -128,15 +127,23 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
 
 
 def made_now_of(experiment: Experiment) -> MadeNow:
-    """Return what tells the current ``versions`` of the blocks of an experiment."""
-    return partial(_made_now, experiment, _versions(experiment))
+    """Return what tells the current ``editions`` of the blocks of an experiment."""
+    return partial(_made_now, experiment, _editions(experiment))
 
 
 def jobs_of(experiment: Experiment) -> list[Job]:
-    """Return the jobs of an experiment, for a trial: their rows have no versions and leave no notes."""
+    """Return the jobs of an experiment, for a trial: their rows have no editions and leave no notes."""
     load_modules(experiment.modules)
     check_names(experiment)
-    return [replace(job, notes=None, versions={}) for job in _jobs(experiment, _versions(experiment), Path())]
+    return [replace(job, notes=None, editions={}) for job in _jobs(experiment, _editions(experiment), Path())]
+
+
+def _with_estimates(out: Path, have: set[BlockKey], made_now: MadeNow) -> set[BlockKey]:
+    """Return those blocks that have whole estimates of the same ``editions``."""
+    # An extra, which runs that keep no estimates do without.
+    from benchmarks.estimates.block_file import is_kept
+
+    return {key for key in have if is_kept(out / ESTIMATES, key, made_now(key))}
 
 
 def make_folder(out: Path, parameter: str = "out") -> None:
@@ -157,32 +164,33 @@ def check_file(file: Path, parameter: str) -> None:
     check(parameter, not file.is_dir(), "a file", f"the folder {str(file)!r}")
 
 
-_Versions = dict[tuple[str, str | None], dict[str, dict[str, str]]]
-"""Preset and controller (None on a set path) → tracker → ``versions`` of its rows."""
+_Editions = dict[tuple[str, str | None], dict[str, Editions]]
+"""Preset and controller (None on a set path) → tracker → ``editions`` of its rows."""
 
 
-def _versions(experiment: Experiment) -> _Versions:
+def _editions(experiment: Experiment) -> _Editions:
     carrier = catalog.scenario(experiment.scenario).carrier.name
-    versions: _Versions = {}
+    contestants = {name: entrant(*experiment.settings.get(name, (name,))) for name in experiment.trackers}
+    editions: _Editions = {}
     for preset in experiment.presets:
         for controller in _controllers(experiment, preset):
             steered_by = None if controller is None else catalogue.controller_entry(controller, carrier)
             of, changed = experiment.changes.get(preset, (preset, {}))
             where = (experiment.suite, experiment.scenario, of)
-            versions[preset, controller] = {
-                name: versions_of(*where, entrant(*experiment.settings.get(name, (name,))), steered_by, changed)
-                for name in experiment.trackers
+            editions[preset, controller] = {
+                name: editions_of(*where, each, steered_by, changed, experiment.renderer)
+                for name, each in contestants.items()
             }
-    return versions
+    return editions
 
 
-def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Job]:
+def _jobs(experiment: Experiment, editions: _Editions, out: Path) -> Iterator[Job]:
     """Yield one job for each episode on a set path, and for each tracker in each episode in closed loop.
 
     Those of a seed come together: a worker keeps what it has drawn of the latest world.
     """
     for seed in experiment.seeds:
-        for (preset, controller), made in versions.items():
+        for (preset, controller), made in editions.items():
             groups = [experiment.trackers] if controller is None else [(name,) for name in experiment.trackers]
             for trackers in groups:
                 yield Job(
@@ -200,7 +208,7 @@ def _jobs(experiment: Experiment, versions: _Versions, out: Path) -> Iterator[Jo
                     settings=experiment.settings,
                     changes=experiment.changes.get(preset),
                     notes=out / _NOTES,
-                    versions=made,
+                    editions=made,
                     data=experiment.data,
                     estimates=out / ESTIMATES if experiment.keep_estimates else None,
                 )
@@ -289,11 +297,11 @@ def _key(job: Job, tracker: str) -> BlockKey:
     return BlockKey(job.suite, job.scenario, job.preset, job.renderer, steering, tracker, job.seed, job.link or "")
 
 
-def _made_now(experiment: Experiment, versions: _Versions, key: BlockKey) -> dict[str, str] | None:
+def _made_now(experiment: Experiment, editions: _Editions, key: BlockKey) -> Editions | None:
     scenario, link = catalog.scenario(experiment.scenario).id, link_in(experiment.suite, experiment.link) or ""
     if (key.suite, key.scenario, key.renderer, key.link) != (experiment.suite, scenario, experiment.renderer, link):
         return None
-    return versions.get((key.preset, key.controller or None), {}).get(key.tracker)
+    return editions.get((key.preset, key.controller or None), {}).get(key.tracker)
 
 
 def _remaining(job: Job, have: set[BlockKey]) -> Job:

@@ -51,7 +51,7 @@ class Job:
         repeats: runs of a tracker whose random numbers no seed reaches.
         limit_s: time limit of a tracker for one frame.
         notes: folder for the worker's note, which explains a crash; None = no note.
-        versions: tracker → ``versions`` of its rows, from the start of the experiment.
+        editions: tracker → ``editions`` of its rows, from the start of the experiment.
         settings: label in ``trackers`` → the tracker's name and its parameter values.
         changes: the preset that ``preset`` is a change of, and its changed fields; None = ``preset`` as it is.
         data: folder or URL of a data set whose stored episode is used; None = it is rendered.
@@ -72,7 +72,7 @@ class Job:
     repeats: int = 3
     limit_s: float = 60.0
     notes: Path | None = None
-    versions: dict[str, dict[str, str]] = field(default_factory=dict)
+    editions: dict[str, dict[str, str]] = field(default_factory=dict)
     settings: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
     changes: tuple[str, dict[str, Any]] | None = None
     data: str | None = None
@@ -262,7 +262,7 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
     for name in job.trackers:
         mine = [(each, sheet) for each, sheet in zip(live.watchers, sheets, strict=True) if each.label == name]
         heading = heading_of(job, name, mine[0][0].entrant.role)
-        ending = {"seconds": seconds, "versions": job.versions.get(name, {})}
+        ending = {"seconds": seconds, "editions": job.editions.get(name, {})}
         scores = [
             (each.repeat, score)
             for each, sheet in mine

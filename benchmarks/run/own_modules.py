@@ -8,7 +8,7 @@ import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
-from benchmarks.run.source_files import OURS, ROOT, is_users
+from benchmarks.run.imports import OURS, ROOT, is_users
 from sim.checks import check
 
 

@@ -9,12 +9,12 @@ from pathlib import Path
 
 from benchmarks.run.blocks import as_row
 from benchmarks.run.contestants import entrant
+from benchmarks.run.editions import editions_on_recordings
 from benchmarks.run.experiment import Progress, make_folder
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import Guard, GuardedGapMethod
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import LAST_METRIC, REAL, Row, append_block, tidy
-from benchmarks.run.versions import versions_on_files
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.judging import Ending, Recording, Score
 from benchmarks.suites.registry import Suite, suites
@@ -86,8 +86,8 @@ def _blocks(suite: Suite, recording: Recording, tracker: str, ending: Ending, or
     }
     started = time.perf_counter()
     blocks = list(recording.scores(ending))
-    versions = versions_on_files(suite.name, entered)
-    tail = {"seconds": round((time.perf_counter() - started) / max(len(blocks), 1), 3), "versions": versions}
+    editions = editions_on_recordings(suite.name, entered)
+    tail = {"seconds": round((time.perf_counter() - started) / max(len(blocks), 1), 3), "editions": editions}
     rows = []
     for number, scores in blocks:
         ends = [*scores, Score(LAST_METRIC, float(recording.block_frames))]

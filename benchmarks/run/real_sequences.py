@@ -13,13 +13,13 @@ import numba
 
 from benchmarks.run.blocks import as_block
 from benchmarks.run.contestants import Entrant, contestant_of_one, entrants
+from benchmarks.run.editions import editions_on_recordings
 from benchmarks.run.experiment import Progress, make_folder
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import GuardedContestant, guarded
 from benchmarks.run.jobs import take_in
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import FILE_NAME, REAL, BlockKey, Row, append_block, read_blocks, tidy
-from benchmarks.run.versions import versions_on_sequences
 from benchmarks.scores.summary import write_summary
 from benchmarks.sequences.episode import USUAL_FOCAL, SequenceEpisode
 from benchmarks.sequences.sequence import BoxedSequence, Collection
@@ -36,14 +36,14 @@ class _Run:
     """What is run on every sequence.
 
     Attributes:
-        suite: that judges. trackers: by name. versions: of their rows.
+        suite: that judges. trackers: by name. editions: of their rows.
         repeats: runs of a tracker that no seed makes reproducible. limit_s: for one frame.
         origin: common columns of the rows, of users' modules and of the arguments that say what is read.
     """
 
     suite: Suite
     trackers: dict[str, Entrant]
-    versions: dict[str, dict[str, str]]
+    editions: dict[str, dict[str, str]]
     repeats: int
     limit_s: float
     origin: Row
@@ -68,7 +68,7 @@ def run_on_sequences(
     progress: Progress,
     origin: Row,
 ) -> Outcome:
-    """Run trackers on the sequences that lack rows of the present code, in this process; write rows and summary.
+    """Run trackers on the sequences that lack rows of the present editions, in this process; write rows and summary.
 
     Rows have the scenario ``real``, the collection as preset, and the number of the sequence in it as seed, so that
     intervals are those of a bootstrap over sequences. The same call after a stop continues. ``origin`` has the columns
@@ -85,8 +85,8 @@ def run_on_sequences(
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
     chosen = {name: expected[name] for name in trackers}
-    versions = {name: versions_on_sequences(suite.name, each, __name__) for name, each in chosen.items()}
-    run = _Run(suite, chosen, versions, repeats, limit_s, origin)
+    editions = {name: editions_on_recordings(suite.name, each) for name, each in chosen.items()}
+    run = _Run(suite, chosen, editions, repeats, limit_s, origin)
     have, outdated = _stored(run, collections, out)
     outcome = Outcome(resumed=len(have))
     total = len(chosen) * sum(len(each.sequences) for each in collections)
@@ -114,16 +114,16 @@ def run_on_sequences(
 
 
 def _stored(run: _Run, collections: Sequence[Collection], out: Path) -> tuple[set[BlockKey], set[BlockKey]]:
-    """Return the blocks in a folder that this code made of these sequences, and those of sequences that have changed.
+    """Return the blocks of these sequences that present editions made, and those of sequences that have changed.
 
-    Blocks of other code are made again, which replaces them.
+    Blocks of other editions are made again, which replaces them.
     """
     blocks = read_blocks(out) if (out / FILE_NAME).is_file() else {}
     now = {(each.name, k): one.fingerprint for each in collections for k, one in enumerate(each.sequences)}
     names = {each.name for each in collections}
     mine = {key for key in blocks if (key.suite, key.scenario) == (run.suite.name, REAL) and key.preset in names}
     outdated = {key for key in mine if blocks[key][0].get("recording") != now.get((key.preset, key.seed))}
-    made = {key for key in mine - outdated if blocks[key][0].get("versions") == run.versions.get(key.tracker)}
+    made = {key for key in mine - outdated if blocks[key][0].get("editions") == run.editions.get(key.tracker)}
     again = {
         run.key(each, k, name) for each in collections for k in range(len(each.sequences)) for name in run.trackers
     }
@@ -162,7 +162,7 @@ def _blocks(
             for score in (*sheet.scores(each.guard.ending()), *each.guard.scores())
         ]
         heading = _heading(run, collection, number, sequence, name)
-        tail = {"seconds": seconds, "versions": run.versions[name]}
+        tail = {"seconds": seconds, "editions": run.editions[name]}
         yield as_block(heading, scores, None, len(sequence.pictures), run.suite.events.key, tail)
     for each in watchers:
         guard = each.guard

@@ -48,7 +48,7 @@
 
                         a stretch longer than 1 s on which the target was out of view.
 ``seconds``             wall time of the episode with this tracker (not reproducible)
-``versions``            of the packages, and short hashes of the code and the parameters that made the row
+``editions``            of scene, judge, tracker, controller and packages that made the row, see ``run.editions``
 ======================  ================================================================================
 
 Rows of one (suite, scenario, preset, tracker, controller, renderer, link, seed) are one *block*, written at once.
@@ -127,7 +127,7 @@ from __future__ import annotations
 import itertools
 import json
 import os
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -139,6 +139,8 @@ FILE_NAME = "records.jsonl"
 LAST_METRIC = "frames"
 REAL = "real"
 """Scenario and renderer of real recordings; preset: recording, or folder of sequences; seed: its block, or sequence."""
+ESTIMATES = "estimates"
+"""Folder beside the rows with all answers, see ``benchmarks.estimates``."""
 HUMAN = "human"
 """Controller in rows of a person who played; the role is ``external``."""
 
@@ -177,6 +179,10 @@ def block_key(row: Row) -> BlockKey:
     )
 
 
+MadeNow = Callable[[BlockKey], dict[str, str] | None]
+"""Returns the present ``editions`` of a block of an experiment, None for other blocks."""
+
+
 @dataclass(frozen=True, slots=True)
 class Contents:
     """Contents of a file of rows.
@@ -201,7 +207,7 @@ def append_block(directory: Path, rows: Sequence[Row]) -> None:
     ends = rows[-1]["metric"] if rows else "no rows"
     check("rows", ends == LAST_METRIC, f"a block that ends with the metric {LAST_METRIC!r}", ends)
     path = directory / FILE_NAME
-    unwritten = memoryview(_lines(rows))
+    unwritten = memoryview(lines_of(rows))
     with path.open("ab+", buffering=0) as file:
         end = file.seek(0, os.SEEK_END)
         try:
@@ -257,13 +263,32 @@ def read_rows(directory: Path) -> list[Row]:
     return list(itertools.chain.from_iterable(read_blocks(directory).values()))
 
 
+def up_to_date(directory: Path, seeds: range, made_now: MadeNow) -> tuple[set[BlockKey], list[str]]:
+    """Return the blocks of an experiment in a directory that the present editions made, and messages about the others,
+    which are moved to another file.
+
+    Raises:
+        ValueError: for a directory that holds rows of other seeds.
+    """
+    if not (directory / FILE_NAME).is_file():
+        return set(), []
+    blocks = read_blocks(directory)
+    # A person may have played other episodes.
+    strangers = [key.seed for key in blocks if key.controller != HUMAN and key.seed not in seeds]
+    wanted = f"a folder with no seeds but {seeds.start}:{seeds.stop}, e.g. an empty one"
+    check("out", not strangers, wanted, f"{str(directory)!r}, which holds seed {min(strangers, default=None)}")
+    mine = {key: made for key in blocks if (made := made_now(key)) is not None}
+    outdated = {key for key, made in mine.items() if blocks[key][0].get("editions") != made}
+    return mine.keys() - outdated, list(filter(None, [tidy(directory, outdated)]))
+
+
 def tidy(directory: Path, outdated: Collection[BlockKey] = ()) -> str | None:
     """Sort the records; move outdated blocks and lines of no whole block to another file.
 
     Return a message about it, None if nothing was moved.
     """
     contents, message = read(directory), None
-    old = b"".join(_lines(contents.blocks[key]) for key in sorted(outdated))
+    old = b"".join(lines_of(contents.blocks[key]) for key in sorted(outdated))
     aside = [*contents.replaced, *contents.broken, *old.splitlines()]
     if aside:
         names = (directory / f"records.outdated-{number}.jsonl" for number in itertools.count(1))
@@ -271,11 +296,12 @@ def tidy(directory: Path, outdated: Collection[BlockKey] = ()) -> str | None:
         write_atomic(beside, b"\n".join([*aside, b""]))
         message = f"{len(aside)} rows that are outdated, cut off or broken were moved to {beside}"
     kept = (rows for key, rows in contents.blocks.items() if key not in outdated)
-    write_atomic(directory / FILE_NAME, b"".join(map(_lines, kept)))
+    write_atomic(directory / FILE_NAME, b"".join(map(lines_of, kept)))
     return message
 
 
-def _lines(rows: Sequence[Row]) -> bytes:
+def lines_of(rows: Sequence[Row]) -> bytes:
+    """Return rows as they stand in a file."""
     return "".join(json.dumps(row) + "\n" for row in rows).encode()
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Sequence
 
 from benchmarks.run.contestants import entrant
+from benchmarks.run.editions import editions_of
 from benchmarks.run.jobs import OpenJob
 from benchmarks.run.records import Row
-from benchmarks.run.versions import versions_of
 from benchmarks.video.instant import Instant
 from scenarios import catalog
 from trackers.controllers import catalogue
@@ -37,13 +37,14 @@ def replay_all(live: OpenJob, *, scale: float, wanted: Container[int], frame_cou
             yield [Instant(frame, targets, answer, view, from_on) for answer, from_on in answered]
 
 
-def made_by_this_code(tracker: str, rows: Sequence[Row]) -> bool:
-    """Return whether the current code made a tracker's rows, the controller's code included."""
+def is_of_present_editions(tracker: str, rows: Sequence[Row]) -> bool:
+    """Return whether a tracker's rows are of the present editions, the controller's included."""
     made, steered_by = rows[0], rows[0]["controller"]
     carrier = catalog.scenario(made["scenario"]).carrier.name
     try:
         controller = None if steered_by is None else catalogue.controller_entry(steered_by, carrier)
-        now = versions_of(made["suite"], made["scenario"], made["preset"], entrant(tracker), controller)
-        return now == made["versions"]
+        where = (made["suite"], made["scenario"], made["preset"])
+        now = editions_of(*where, entrant(tracker), controller, renderer=made["renderer"])
+        return now == made["editions"]
     except ValueError:
         return False

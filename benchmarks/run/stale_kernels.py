@@ -8,7 +8,7 @@ import os
 from functools import cache
 from pathlib import Path
 
-from benchmarks.run import source_files
+from benchmarks.run import imports
 
 _PACKAGES = ("trackers", "scenarios")
 
@@ -22,7 +22,7 @@ def forget_stale_kernels() -> None:
     The simulator drops its own, some of which get kernels as arguments (``sim.render.compilation``).
     Kernels that numba does not keep beside the sources (``NUMBA_CACHE_DIR``) are ignored.
     """
-    root = source_files.ROOT
+    root = imports.ROOT
     changed_s = max(_time_s(source) for name in ("sim", *_PACKAGES) for source in (root / name).rglob("*.py"))
     newest_s: dict[str, float] = {}
     for index in (index for name in _PACKAGES for index in (root / name).rglob("__pycache__/*.nbi")):
@@ -35,7 +35,7 @@ def forget_stale_kernels() -> None:
             module = ".".join((*folder.parts, index.name.partition(".")[0]))
             if module not in newest_s:
                 # A module that is gone has none.
-                newest_s[module] = max(map(_time_s, source_files.source_files([module])), default=math.inf)
+                newest_s[module] = max(map(_time_s, imports.imported_files([module])), default=math.inf)
             if compiled_s < newest_s[module]:
                 index.unlink()
             else:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from benchmarks.report.pictures import made_from, remove_picture, write_picture
 from benchmarks.run.jobs import Job, job_of
 from benchmarks.run.records import Row
-from benchmarks.run.replay import made_by_this_code
+from benchmarks.run.replay import is_of_present_editions
 from benchmarks.suites.registry import Condition
 
 Sheet = tuple[NDArray[np.uint8], str, str]
@@ -38,11 +38,11 @@ def keep_event_picture(
         draw: returns the picture from the jobs, which have the trackers in order, and the event.
     """
     name = "-".join(filter(None, condition))
-    key = json.dumps([found, [(tracker, trackers[tracker][0]["versions"]) for tracker in shown]])
+    key = json.dumps([found, [(tracker, trackers[tracker][0]["editions"]) for tracker in shown]])
     if made_from(directory, name) == key:
         return
     remove_picture(directory, name)
-    if found is not None and all(made_by_this_code(tracker, trackers[tracker]) for tracker in shown):
+    if found is not None and all(is_of_present_editions(tracker, trackers[tracker]) for tracker in shown):
         seed, event = found
         sheet, title, caption = draw(_jobs([trackers[tracker][0] for tracker in shown], seed), event)
         write_picture(directory, name, sheet, condition, title, f"Seed {seed}: {caption}", key)

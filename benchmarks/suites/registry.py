@@ -105,6 +105,7 @@ class Suite:
 
     Attributes:
         name: what users type. summary: one line. heading: of its report page.
+        edition: of its rows; raise it when its judge gives other rows, see ``benchmarks.run.editions``.
         scenes: its scenarios; tuning uses the first. preset, quick_preset: defaults.
         judge: makes the judge of an episode of a scenario; it decides which objects are targets.
         metrics: of the summary, in order.
@@ -141,6 +142,7 @@ class Suite:
     compared: tuple[str, ...]
     tuned_for: Mapping[str, float]
     silence: str
+    edition: int = 1
     events: EventWords = NO_EVENTS
     figures: Callable[[Mapping[str, Sequence[Row]], Mapping[str, LineStyle]], list[Plot]] = lambda rows, styles: []
     picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = lambda *_: None

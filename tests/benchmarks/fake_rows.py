@@ -49,8 +49,8 @@ def rows_of(tracker: str, seed: int) -> list[Row]:
 
     def add(metric: str, value: object, weight: float = 1.0, frame_out: dict[str, object] | None = None) -> None:
         rest = {"metric": metric, "value": value, "weight": weight, "frame_out": frame_out, "seconds": 1.5}
-        versions = {"frameout": "0.1.0", "numpy": "2.4.6", "scene": "aa11", "tracker": "bb22"}
-        rows.append({**heading, **rest, "versions": versions})
+        editions = {"numpy": "2.4.6", "scene": "road-town-v2 aa11", "tracker": f"{tracker} 1 bb22"}
+        rows.append({**heading, **rest, "editions": editions})
 
     for index, length in enumerate(int(each) for each in lengths):
         exit_frame = 20 + 130 * index

@@ -51,8 +51,6 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Build it with one picture that is drawn, and grey ones in place of the others, which take minutes."""
     folder = tmp_path_factory.mktemp("docs")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pictures, "scene_version", lambda *_: "code")
-        patch.setattr(pictures, "versions_of_modules", lambda *_: {"experiment": ""})
         # Suites that other tests register are not on the committed page of definitions.
         ours = {name: suite for name, suite in suites().items() if suite.judge.__module__.startswith("benchmarks.")}
         patch.setattr("benchmarks.gallery.page.suites", lambda: ours)

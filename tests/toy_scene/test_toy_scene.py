@@ -72,7 +72,7 @@ def test_bench_ranks_trackers_of_many(results: Path) -> None:
     switches = [mean_of(results, "identity_switches", tracker=f"warm_bodies{x}") for x in ("", "_no_motion")]
     assert switches[0] < switches[1]
     (row, *_) = rows_of(results)
-    assert {"scene", "judge", "loop", "tracker"} <= row["versions"].keys()
+    assert {"scene", "judge", "tracker"} <= row["editions"].keys()
     assert (row["suite"], row["scenario"]) == ("toy-many", "toy-yard-v1")
 
 

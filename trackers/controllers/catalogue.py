@@ -58,6 +58,7 @@ class ControllerEntry(MethodEntry):
         summary: one line.
         controller: class with ``Parameters`` and ``__init__(parameters)``.
         overrides: parameter values that belong to the entry.
+        edition: of its commands; raise it when they change.
         kernel: the same controller for many beliefs at a time, called as ``kernel(beliefs, parameters, out)``, and the
             dtype of its parameters' record, fields in the order of ``Parameters``; None if there is none.
     """
@@ -69,6 +70,7 @@ class ControllerEntry(MethodEntry):
     controller: Callable[[Any], Controller]
     overrides: Mapping[str, Any] = field(default_factory=dict)
     kernel: Kernel | None = None
+    edition: int = 1
 
     def parameters(self, **changes: Any) -> Any:
         """Return the parameters: defaults, then tuned values, then ``changes``."""
@@ -89,7 +91,9 @@ class ControllerEntry(MethodEntry):
         return self.controller(self._with(self.overrides))
 
 
-def register_controller(name: str, *, role: ControllerRole, carrier: str, summary: str) -> Callable[[_T], _T]:
+def register_controller(
+    name: str, *, role: ControllerRole, carrier: str, summary: str, edition: int = 1
+) -> Callable[[_T], _T]:
     """Class decorator: register a controller under ``name`` for a carrier, with its ``KERNEL`` if it has one.
 
     Raises:
@@ -108,7 +112,9 @@ def register_controller(name: str, *, role: ControllerRole, carrier: str, summar
         if not ours:
             controller.command = _commanding(controller.command)  # type: ignore[attr-defined]
         kernel = getattr(controller, "KERNEL", None)
-        _ENTRIES[carrier, name] = ControllerEntry(name, carrier, role, summary, controller, kernel=kernel)
+        _ENTRIES[carrier, name] = ControllerEntry(
+            name, carrier, role, summary, controller, kernel=kernel, edition=edition
+        )
         return controller
 
     return add

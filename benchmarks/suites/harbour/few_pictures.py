@@ -55,6 +55,7 @@ def _entrant(of: str, tracker: Any, count: int) -> Entrant:
         reproducible=True,
         parameters=parameters,
         module=tracker.__module__,
+        edition=registry.entry(of).edition,
         create=create,
     )
 

@@ -94,15 +94,14 @@ def test_the_command_on_the_report_of_an_own_tracker_runs_as_it_stands(own: str,
 
 
 @pytest.mark.usefixtures("fake_suite")
-def test_another_text_of_the_file_is_another_version_of_the_tracker(own: str) -> None:
+def test_another_content_of_the_file_is_another_edition_of_the_tracker(own: str) -> None:
     from benchmarks.run.contestants import entrant
-    from benchmarks.run.versions import _modules_hash, versions_of
+    from benchmarks.run.editions import editions_of
 
     assert main(["list", "--json", "--modules", own]) == 0
-    made = versions_of("frame-out", "fake-town-v1", "tiny", entrant("waits"))["tracker"]
+    made = editions_of("frame-out", "fake-town-v1", "tiny", entrant("waits"))["tracker"]
     Path(own).write_text(TRACKER + "\n\nCHANGED = True\n")
-    _modules_hash.cache_clear()
-    assert versions_of("frame-out", "fake-town-v1", "tiny", entrant("waits"))["tracker"] != made
+    assert editions_of("frame-out", "fake-town-v1", "tiny", entrant("waits"))["tracker"] != made
 
 
 def test_an_own_tracker_is_tuned_in_processes_that_know_it_and_the_file_says_how(

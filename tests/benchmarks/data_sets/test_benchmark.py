@@ -13,8 +13,8 @@ from benchmarks.cli import main
 from benchmarks.data_sets.benchmark import benchmark_of
 from benchmarks.data_sets.generating import Workers, generate
 from benchmarks.data_sets.request import Request, existing_channels
+from benchmarks.run.editions import package_versions, scene_edition
 from benchmarks.run.experiment import Experiment, run
-from benchmarks.run.versions import package_versions, scene_version
 from benchmarks.scores.cpu_time import CPU_TIME
 from benchmarks.suites import registry
 from tests.benchmarks.data_sets.small import MODULES, made, tiny
@@ -39,8 +39,8 @@ def rows(out: Path) -> list[dict[str, Any]]:
 def test_scores_on_stored_episodes_are_those_on_rendered_ones(suite: str, tmp_path: Path) -> None:
     scenario, tracker = SUITES[suite]
     asked = Request(scenario, "quick", (3, 4), ())
-    versions = {"scene": scene_version(scenario, "quick"), "packages": package_versions()}
-    request = replace(asked, channels=existing_channels(asked), **versions)
+    editions = {"scene": scene_edition(scenario, "quick"), "packages": package_versions()}
+    request = replace(asked, channels=existing_channels(asked), **editions)
     generate(request, str(tmp_path / "set"), Workers(0), lambda done, whole: None)
     rendered = Experiment(suite, scenario, ("quick",), (tracker,), range(3, 4), workers=0)
     run(rendered, tmp_path / "rendered")
@@ -57,7 +57,7 @@ def test_scores_on_stored_episodes_are_those_on_rendered_ones(suite: str, tmp_pa
         ),
         ({"frame_count": None, "pictures": "jpeg"}, "data: expected pictures without loss, got jpeg"),
         ({"frame_count": None, "channels": ("image_rgb",)}, "data: expected a set with all channels, got one without"),
-        ({"frame_count": None, "scene": "other"}, "data: expected one made by the scene's present code"),
+        ({"frame_count": None, "scene": "other"}, "data: expected one of the scene's present edition"),
     ],
 )
 def test_a_set_that_gives_other_scores_is_refused(changes: dict[str, Any], message: str, tmp_path: Path) -> None:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.run.editions import scene_edition
 from benchmarks.run.experiment import run
-from benchmarks.run.versions import scene_version
 from tests import fakes_scenario
 from tests.benchmarks.data_sets.small import made, tiny
 from tests.benchmarks.estimates.runs import BRIEF, TOWN
@@ -38,7 +38,7 @@ def kept(brief: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def town(brief: None, tmp_path_factory: pytest.TempPathFactory) -> str:
     """Folder of a data set of the episodes of ``TOWN`` on a set path."""
     folder = tmp_path_factory.mktemp("town") / "set"
-    scene = scene_version(fakes_scenario.FAKE_TOWN.id, "brief")
+    scene = scene_edition(fakes_scenario.FAKE_TOWN.id, "brief")
     channels = ("image_rgb", "instance_map", "depth_m", "flow_px")
     asked = tiny(frame_count=None, seeds=(3, 5), channels=channels, scene=scene)
     made(replace(asked, preset="brief"), folder)

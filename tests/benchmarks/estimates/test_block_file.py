@@ -29,8 +29,8 @@ def test_a_file_says_how_the_run_went(path: Path) -> None:
     assert (run_.failed_at_frame, run_.failed_in_the_end, run_.reason) == (20, 20, "RuntimeError: a bug")
     assert (facts.many, facts.frame_count, run_.revises, run_.bridges) == (False, 60, False, False)
     assert path.name == path_of(path.parent, facts.key).name
-    assert not is_kept(path.parent, facts.key, facts.versions | {"tracker": "another"})
-    assert not is_kept(path.parent, replace(facts.key, seed=9), facts.versions)
+    assert not is_kept(path.parent, facts.key, facts.editions | {"tracker": "another"})
+    assert not is_kept(path.parent, replace(facts.key, seed=9), facts.editions)
 
 
 def test_two_runs_leave_the_same_but_for_times(kept: Path, tmp_path: Path) -> None:
@@ -44,11 +44,11 @@ def test_two_runs_leave_the_same_but_for_times(kept: Path, tmp_path: Path) -> No
 def test_a_file_that_was_cut_off_is_named_and_made_again(path: Path) -> None:
     facts = facts_of(path)
     path = path.rename(path_of(path.parent, facts.key))
-    assert is_kept(path.parent, facts.key, facts.versions)
+    assert is_kept(path.parent, facts.key, facts.editions)
     path.write_bytes(path.read_bytes()[:5000])
     with pytest.raises(ValueError, match=rf"{path.name}: expected a whole file of estimates, got ArrowInvalid"):
         facts_of(path)
-    assert not is_kept(path.parent, facts.key, facts.versions)
+    assert not is_kept(path.parent, facts.key, facts.editions)
 
 
 def test_a_file_of_something_else_is_named(path: Path) -> None:

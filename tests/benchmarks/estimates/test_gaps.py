@@ -99,7 +99,7 @@ def kept(tmp_path: Path) -> tuple[Asks, GuardedContestant, Path]:
         keeping.see(frame, None)
         sheet.keep(frame, loop.answers[0])
     list(sheet.scores(guard.ending()))
-    block = [HEADING | {"repeat": 0, "metric": "frames", "value": 4.0, "weight": 1.0, "event": None, "versions": {}}]
+    block = [HEADING | {"repeat": 0, "metric": "frames", "value": 4.0, "weight": 1.0, "event": None, "editions": {}}]
     keeping.write(tmp_path, [block], [("bridges", guard)])
     return asks, guard, next(tmp_path.iterdir())
 

@@ -108,7 +108,7 @@ def test_rows_that_come_out_otherwise_replace_the_old_ones(kept: Path, copied: P
     lines = [json.loads(line) for line in (copied / FILE_NAME).read_text().splitlines()]
     for row in lines:
         if (row["tracker"], row["seed"]) == ("fake_still", 4):
-            row["versions"]["judge"] = "an old one"
+            row["editions"]["judge"] = "an old one"
             row["value"] = 7.0
     (copied / FILE_NAME).write_text("".join(json.dumps(row) + "\n" for row in lines))
     done = judged_again(copied)
@@ -141,7 +141,7 @@ def other_rows(folder: Path) -> None:
 def other_code(folder: Path) -> None:
     path = folder / FILE_NAME
     lines = [json.loads(line) for line in path.read_text().splitlines()]
-    changed = [row | {"versions": row["versions"] | {"tracker": "another"}} for row in lines]
+    changed = [row | {"editions": row["editions"] | {"tracker": "another"}} for row in lines]
     path.write_text("".join(json.dumps(row) + "\n" for row in changed))
 
 
@@ -155,7 +155,10 @@ def cut_off(folder: Path) -> None:
     [
         (no_estimates, r"estimates: expected files of `frameout bench --keep-estimates`, got none in"),
         (other_rows, r"expected estimates of a block of rows in records\.jsonl, got suite frame-out, fake-town-v1"),
-        (other_code, r"expected estimates by the code that made the rows in records\.jsonl, got another \['tracker'\]"),
+        (
+            other_code,
+            r"expected estimates of the editions that made the rows in .*, got another \['tracker'\]",
+        ),
         (cut_off, r"000003-fake_still-\w+\.parquet: expected a whole file of estimates, got"),
     ],
 )
@@ -170,8 +173,8 @@ def test_what_does_not_fit_is_named_and_nothing_is_written(
 
 
 def test_estimates_on_frames_of_other_code_are_refused(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("benchmarks.estimates.rejudging.scene_version", lambda scenario, preset: "new")
-    with pytest.raises(ValueError, match=r"expected estimates on frames of the scene's present code \(new\), got"):
+    monkeypatch.setattr("benchmarks.estimates.rejudging.scene_edition", lambda scenario, preset: "new")
+    with pytest.raises(ValueError, match=r"expected estimates on frames of the scene's present edition, new, got"):
         judged_again(copied)
 
 

@@ -18,9 +18,8 @@ FOGGY = replace(
 
 @pytest.fixture(autouse=True)
 def plain_file_names(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without hashes of code, which take seconds."""
-    monkeypatch.setattr(pictures, "scene_version", lambda *_: "a")
-    monkeypatch.setattr(pictures, "versions_of_modules", lambda *_: {"experiment": "b"})
+    """Without digests of presets."""
+    monkeypatch.setattr(pictures, "scene_edition", lambda *_: "town 1")
 
 
 def sections() -> dict[str, str]:
@@ -31,7 +30,7 @@ def sections() -> dict[str, str]:
 def test_each_preset_has_a_picture_and_its_line() -> None:
     (town,) = (text for name, text in sections().items() if name == ROAD_TOWN.id)
     for seed, (name, preset) in enumerate(ROAD_TOWN.presets.items()):
-        assert f"{{figure}} ../made/road-town-v2-{name}-{seed}-ab.jpg" in town
+        assert f"{{figure}} ../made/{name}-{seed}-town-1.jpg" in town
         assert f"`{name}`: {preset.summary}" in town
     assert "A car in a town" in town
     assert "[frame-out](/REFERENCE.md#metrics-of-suite-frame-out)" in town

@@ -48,21 +48,14 @@ def test_the_picture_is_of_an_early_frame_of_that_episode() -> None:
 
 
 @pytest.mark.usefixtures("only_fish")
-def test_a_picture_is_drawn_once_for_each_version_of_the_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_a_picture_is_drawn_once_for_each_edition_of_the_scene(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     drawn = []
     monkeypatch.setattr(pictures, "picture_of", lambda shown: drawn.append(shown) or np.zeros((6, 8, 3), np.uint8))
     assert write_pictures(tmp_path / "new", workers=0) == 1
     (first,) = (tmp_path / "new").iterdir()
     assert cv2.imread(str(first)).shape == (6, 8, 3)
     assert write_pictures(tmp_path / "new", workers=0) == 0
-    monkeypatch.setattr(pictures, "scene_version", lambda *_: "other-code")
+    monkeypatch.setattr(pictures, "scene_edition", lambda *_: "another")
     assert write_pictures(tmp_path / "new", workers=0) == 1
     assert drawn == [FISH, FISH]
     assert {FISH.file_name, first.name} == {each.name for each in (tmp_path / "new").iterdir()}
-
-
-def test_a_change_of_a_drawing_is_another_picture(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[str] = []
-    monkeypatch.setattr(pictures, "versions_of_modules", lambda *names: asked.extend(names) or {"experiment": ""})
-    assert FISH.file_name
-    assert asked == ["benchmarks.gallery.pictures", "benchmarks.suites.fish.drawing"]

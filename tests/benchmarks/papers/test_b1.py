@@ -102,7 +102,7 @@ def test_a_stopped_run_goes_on_and_what_other_code_made_is_made_again(
 
     monkeypatch.setattr(CameraExperiment, "block", block_of)
     append_block(tmp_path, [{**row, "seed": 5} for row in block])
-    append_block(tmp_path, [{**row, "seed": 6, "versions": {"experiment": "older"}} for row in block])
+    append_block(tmp_path, [{**row, "seed": 6, "editions": {"experiment": "older"}} for row in block])
     told: list[tuple[int, int]] = []
     (moved,) = EXPERIMENT.run(tmp_path, range(4, 8), "raster", 1, lambda done, of: told.append((done, of)))
     assert "were moved to" in moved

@@ -117,5 +117,5 @@ def test_both_methods_have_their_figures(tmp_path: Path) -> None:
         | {"metric": "found", "event": row["event"] | {"contrast_to_noise": 30.0, "first_frame": 5, "length_frames": 3}}
         for row in both
     ]
-    plots = EXPERIMENT.show(tmp_path, [row | {"versions": {}} for row in [*both, *found]], range(1), "raster")
+    plots = EXPERIMENT.show(tmp_path, [row | {"editions": {}} for row in [*both, *found]], range(1), "raster")
     assert [heading.split("?")[0] for heading in plots.svgs] == ["What contrast does it take"]

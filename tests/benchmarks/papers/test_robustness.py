@@ -109,9 +109,9 @@ def test_settings_are_varied_on_the_same_pictures_and_rates_in_others(
         preset: values(rows, tracker, preset, "frames") for tracker, preset in ((near, "brief"), ("aside", fewer))
     }
     assert frames == {"brief": [FRAMES] * 2, fewer: [FEWER_FRAMES] * 2}
-    versions = {row["tracker"] + row["preset"]: row["versions"] for row in rows}
-    assert len({each["tracker"] for each in versions.values()}) == 3
-    assert len({each["scene"] for each in versions.values()}) == 2
+    editions = {row["tracker"] + row["preset"]: row["editions"] for row in rows}
+    assert len({each["tracker"] for each in editions.values()}) == 3
+    assert len({each["scene"] for each in editions.values()}) == 2
     printed, page = capsys.readouterr().out, (tmp_path / "paper.html").read_text()
     for words in ("What was fitted, varied", "right × 0.5", "fewer frames"):
         assert words in printed

@@ -56,7 +56,7 @@ def test_the_order_of_workers_and_the_folder_do_not_count(blocks: Blocks, tmp_pa
     "change",
     [
         lambda blocks: changed(blocks, "frames", seconds=99.0),
-        lambda blocks: changed(blocks, "frames", versions={"numpy": "1"}),
+        lambda blocks: changed(blocks, "frames", editions={"numpy": "1"}),
         lambda blocks: changed(blocks, "frames_per_s", value=1.0),
     ],
 )

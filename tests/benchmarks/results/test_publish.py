@@ -40,8 +40,8 @@ def test_the_files_of_a_table_say_how_it_was_made(checkout: Path, tmp_path: Path
     assert made["seeds"] == "0:2"
     assert made["summary"] == json.loads((out / "smoke/summary.json").read_text())
     assert {entry["tracker"] for entry in made["summary"]} == {"hold", "constant_velocity"}
-    assert set(made["versions"]["contestants"]) == {"hold", "constant_velocity"}
-    assert {"numpy", "scene", "judge", "loop"} <= set(made["versions"]["shared"])
+    assert set(made["editions"]["contestants"]) == {"hold", "constant_velocity"}
+    assert {"numpy", "scene", "judge"} <= set(made["editions"]["shared"])
     rows = lzma.decompress((ledger.TABLES_FOLDER / "smoke.jsonl.xz").read_bytes())
     assert rows == (out / "smoke" / FILE_NAME).read_bytes()
     assert made["rows"]["count"] == len(rows.splitlines())

@@ -106,7 +106,7 @@ def test_what_other_code_made_is_made_again(tmp_path: Path) -> None:
     still = [k for k, line in enumerate(lines) if json.loads(line)["tracker"] == "fake_still"]
     for k in still:
         row = json.loads(lines[k])
-        row["versions"]["tracker"] = "another"
+        row["editions"]["tracker"] = "another"
         lines[k] = json.dumps(row)
     file.write_text("\n".join(lines) + "\n")
     outcome = run(TINY, tmp_path)
@@ -114,7 +114,7 @@ def test_what_other_code_made_is_made_again(tmp_path: Path) -> None:
     aside = tmp_path / "records.outdated-1.jsonl"
     assert outcome.moved == [f"{len(still)} rows that are outdated, cut off or broken were moved to {aside}"]
     moved = [json.loads(line) for line in aside.read_text().splitlines()]
-    assert {(row["tracker"], row["versions"]["tracker"]) for row in moved} == {("fake_still", "another")}
+    assert {(row["tracker"], row["editions"]["tracker"]) for row in moved} == {("fake_still", "another")}
     assert len(moved) == len(still)
 
 

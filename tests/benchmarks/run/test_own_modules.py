@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.run import source_files
+from benchmarks.run import imports
 from benchmarks.run.own_modules import load_modules
 
 
@@ -22,7 +22,7 @@ def test_a_file_anywhere_is_imported_and_its_sources_are_those_beside_it_too(tmp
     file.write_text("from my_gain import GAIN\n\nTWICE = 2 * GAIN\n")
     load_modules([str(file)])
     assert sys.modules["my_own_file"].TWICE == 4.0
-    assert source_files.source_files(["my_own_file"]) == [tmp_path / "my_gain.py", file]
+    assert imports.imported_files(["my_own_file"]) == [tmp_path / "my_gain.py", file]
 
 
 def test_a_name_is_found_in_the_current_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -62,7 +62,7 @@ def test_new_processes_find_our_packages_before_folders_of_the_same_names(
 ) -> None:
     """They get this search path; of an editable installation it holds no folder with our packages otherwise."""
     (tmp_path / "sim").mkdir()
-    monkeypatch.setattr(sys, "path", [place for place in sys.path if Path(place).resolve() != source_files.ROOT])
+    monkeypatch.setattr(sys, "path", [place for place in sys.path if Path(place).resolve() != imports.ROOT])
     (tmp_path / "my_own_third.py").touch()
     load_modules([str(tmp_path / "my_own_third.py")])
-    assert sys.path[-2:] == [str(source_files.ROOT), str(tmp_path)]
+    assert sys.path[-2:] == [str(imports.ROOT), str(tmp_path)]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.run import source_files
+from benchmarks.run import imports
 from benchmarks.run.stale_kernels import forget_stale_kernels
 
 NOW_S = 1e9
@@ -32,7 +32,7 @@ def test_kernels_go_when_a_file_that_they_import_is_newer_and_stay_when_another_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """``scenarios.walk`` calls a kernel of ``scenarios.room.step``, and this one of ``trackers.belief``."""
-    monkeypatch.setattr(source_files, "ROOT", tmp_path)
+    monkeypatch.setattr(imports, "ROOT", tmp_path)
     files_with_ages(tmp_path, dict.fromkeys(TEXTS, 100.0) | {"trackers/belief.py": 10.0})
     indices = {
         "trackers/__pycache__/belief.look-3.py311.nbi": 5.0,
@@ -49,7 +49,7 @@ def test_kernels_go_when_a_file_that_they_import_is_newer_and_stay_when_another_
 
     # What stayed is known to be right, until a file changes again.
     with monkeypatch.context() as patched:
-        patched.setattr(source_files, "source_files", lambda modules: pytest.fail("asked again"))
+        patched.setattr(imports, "imported_files", lambda modules: pytest.fail("asked again"))
         forget_stale_kernels.__wrapped__()
     files_with_ages(tmp_path, {"sim/shade.py": 1.0})
     forget_stale_kernels.__wrapped__()
@@ -58,7 +58,7 @@ def test_kernels_go_when_a_file_that_they_import_is_newer_and_stay_when_another_
 
 def test_kernels_of_the_simulator_are_left_to_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One that gets another kernel as an argument does not import its file."""
-    monkeypatch.setattr(source_files, "ROOT", tmp_path)
+    monkeypatch.setattr(imports, "ROOT", tmp_path)
     files_with_ages(tmp_path, dict.fromkeys(TEXTS, 100.0) | {"sim/shade.py": 10.0, "sim/__pycache__/row.a-1.nbi": 50.0})
     forget_stale_kernels.__wrapped__()
     assert (tmp_path / "sim/__pycache__/row.a-1.nbi").stat().st_mtime == NOW_S - 50.0

@@ -40,7 +40,7 @@ def test_another_content_of_a_policys_file_is_run_anew(tmp_path: Path) -> None:
     save_policy(forward_policy(0.2), file)
     again = run(experiment, out)
     assert (again.resumed, again.episodes) == (1, 1)
-    assert (read_rows(out)[0]["role"], "policy" in read_rows(out)[0]["versions"]) == ("blind", False)
+    assert (read_rows(out)[0]["role"], "policy" in read_rows(out)[0]["editions"]) == ("blind", False)
 
 
 @pytest.mark.parametrize("link", ["prompt", "noisy"])

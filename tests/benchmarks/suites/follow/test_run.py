@@ -83,7 +83,7 @@ def test_rows_name_controller_tracker_and_link(outcome: tuple[Outcome, Path]) ->
     keys = "suite scenario preset tracker role controller renderer seed tracker_role link repeat metric value weight"
     rows = read_rows(out)
     for row in rows:
-        assert list(row) == [*keys.split(), "event", "seconds", "versions"]
+        assert list(row) == [*keys.split(), "event", "seconds", "editions"]
     assert {(row["controller"], row["role"]) for row in rows} == {
         ("hold", "blind"),
         ("centre", "baseline"),
@@ -95,7 +95,7 @@ def test_rows_name_controller_tracker_and_link(outcome: tuple[Outcome, Path]) ->
     }
     assert {row["link"] for row in rows} == {"prompt"}
     assert len(read_blocks(out)) == 3 * 2 * 2
-    assert all("controller" in row["versions"] for row in rows)
+    assert all("controller" in row["editions"] for row in rows)
 
 
 def test_the_summary_has_the_shape_that_others_rely_on(outcome: tuple[Outcome, Path]) -> None:
@@ -174,7 +174,7 @@ def made_up(controller: str, tracker: str, seed: int, time_in_view: float) -> li
         "link": "prompt",
         "repeat": 0,
     }
-    ending = {"weight": 100.0, "event": None, "seconds": 1.0, "versions": {}}
+    ending = {"weight": 100.0, "event": None, "seconds": 1.0, "editions": {}}
     values = {"time_in_view": time_in_view, "frames": 101.0}
     return [{**heading, "metric": metric, "value": value, **ending} for metric, value in values.items()]
 

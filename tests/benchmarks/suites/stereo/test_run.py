@@ -102,7 +102,7 @@ def test_rows_have_the_keys_that_are_documented(outcome: tuple[Outcome, Path]) -
     _, out = outcome
     keys = (
         "suite scenario preset tracker role controller renderer seed modules repeat metric value weight event seconds "
-        "versions"
+        "editions"
     )
     kinds = set()
     for row in read_rows(out):

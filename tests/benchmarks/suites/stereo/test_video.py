@@ -161,20 +161,20 @@ def test_four_frames_of_an_event_are_shown():
 
 def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     drawn = []
-    monkeypatch.setattr(event_picture, "made_by_this_code", lambda tracker, rows: rows[0]["versions"] == "now")
+    monkeypatch.setattr(event_picture, "is_of_present_editions", lambda tracker, rows: rows[0]["editions"] == "now")
     monkeypatch.setattr(
         picture, "_rows", lambda *about: drawn.append(about) or [[("words", np.zeros((24, 64, 3), np.uint8))]]
     )
     condition = ("stereo", "stereo-follow-v1", "quick", "raster", "")
     heading = dict(zip(("suite", "scenario", "preset", "renderer"), condition, strict=False)) | {"controller": None}
-    told = {"seed": 4, "metric": "recovered", "event": event("occlusion", 20, 6, 28), "versions": "now"}
+    told = {"seed": 4, "metric": "recovered", "event": event("occlusion", 20, 6, 28), "editions": "now"}
     rows = {name: [{**heading, "tracker": name, **told}] for name in ("stereo_people", "stereo_wb")}
     for _ in range(2):
         picture.show_event(tmp_path, condition, rows, ("stereo_people", "stereo_wb"))
     assert drawn == [(Job(*condition[:4], 4, None, tuple(rows), repeats=1), [19, 22, 28, 38])]
     (words,) = (tmp_path / "pictures").glob("*.json")
     assert json.loads(words.read_text())["title"] == "One occlusion"
-    rows["stereo_wb"][0]["versions"] = "of old"
+    rows["stereo_wb"][0]["editions"] = "of old"
     picture.show_event(tmp_path, condition, rows, ("stereo_people", "stereo_wb"))
     assert list((tmp_path / "pictures").iterdir()) == []
 

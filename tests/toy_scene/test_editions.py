@@ -1,4 +1,4 @@
-"""Versions of rows of a scene that lies outside the four packages."""
+"""Editions of rows of a scene that lies outside the four packages."""
 
 from __future__ import annotations
 
@@ -9,16 +9,14 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-_VERSIONS_OF_CHANGED_FILES = """
+_EDITIONS_OF_CHANGED_FILES = """
 from pathlib import Path
-from benchmarks.run import source_files, versions
+from benchmarks.run.editions import editions_of
 from benchmarks.run.contestants import entrant
 from benchmarks.run.own_modules import load_modules
 
 def tell():
-    source_files._read.cache_clear()
-    versions._modules_hash.cache_clear()
-    print(versions.versions_of("toy-many", "toy-yard", "quick", entrant("warm_bodies")))
+    print(editions_of("toy-many", "toy-yard", "quick", entrant("warm_bodies")))
 
 load_modules(["tests.toy_scene.register"])
 tell()
@@ -32,7 +30,7 @@ for file in ("thermal.py", "judge.py", "tracker.py"):
 
 
 def test_a_change_of_the_scene_is_told_from_one_of_the_tracker(tmp_path: Path) -> None:
-    """Rows hash the modules of a scene, a judge and a tracker that lie outside the four packages."""
+    """Rows name the content of a scene, a judge and a tracker that lie outside the four packages."""
     for package in ("sim", "trackers", "scenarios", "benchmarks"):
         (tmp_path / package).symlink_to(ROOT / package)
     toy = tmp_path / "tests" / "toy_scene"
@@ -41,7 +39,7 @@ def test_a_change_of_the_scene_is_told_from_one_of_the_tracker(tmp_path: Path) -
         (tmp_path / "tests" / file).write_bytes((ROOT / "tests" / file).read_bytes())
 
     done = subprocess.run(
-        [sys.executable, "-c", _VERSIONS_OF_CHANGED_FILES],
+        [sys.executable, "-c", _EDITIONS_OF_CHANGED_FILES],
         cwd=tmp_path,
         env={**os.environ, "PYTHONPATH": str(tmp_path)},
         capture_output=True,

@@ -1,11 +1,11 @@
-"""The files of a module: its own, those of all modules that it imports, and the data files that these name."""
+"""Where modules lie, which are ours or a user's, and what they import."""
 
 from __future__ import annotations
 
 import ast
 import importlib.util
 import sysconfig
-from collections.abc import Collection, Iterable
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -17,30 +17,20 @@ _PYTHON = Path(sysconfig.get_path("stdlib")).resolve()
 _INSTALLED = {"site-packages", "dist-packages"}
 
 
-def source_files(modules: Iterable[str], registries: Collection[str] = ()) -> list[Path]:
-    """Return, sorted, the source files of modules and of all their imports, direct or not, with their data files.
+def imported_files(modules: Iterable[str], *, users_alone: bool = False) -> list[Path]:
+    """Return, sorted, the source files of modules and of all that they import, directly or not.
 
-    A data file lies in the folder of one of them, and its name (or stem) is a string in one of them.
-
-    Args:
-        registries: modules that are left out with their imports, since they name everything.
-
-    Installed packages are left out, since rows have their versions; so is our ``__init__``, which has no own code.
+    Installed packages are left out, and so is our ``__init__``, which has no own code; with ``users_alone`` all ours.
     """
     found: dict[str, Path] = {}
-    strings: set[str] = set()
     waiting = list(modules)
     while waiting:
         name = waiting.pop()
-        path = None if name in found or name in registries else source_of(name)
-        if path is not None:
+        path = None if name in found else source_of(name)
+        if path is not None and (is_users(str(path)) or not users_alone):
             found[name] = path
-            imported, named = _read(name, path)
-            waiting += imported
-            strings |= named
-    beside = {file for folder in {path.parent for path in found.values()} for file in folder.iterdir()}
-    data = {file for file in beside if file.suffix != ".py" and {file.name, file.stem} & strings and file.is_file()}
-    return sorted({*found.values(), *data})
+            waiting += _imports(name, path)
+    return sorted(found.values())
 
 
 def source_of(module: str) -> Path | None:
@@ -50,10 +40,11 @@ def source_of(module: str) -> Path | None:
         path = ROOT.joinpath(*module.split(".")).with_suffix(".py")
         return path if path.is_file() else None
     try:
-        # To find a submodule imports its package, which may be slow for an installed one.
+        # To find a submodule imports its package, which may be slow for an installed one; a file has none.
         whole = importlib.util.find_spec(top)
         places = [] if whole is None else whole.submodule_search_locations or [whole.origin or ""]
-        if not any(map(is_users, places)):
+        has_none = whole is not None and top != module and whole.submodule_search_locations is None
+        if has_none or not any(map(is_users, places)):
             return None
         spec = whole if top == module else importlib.util.find_spec(module)
     except (ImportError, ValueError):
@@ -85,10 +76,9 @@ def is_users(place: str) -> bool:
 
 
 @cache
-def _read(module: str, path: Path) -> tuple[tuple[str, ...], frozenset[str]]:
-    """Return the imported names of a file, which may be modules, and its strings."""
+def _imports(module: str, path: Path) -> tuple[str, ...]:
+    """Return the imported names of a file, which may be modules."""
     imported: list[str] = []
-    strings = set()
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
     for node in ast.walk(ast.parse(path.read_bytes())):
         if isinstance(node, ast.Import):
@@ -96,6 +86,4 @@ def _read(module: str, path: Path) -> tuple[tuple[str, ...], frozenset[str]]:
         elif isinstance(node, ast.ImportFrom):
             source = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
             imported += [source, *(f"{source}.{alias.name}" for alias in node.names)]
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            strings.add(node.value)
-    return tuple(imported), frozenset(strings)
+    return tuple(imported)

@@ -1,0 +1,190 @@
+"""Editions: what made a row, told by numbers that stand beside the things.
+
+The column ``editions`` of a row is a flat object of texts:
+
+==============  ==================================================================================================
+``scene``       catalogue id, and a digest of the preset: ``road-town-v2 3f0a9c1b52``
+``judge``       suite and its edition: ``frame-out 1``
+``tracker``     name, edition and a digest of the parameters: ``colour_pf 1 8fb21c5fb8``
+``controller``  the same, of the controller; a trained policy also has ``policy``, a digest of its files
+packages        ``numpy``, ``numba``, ``opencv``; ``pybullet`` where it draws
+==============  ==================================================================================================
+
+A number is raised by whoever changes what its thing does: ``Suite(edition=)``, ``register(edition=)``, the version in
+a scenario's id. Canaries (``tests/canaries``) tell when that is due. Where code lies and how it is written is in no
+row. The module of a user has no number that anyone would raise: a digest of its content follows, see ``own_code``.
+
+A resumed run keeps the rows of the present editions and repeats the others.
+"""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import hashlib
+import importlib.metadata
+import json
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks.run.imports import imported_files
+from benchmarks.suites.registry import Suite, suite
+from scenarios import catalog
+from scenarios.scenario import Scenario
+from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry
+from trackers.controllers.policy_file import load_policy, policy_path
+
+if TYPE_CHECKING:
+    from benchmarks.run.contestants import Entrant
+
+Editions = dict[str, str]
+"""Part of a row -> what made it."""
+_PACKAGES = {"numpy": "numpy", "numba": "numba", "opencv": "opencv-python-headless"}
+_DRAWING = {"pybullet": {"pybullet": "pybullet"}}
+"""Renderer -> packages that draw its pictures."""
+_DIGITS = 10
+
+
+def editions_of(
+    suite_name: str,
+    scenario: str,
+    preset: str,
+    entrant: Entrant,
+    controller: ControllerEntry | None = None,
+    changed: Mapping[str, Any] | None = None,
+    renderer: str = "raster",
+) -> Editions:
+    """Return ``editions`` of the rows of a contestant in a preset, whose fields ``changed`` have other values."""
+    made = {
+        **package_versions(renderer),
+        "scene": scene_edition(scenario, preset, changed),
+        "judge": judge_edition(suite(suite_name)),
+        "tracker": tracker_edition(entrant),
+    }
+    return made if controller is None else made | _editions_of_controller(controller)
+
+
+def scene_edition(scenario: str, preset: str, changed: Mapping[str, Any] | None = None) -> str:
+    """Return the edition of a preset of a scenario, with other values of the fields ``changed``."""
+    found: Scenario = catalog.scenario(scenario)
+    configuration = found.presets.get(preset)
+    if configuration is not None and changed:
+        configuration = dataclasses.replace(configuration, **changed)
+    return _words(found.id, digest_of(configuration), own_code(type(found).__module__))
+
+
+def judge_edition(judging: Suite) -> str:
+    """Return the edition of a suite, with the content of rows that a user adds to it."""
+    modules = {judging.judge.__module__, *(score.__module__ for score in judging.added().values())}
+    return _words(judging.name, judging.edition, *map(own_code, sorted(modules)))
+
+
+def tracker_edition(entrant: Entrant) -> str:
+    """Return the edition of a tracker with its parameters."""
+    return _words(entrant.name, entrant.edition, digest_of(entrant.parameters), own_code(entrant.module))
+
+
+def editions_on_recordings(suite_name: str, entrant: Entrant) -> Editions:
+    """Return ``editions`` of rows about real recordings or sequences, which have no scene."""
+    return {
+        **package_versions(),
+        "judge": judge_edition(suite(suite_name)),
+        "tracker": tracker_edition(entrant),
+    }
+
+
+def _editions_of_controller(controller: ControllerEntry) -> Editions:
+    code = own_code(controller.controller.__module__)
+    if not controller.name.startswith(POLICY):
+        return {"controller": _words(controller.name, controller.edition, digest_of(controller.parameters()), code)}
+    file = controller.name.removeprefix(POLICY)
+    path, base = policy_path(file), load_policy(file).base
+    contents = b"".join(each.read_bytes() for each in (path, path.with_suffix(".safetensors")))
+    corrected = base and _editions_of_controller(controller_entry(base["controller"], controller.carrier))
+    return {
+        "controller": _words(path.stem, controller.edition, code),
+        "policy": _digest(contents + json.dumps(corrected, sort_keys=True).encode()),
+    }
+
+
+@cache
+def package_versions(renderer: str = "raster") -> Editions:
+    """Return the versions of the packages that frames and scores depend on."""
+    packages = _PACKAGES | _DRAWING.get(renderer, {})
+    return {name: importlib.metadata.version(package) for name, package in packages.items()}
+
+
+def digest_of(values: Any) -> str:
+    """Return a digest of the fields of a dataclass that differ from their defaults, so that a new field outdates no
+    row; of other values, of what they are.
+    """
+    return _digest(json.dumps(_plain(values), sort_keys=True).encode())
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as JSON has it; a dataclass with its name, since others may have the same fields."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {each.name: getattr(value, each.name) for each in dataclasses.fields(value) if _differs(value, each)}
+        return [type(value).__name__, {name: _plain(each) for name, each in fields.items()}]
+    if isinstance(value, Mapping):
+        return {str(key): _plain(each) for key, each in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    return value if isinstance(value, str | int | float | None) else repr(value)
+
+
+def _differs(value: Any, field: dataclasses.Field[Any]) -> bool:
+    missing = dataclasses.MISSING
+    default = field.default if field.default_factory is missing else field.default_factory()
+    return default is missing or _plain(default) != _plain(getattr(value, field.name))
+
+
+def own_code(module: str) -> str:
+    """Return a digest of a user's module, "" for ours and installed ones.
+
+    It covers all modules of users that it imports, directly or not, in their normal form: without comments,
+    docstrings and imports; and the data files in their folders whose name or stem one of them has as a string.
+    """
+    files = imported_files([module], users_alone=True)
+    return _digest_of_files(files) if files else ""
+
+
+def _digest_of_files(files: Sequence[Path]) -> str:
+    trees = [_NormalForm().visit(ast.parse(file.read_bytes())) for file in files]
+    nodes = (node for tree in trees for node in ast.walk(tree))
+    strings = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
+    beside = {each for folder in {file.parent for file in files} for each in folder.iterdir()}
+    data = [each for each in beside if each.suffix != ".py" and {each.name, each.stem} & strings and each.is_file()]
+    contents = [ast.dump(tree).encode() for tree in trees]
+    contents += [each.name.encode() + b"\0" + each.read_bytes() for each in data]
+    return _digest(b"".join(sorted(hashlib.sha256(each).digest() for each in contents)))
+
+
+class _NormalForm(ast.NodeTransformer):
+    """Removes docstrings and imports; comments are in no tree."""
+
+    def generic_visit(self, node: ast.AST) -> ast.AST:
+        """See ``ast.NodeTransformer``."""
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = node.body[ast.get_docstring(node, clean=False) is not None :]
+        return super().generic_visit(node)
+
+    def visit_Import(self, node: ast.Import) -> None:
+        """See ``ast.NodeTransformer``."""
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
+        """See ``ast.NodeTransformer``."""
+
+
+def _words(*parts: object) -> str:
+    return " ".join(filter(None, map(str, parts)))
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:_DIGITS]
