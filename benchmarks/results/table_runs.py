@@ -127,7 +127,8 @@ class BenchRun(TableRun):
     def _chosen(self, names: tuple[str, ...]) -> tuple[str, ...]:
         """Return those of the names that the table is about."""
         left_out = self.table.without
-        check("without", set(left_out) <= set(names), f"some of {', '.join(names)}", left_out)
+        among = bool(self.table.trackers) or set(left_out) <= set(names)
+        check("without", among, f"some of {', '.join(names)}", left_out)
         return tuple(name for name in names if name not in left_out)
 
     @property

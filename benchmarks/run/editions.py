@@ -65,7 +65,7 @@ def editions_of(
         "judge": judge_edition(suite(suite_name)),
         "tracker": tracker_edition(entrant),
     }
-    return made if controller is None else made | _editions_of_controller(controller)
+    return made if controller is None else made | controller_edition(controller)
 
 
 def scene_edition(scenario: str, preset: str, changed: Mapping[str, Any] | None = None) -> str:
@@ -97,14 +97,15 @@ def editions_on_recordings(suite_name: str, entrant: Entrant) -> Editions:
     }
 
 
-def _editions_of_controller(controller: ControllerEntry) -> Editions:
+def controller_edition(controller: ControllerEntry) -> Editions:
+    """Return ``controller`` of ``editions``, and ``policy`` of a trained one."""
     code = own_code(controller.controller.__module__)
     if not controller.name.startswith(POLICY):
         return {"controller": _words(controller.name, controller.edition, digest_of(controller.parameters()), code)}
     file = controller.name.removeprefix(POLICY)
     path, base = policy_path(file), load_policy(file).base
     contents = b"".join(each.read_bytes() for each in (path, path.with_suffix(".safetensors")))
-    corrected = base and _editions_of_controller(controller_entry(base["controller"], controller.carrier))
+    corrected = base and controller_edition(controller_entry(base["controller"], controller.carrier))
     return {
         "controller": _words(path.stem, controller.edition, code),
         "policy": _digest(contents + json.dumps(corrected, sort_keys=True).encode()),

@@ -1,0 +1,333 @@
+"""Canaries: digests of what scenes draw, trackers answer, controllers command and suites judge.
+
+An edition in a row promises that the same edition makes the same row. A canary is a small run whose digest is kept in
+``digests.json`` beside the edition that made it. If the digest is another one under the same edition, either the
+edition must be raised, or the change was not meant.
+
+Trackers, controllers and suites get the stored episodes in ``episodes``, so that a change of a scene is no change of
+theirs. They were made by ``frameout generate SCENARIO --preset quick --pictures jpeg`` with ``--size`` and
+``--frame-count``, as ``dataset.json`` in each of them says.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import closing
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.data_sets.data_set import stored_episode
+from benchmarks.data_sets.stored_episode import StoredEpisode
+from benchmarks.run.contestants import Entrant, entrants
+from benchmarks.run.editions import controller_edition, judge_edition, scene_edition, tracker_edition
+from benchmarks.suites.judging import Ending
+from benchmarks.suites.registry import Suite, suite
+from scenarios import catalog
+from scenarios.catalog import unversioned
+from scenarios.loop import Contestant, Loop, ManyContestant, tracker_stream
+from scenarios.scenario import Frame
+from trackers.controllers.catalogue import controllers
+from trackers.follow_one import FollowOne
+from trackers.gaps.types import GapMethod, Piece, Surroundings
+from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Track
+
+HERE = Path(__file__).parent
+DIGESTS = HERE / "digests.json"
+EPISODES = {"road-town": 0, "stereo-follow": 2, "fish-tank": 0, "harbour": 0}
+"""Stored episode -> its seed."""
+WATCHED = {"frame-out": "road-town", "stereo": "stereo-follow", "fish": "fish-tank", "harbour": "harbour"}
+"""Suite -> stored episode that its trackers watch."""
+_TINY = {"width_px": 64, "height_px": 48}
+_FRAMES = 3
+
+
+@dataclass(frozen=True)
+class Canary:
+    """A thing with an edition, and a digest of what it does.
+
+    Attributes:
+        name: kind and name.
+        edition: as rows have it.
+        raise_at: where the number of the edition stands.
+        digest: runs the thing.
+    """
+
+    name: str
+    edition: str
+    raise_at: str
+    digest: Callable[[], str]
+
+
+def canaries() -> dict[str, Canary]:
+    """Return all canaries by name."""
+    return {each.name: each for each in (*_scenes(), *_trackers(), *_controllers(), *_suites())}
+
+
+def _scenes() -> Iterator[Canary]:
+    for name in dict.fromkeys(catalog.scenario(unversioned(each)).id for each in catalog.names()):
+        scenario = catalog.scenario(name)
+        for preset in scenario.presets:
+            yield Canary(
+                f"scene {name} {preset}",
+                scene_edition(name, preset),
+                f"the version in the id of {type(scenario).__module__}",
+                lambda name=name, preset=preset: digest_of_scene(name, preset),
+            )
+
+
+def _trackers() -> Iterator[Canary]:
+    for name, entrant in entrants().items():
+        if entrant.available() and entrant.reproducible and WATCHED.keys() & set(entrant.suites):
+            yield Canary(
+                f"tracker {name}",
+                tracker_edition(entrant),
+                f"edition= where {name} is registered, {entrant.module}",
+                lambda entrant=entrant: digest_of_tracker(entrant),
+            )
+
+
+def _controllers() -> Iterator[Canary]:
+    for stored in EPISODES:
+        for name, entry in controllers(catalog.scenario(stored).carrier.name).items():
+            yield Canary(
+                f"controller {entry.carrier} {name}",
+                controller_edition(entry)["controller"],
+                f"edition= where {name} is registered, {entry.controller.__module__}",
+                lambda stored=stored, entry=entry: digest(
+                    entry.create().command(frame.observation, written_estimate(frame)) for frame in frames_of(stored)
+                ),
+            )
+
+
+def _suites() -> Iterator[Canary]:
+    for name in (*WATCHED, "follow"):
+        judging = suite(name)
+        yield Canary(
+            f"suite {name}",
+            judge_edition(judging),
+            f"edition= of the suite, {judging.judge.__module__.rpartition('.')[0]}.suite",
+            lambda judging=judging: digest_of_suite(judging),
+        )
+
+
+def digest_of_scene(name: str, preset: str) -> str:
+    """Return the digest of the first pictures and truths of an episode's tiny edition, and of what is given before."""
+    scenario = catalog.scenario(name)
+    configuration = dataclasses.replace(scenario.presets[preset], **_TINY)
+    if hasattr(configuration, "background"):
+        configuration = dataclasses.replace(configuration, background=2)
+    with closing(scenario.episode(configuration, 0)) as episode:
+        commands = [CameraCommand() if k and episode.closed_loop else None for k in range(_FRAMES)]
+        seen = [episode.step(command) for command in commands]
+        return digest([seen, episode.start, episode.rate_hz, episode.frame_count])
+
+
+def digest_of_tracker(entrant: Entrant) -> str:
+    """Return the digest of a contestant's answers on the stored episode of its suite."""
+    judging = suite(next(name for name in WATCHED if name in entrant.suites))
+    stored = WATCHED[judging.name]
+    episode = _Again(stored)
+    rng = tracker_stream(EPISODES[stored], entrant.name)
+    contestant = entrant.create(episode, catalog.scenario(stored), rng, judging.follows_many)
+    loop = Loop(episode, [contestant])
+    return digest([[loop.answers for _ in loop.frames()], *_hindsight(contestant)])
+
+
+def _hindsight(contestant: Contestant) -> Iterator[Any]:
+    if isinstance(contestant, ManyContestant):
+        yield from (contestant.revised(), contestant.decides_at())
+        if (method := contestant.gap_method()) is not None:
+            yield from _bridges(method)
+
+
+def _bridges(method: GapMethod) -> Iterator[Any]:
+    """Yield what a method predicts for a gap of ten frames in the track of each stored fish."""
+    places = np.stack([frame.truth.position_px for frame in frames_of("fish-tank")], axis=1)
+    interval_s = 1.0 / _stored("fish-tank").rate_hz
+    tracks = [Piece(0, each, interval_s) for each in places]
+    method.learn([Piece(0, each[:30], interval_s) for each in places])
+    around = Surroundings(np.array([0.0, 0.0, 160.0, 120.0]), tracks[1:])
+    for each in places:
+        past, future = Piece(0, each[:30], interval_s), Piece(40, each[40:], interval_s)
+        yield method.extrapolate(past, 10, around)
+        yield method.interpolate(past, future, around)
+
+
+def digest_of_suite(judging: Suite) -> str:
+    """Return the digest of the rows of written answers on the stored episodes of a suite's scenes."""
+    stored = EPISODES if judging.judges_controllers else [WATCHED[judging.name]]
+    return digest(_rows(judging, name) for name in stored)
+
+
+def _rows(judging: Suite, stored: str) -> Iterator[Any]:
+    judge = judging.judge(_Again(stored), catalog.scenario(stored))
+    many = judging.follows_many
+    answering = [written_tracks] if many else [written_estimate, _reduced()]
+    sheets = [judge.sheet() for _ in answering]
+    for frame in frames_of(stored):
+        judge.see(frame, CameraCommand(0.1 * frame.truth.frame) if frame.truth.frame and not many else None)
+        for sheet, answer in zip(sheets, answering, strict=True):
+            sheet.keep(frame, answer(frame))
+    for sheet in sheets:
+        for score in sheet.scores(Ending()):
+            event = None if score.event is None else score.event.attributes()
+            yield score.metric, score.value, score.weight, event
+
+
+def _reduced() -> Callable[[Frame], Estimate]:
+    """Return the answers of ``FollowOne`` with written tracks, started on the second object."""
+    follower = FollowOne(_Written())
+
+    def answer(frame: Frame) -> Estimate:
+        _Written.tracks = written_tracks(frame)
+        if frame.truth.frame == 0:
+            follower.initialise(frame.observation, frame.truth.box_xyxy[1])
+            return Estimate(frame.truth.position_px[1])
+        return follower.update(frame.observation)
+
+    return answer
+
+
+class _Written:
+    """A ``MultiTracker`` whose answers are written elsewhere."""
+
+    tracks: list[Track]
+
+    def start(self, background: Iterable[Observation], camera: CameraModel) -> None:
+        """See ``MultiTracker``."""
+
+    def update(self, observation: Observation) -> list[Track]:
+        """See ``MultiTracker``."""
+        return self.tracks
+
+
+def written_estimate(frame: Frame) -> Estimate:
+    """Return a written answer about the target: near, then ever farther off, and none on every ninth frame."""
+    truth = frame.truth
+    target = 1 if len(truth.names) > 1 else 0
+    if truth.frame % 9 == 8:
+        return Estimate(np.full(2, np.nan))
+    off_px = np.array([0.13, -0.07]) * (truth.frame % 25)
+    return Estimate(
+        truth.position_px[target] + off_px,
+        box_xyxy=truth.box_xyxy[target] + np.tile(off_px, 2),
+        heading_rad=0.05 * truth.frame,
+        in_view_probability=0.1 + 0.8 * (truth.frame % 5) / 4,
+        covariance_px=np.diag([4.0, 9.0]) * (1 + truth.frame % 7),
+    )
+
+
+def written_tracks(frame: Frame) -> list[Track]:
+    """Return written tracks: two swap their names half-way, one is missing now and then, one is nowhere."""
+    truth = frame.truth
+    tracks = []
+    for k in range(len(truth.names)):
+        there = truth.state[k] in ("in", "partial") and (truth.frame + k) % 11
+        if there:
+            identity = k if truth.frame < 20 or k > 1 else 1 - k
+            off_px = np.array([0.4, 0.3]) * (k % 3)
+            estimate = Estimate(truth.position_px[k] + off_px, box_xyxy=truth.box_xyxy[k] + np.tile(off_px, 2))
+            size_m = None if not hasattr(truth, "size_m") else 1.1 * truth.size_m[k]
+            tracks.append(Track(identity, estimate, size_m=size_m, confidence=0.3 + 0.1 * (k % 7)))
+    nowhere = Estimate(np.array([9.0, 7.0]), box_xyxy=np.array([5.0, 4.0, 13.0, 10.0]))
+    return [*tracks, Track(99, nowhere, kind="person", size_m=np.array([0.5, 0.5, 1.7]), confidence=0.55)]
+
+
+@cache
+def _stored(name: str) -> StoredEpisode:
+    return stored_episode(str(HERE / "episodes" / name), EPISODES[name])
+
+
+@cache
+def frames_of(name: str) -> list[Frame]:
+    """Return all frames of a stored episode, which is read once."""
+    return [_with_depth(_stored(name).step()) for _ in range(_stored(name).frame_count)]
+
+
+def _with_depth(frame: Frame) -> Frame:
+    """Return a frame whose depth, which takes too much room to be stored, is that of a wall, with one object in it."""
+    rows, columns = frame.observation.image_rgb.shape[:2]
+    maps = {"depth_m": np.full((rows, columns), 5.0, np.float32), "instance_map": np.ones((rows, columns), np.int32)}
+    maps |= {f"right_{name}": values for name, values in maps.items() if hasattr(frame.truth, f"right_{name}")}
+    return dataclasses.replace(frame, truth=dataclasses.replace(frame.truth, **maps))
+
+
+class _Again:
+    """A stored episode from its first frame on, see ``scenarios.scenario.Episode``."""
+
+    def __init__(self, name: str) -> None:
+        self._episode, self._frames = _stored(name), iter(frames_of(name))
+
+    def __getattr__(self, name: str) -> Any:
+        """Return what the stored episode has."""
+        return getattr(self._episode, name)
+
+    def step(self, command: CameraCommand | None = None) -> Frame:
+        """See ``Episode``."""
+        return next(self._frames)
+
+
+def digest(held: Any) -> str:
+    """Return a digest of values: dataclasses, arrays, mappings, iterables, numbers and texts."""
+    content = hashlib.sha256()
+    for part in _parts(held):
+        content.update(part)
+    return content.hexdigest()[:16]
+
+
+def _parts(held: Any) -> Iterator[bytes]:
+    if dataclasses.is_dataclass(held):
+        held = {field.name: getattr(held, field.name) for field in dataclasses.fields(held)}
+    if isinstance(held, np.ndarray):
+        yield f"{held.dtype}{held.shape}".encode() + np.ascontiguousarray(held).tobytes()
+    elif isinstance(held, Mapping):
+        for name, each in held.items():
+            yield str(name).encode()
+            yield from _parts(each)
+    elif isinstance(held, Iterable) and not isinstance(held, str):
+        yield b"["
+        for each in held:
+            yield from _parts(each)
+        yield b"]"
+    else:
+        yield f"{held!r};".encode()
+
+
+def kept() -> dict[str, dict[str, str]]:
+    """Return the kept digests: name -> ``edition`` and ``digest``."""
+    return json.loads(DIGESTS.read_text()) if DIGESTS.is_file() else {}
+
+
+def verdict(canary: Canary, known: Mapping[str, Mapping[str, str]]) -> str:
+    """Return what a canary says, "" if all is as it was."""
+    before = known.get(canary.name)
+    if before is None or before["edition"] != canary.edition:
+        was = "none" if before is None else f"one of {before['edition']!r}"
+        return (
+            f"{canary.name}: expected a digest of {canary.edition!r}, got {was}: keep it, pytest tests/canaries --keep"
+        )
+    if before["digest"] != canary.digest():
+        return (
+            f"{canary.name}: it does something else than the edition {canary.edition!r} did. "
+            f"Raise {canary.raise_at}; or, if nothing was to change, undo what did it"
+        )
+    return ""
+
+
+def keep(found: Mapping[str, Canary]) -> None:
+    """Write the digests of new things and new editions; those of an edition that is kept stay."""
+    before = kept()
+    now = {}
+    for name, canary in found.items():
+        old = before.get(name)
+        same = old is not None and old["edition"] == canary.edition
+        now[name] = old if same else {"edition": canary.edition, "digest": canary.digest()}
+    lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(now[name])}" for name in sorted(now))
+    DIGESTS.write_text(f"{{\n{lines}\n}}\n")

@@ -1,0 +1,60 @@
+"""The kept digests hold, and a changed constant is noticed."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from benchmarks.run.arithmetic import calculates_like_published
+from scenarios.road_town.town import forget_town
+from tests.canaries.canaries import canaries, keep, kept, verdict
+
+pytestmark = pytest.mark.skipif(
+    not calculates_like_published(os.environ), reason="digests are those of the instructions of the published tables"
+)
+CANARIES = canaries()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _kept(request: pytest.FixtureRequest) -> None:
+    if request.config.getoption("--keep"):
+        keep(CANARIES)
+
+
+@pytest.mark.parametrize("name", CANARIES)
+def test_what_an_edition_does_stays(name: str) -> None:
+    assert not verdict(CANARIES[name], kept())
+
+
+def test_no_digest_is_of_a_thing_that_is_gone() -> None:
+    assert kept().keys() == CANARIES.keys()
+
+
+CONSTANTS = {
+    "scenarios.road_town.street_paint.EDGE_LINE_INSET_M": (0.6, "scene road-town-v2 quick"),
+    "scenarios.stereo_follow.camera._GAIN_DIFFERENCE": (0.02, "scene stereo-follow-v2 quick"),
+    "scenarios.fish_tank.episode._AMBIENT_LX": (255.0, "scene fish-tank-v1 quick"),
+    "scenarios.harbour.moorings._ROPE_M": (0.3, "scene harbour-v1 quick"),
+    "trackers.mosaic_graph.registration._CORNER_DISTANCE_PX": (12, "tracker mosaic_graph_pf"),
+    "trackers.paper_b.person_kalman._WALKING_MPS": (2.0, "tracker stereo_wb"),
+    "trackers.fish_chain.chain._FIRST_LESSON": (10, "tracker shoal_chain"),
+    "trackers.paper_d.swarm._LEAST_SPREAD_M": (0.5, "tracker eigen_swarm"),
+    "trackers.follow_one._SIDES_PER_S": (0.1, "suite follow"),
+    "benchmarks.suites.frame_out.episode_scores.NEES_CAP": (1.0, "suite frame-out"),
+    "benchmarks.suites.stereo.metrics.people.RIGHT_WITHIN_M": (0.4, "suite stereo"),
+    "benchmarks.suites.fish.gap_protocol.MEASURED": (0.5, "suite fish"),
+    "benchmarks.suites.harbour.identity_scores.ZERO_M": (1.0, "suite harbour"),
+}
+"""Constant -> another value, and the canary that notices it."""
+
+
+@pytest.mark.parametrize("constant", CONSTANTS)
+def test_a_changed_constant_is_named(constant: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    value, name = CONSTANTS[constant]
+    forget_town()
+    monkeypatch.setattr(constant, value)
+    said = verdict(CANARIES[name], kept())
+    forget_town()
+    assert said.startswith(f"{name}: it does something else")
+    assert CANARIES[name].raise_at in said
