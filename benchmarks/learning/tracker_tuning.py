@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.learning.fresh_scores import FreshScores, ScoresOn, fresh_entries, fresh_scores
 from benchmarks.learning.search import Found, Progress, announce_check, search
 from benchmarks.run.contestants import entrant
 from benchmarks.run.jobs import Job
@@ -35,7 +36,7 @@ class Budget:
 
     Attributes:
         suite, presets, seeds: of the episodes that score a setting.
-        fresh_presets, fresh: presets and seeds of the episodes that check the best.
+        fresh_presets, fresh: presets and seeds of the episodes that check the best setting.
         trials: number of settings; the first one is the defaults.
         workers: processes; 0 = this process. modules: users' own modules, imported first in each.
     """
@@ -57,8 +58,9 @@ class Tuned:
     Attributes:
         parameters: the best setting; empty (= defaults) if it is not better on fresh episodes too.
         score, default_score: of the best setting and of the defaults on the search's seeds, see ``score_of``.
-        fresh_score, fresh_default_score: of both on fresh episodes.
+        fresh_score, fresh_default_score: of both on the episodes of the check.
         trials: number of settings tried.
+        fresh: scores on episodes that decided nothing; None without better values.
     """
 
     parameters: dict[str, Any]
@@ -67,6 +69,7 @@ class Tuned:
     fresh_score: float
     fresh_default_score: float
     trials: int
+    fresh: FreshScores | None = None
 
 
 def tunables(name: str) -> dict[str, dataclasses.Field[Any]]:
@@ -127,7 +130,14 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
     on_fresh_episodes = dataclasses.replace(budget, presets=budget.fresh_presets, seeds=budget.fresh)
     announce_check(name, len(budget.fresh) * len(budget.fresh_presets))
     fresh = _scores(name, {"best": found.best, "defaults": defaults}, on_fresh_episodes)
-    return chosen(found, fresh["best"], fresh["defaults"])
+    tuned = chosen(found, fresh["best"], fresh["defaults"])
+    measured = fresh_scores(tuned.parameters, defaults, budget.seeds, tracker_scores(name, budget))
+    return dataclasses.replace(tuned, fresh=measured)
+
+
+def tracker_scores(name: str, budget: Budget) -> ScoresOn:
+    """Return the function that scores settings of a tracker as its search does, on other seeds."""
+    return lambda settings, seeds: _scores(name, settings, dataclasses.replace(budget, seeds=seeds))
 
 
 def chosen(found: Found, fresh_score: float, fresh_default_score: float) -> Tuned:
@@ -155,9 +165,11 @@ def write_tuned(
         "score_is": " + ".join(f"{factor:g} {metric}" for metric, factor in suite(suite_name).tuned_for.items()),
         "trials": tuned.trials,
         "seeds": f"{seeds.start}:{seeds.stop}",
+        "episodes": len(presets) * len(seeds),
         "suite": suite_name,
         "preset": " ".join(presets),
         "command": command,
+        **fresh_entries(tuned.fresh),
     }
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.json"
