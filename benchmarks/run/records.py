@@ -67,7 +67,10 @@ Rows about one frame-out (suite ``frame-out``):
 ``locked_on_wrong_car``            1 if on one other vehicle, not the target, in most of the frames
                                    ``back_frame`` … ``back_frame + 5``
 ``reentry_error_m``                error on the last frame wholly outside
+``had``                            1 if on the car at the exit: on the last frame before it or the first outside
+``offscreen_error_m``              mean error outside, weighted by the number of frames
 ``offscreen_error_30_m``, ``_100_m``  error 30 / 100 frames after the exit (only if it lasts that long)
+``offscreen_error_if_had_m`` …     the same three again, only if the tracker had the car at the exit
 ``offscreen_error_by_frame_m``     *series*: error on each frame outside; entry k is k frames after the exit
 =================================  =====================================================================
 
@@ -78,12 +81,12 @@ with at least 5 frames and one second of the episode after ``back_frame``. (In c
 Rows of suite ``frame-out`` about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a
 tracker without a posterior in the episode; for others a frame without one is a miss, with the capped NEES),
 ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5 %, 5-10 % … of the
-posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``,
-``precision_curve`` and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``,
-``precision_20_px``, ``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``),
-``time_seen``, ``time_in_view`` and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_kept`` (1
-if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
-``failed_at_frame`` (only if the tracker failed), ``frames``. For real sequences see ``frame_out.real``.
+posterior; flat = calibrated), ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``, ``precision_curve``
+and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``, ``precision_20_px``,
+``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``), ``time_seen``, ``time_in_view``
+and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_kept`` (1 if every frame-out that can be
+judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``, ``failed_at_frame`` (only if the tracker
+failed), ``frames``. For real sequences see ``frame_out.real``.
 
 Rows of suite ``stereo`` about events, see ``metrics.people`` for the classes of frames:
 
