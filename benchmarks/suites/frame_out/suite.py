@@ -126,7 +126,6 @@ FRAME_OUT = Suite(
         "recovery_rate",
         "kept_rate",
         "time_seen",
-        "offscreen_error_m",
         "offscreen_error_30_m",
         "offscreen_error_30_median_m",
         "offscreen_error_30_if_had_m",
