@@ -298,5 +298,8 @@ def _speed_plot(summary: list[dict[str, Any]], styles: Mapping[str, LineStyle]) 
     }
     if not speeds:
         return []
-    words = "CPU time of the tracker alone, without rendering. Dots: median over episodes."
+    words = (
+        "The tracker alone, without rendering, at the larger of its CPU time and its wall time. Dots: median over "
+        "episodes."
+    )
     return [Plot("How fast are the trackers?", words, plots.plot_speed(speeds, styles))]

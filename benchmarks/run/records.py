@@ -85,7 +85,7 @@ posterior; flat = calibrated), ``offscreen_error_car_lengths``, ``in_view_tpr``,
 and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``, ``precision_20_px``,
 ``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``), ``time_seen``, ``time_in_view``
 and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_kept`` (1 if every frame-out that can be
-judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``, ``failed_at_frame`` (only if the tracker
+judged was kept), ``silent_frames``, the times (see ``guards.times``), ``failed_at_frame`` (only if the tracker
 failed), ``frames``. For real sequences see ``frame_out.real``.
 
 Rows of suite ``stereo`` about events, see ``metrics.people`` for the classes of frames:
@@ -105,7 +105,7 @@ Rows of suite ``stereo`` about the whole episode but its first frame: ``right_fr
 ``missed_frames`` (A, B and C, of which precision, recall, F and F1 are made), ``wrong_person_rate`` (share of all
 frames), ``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m``
 (frames with a right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
-``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
+``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, the times,
 ``failed_at_frame``, ``frames``. ``metrics.disparity``, the same for all trackers of the same pictures, on every tenth
 pair whose right picture is not lost, over pixels that both cameras see:
 ``disparity_error_px_GROUP`` (median absolute error, at full size), ``disparity_bad_1_GROUP``, ``disparity_bad_3_GROUP``
@@ -120,7 +120,7 @@ Rows of suite ``follow``, formulas in ``metrics.following`` and ``scores.view_ti
 about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_per_minute``, ``centring_error``,
 ``effort``, ``jerkiness_per_s``, ``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, people's
 ``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``; of the tracker's answers ``in_view_tpr``,
-``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
+``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then the times of the tracker,
 ``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
 Beside it lie ``summary.json``, ``comparisons.json`` (``scores.summary``), the report, ``estimates`` if asked for.
 """
