@@ -57,7 +57,7 @@ class Begun:
 
 @pytest.fixture
 def begun(monkeypatch: pytest.MonkeyPatch) -> list[Begun]:
-    """Every learning that begins: a policy alone shows nothing, as the same training from nothing gives the same one."""
+    """Every learning that begins: a policy alone shows nothing, since one trained from nothing again is the same."""
     found: list[Begun] = []
     learn = training._learn
 
