@@ -33,7 +33,7 @@ from benchmarks.learning.controller_tuning import (
     tunable_controller,
     tune_controller,
 )
-from benchmarks.learning.fresh_scores import ScoresOn, scored_anew
+from benchmarks.learning.fresh_scores import ScoresOn, fresh_entries, scored_anew
 from benchmarks.learning.search import needs_optuna
 from benchmarks.learning.settings import EPISODES
 from benchmarks.learning.tracker_tuning import (
@@ -155,11 +155,9 @@ class Tune(WithModules):
         """Replace the scores in a file of tuned values."""
         anew = scored_anew(stored, written, seed_range(stored["seeds"]), scores_on, self.fresh)
         write_atomic(path, json.dumps(anew, indent=1) + "\n")
-        fresh = anew["fresh"]
-        told = f"tuned {fresh['tuned']:.4f}, written {fresh['written']:.4f}" if fresh else anew["no_fresh"]
         print(
             f"{path.stem}: on the {counted(anew['episodes'], 'episode')} of the search {anew['score']:.4f}, with the "
-            f"written values {anew['default_score']:.4f}; on fresh ones {told}: {path}",
+            f"written values {anew['default_score']:.4f}; {_fresh_words(anew)}: {path}",
             flush=True,
         )
 
@@ -272,10 +270,18 @@ def _stored(path: Path) -> dict[str, Any]:
 
 
 def _report(name: str, tuned: Tuned, path: Path) -> None:
-    scores = (tuned.score, tuned.default_score, tuned.fresh_score, tuned.fresh_default_score)
-    score, default, fresh, fresh_default = (f"{value:.4f}" for value in scores)
+    scores = (tuned.score, tuned.default_score, tuned.check_score, tuned.check_default_score)
+    score, default, checked, check_default = (f"{value:.4f}" for value in scores)
     kept = "" if tuned.parameters else ", so that the defaults stay"
     print(
-        f"{name}: score of the best trial {score}, with the defaults {default}; on fresh episodes {fresh}, with the "
-        f"defaults {fresh_default}{kept}: {path}"
+        f"{name}: score of the best trial {score}, with the defaults {default}; in the check {checked}, with the "
+        f"defaults {check_default}{kept}; {_fresh_words(fresh_entries(tuned.fresh))}: {path}"
     )
+
+
+def _fresh_words(entries: dict[str, Any]) -> str:
+    """Return what fresh episodes gave, in words."""
+    fresh = entries["fresh"]
+    if fresh is None:
+        return f"on fresh ones nothing, since {entries['no_fresh']}"
+    return f"on fresh ones {fresh['tuned']:.4f}, with the written values {fresh['written']:.4f}"

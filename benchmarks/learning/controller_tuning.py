@@ -12,7 +12,7 @@ from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from benchmarks.learning.fresh_scores import ScoresOn, fresh_scores
 from benchmarks.learning.search import Progress, announce_check, search
-from benchmarks.learning.tracker_tuning import Tuned, chosen, rows_of, score_of
+from benchmarks.learning.tracker_tuning import LIMIT_S, Tuned, chosen, rows_of, score_of
 from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.run.contestants import entrant
 from benchmarks.run.jobs import Job
@@ -163,6 +163,7 @@ def _score_with_pictures(
             trackers=(budget.tracker,),
             link=link_in(suite),
             modules=budget.modules,
+            limit_s=LIMIT_S,
         )
         for seed in seeds
     ]

@@ -14,7 +14,7 @@ from typing import Any
 ScoresOn = Callable[[dict[str, dict[str, Any]], range], dict[str, float]]
 """Returns the score of each of the labelled settings on the episodes of these seeds."""
 _FIRST_SEED, _FEWEST = 9_000, 8
-NO_VALUES = "the search found no values that are better than the written ones"
+NO_VALUES = "no values take the place of the written ones"
 
 
 @dataclass(frozen=True)

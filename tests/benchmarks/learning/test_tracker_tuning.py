@@ -64,7 +64,7 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
     assert tuned.parameters["off_m"] < 5.0
     assert isinstance(tuned.parameters["ignored"], int)
     assert tuned.score > tuned.default_score
-    assert tuned.fresh_score > tuned.fresh_default_score
+    assert tuned.check_score > tuned.check_default_score
     assert tuned.fresh is not None
     assert tuned.fresh.seeds == range(9_000, 9_008)
     assert tuned.fresh.tuned > tuned.fresh.written
@@ -111,7 +111,7 @@ def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch:
     monkeypatch.setattr(tuning, "_scores", scores)
     tuned = tune("fake_shaky", BUDGET, lambda done, of: None)
     assert tuned.parameters == {}
-    assert tuned.score == -tuned.fresh_score > tuned.default_score == -tuned.fresh_default_score == 20.0
+    assert tuned.score == -tuned.check_score > tuned.default_score == -tuned.check_default_score == 20.0
     assert tuned.fresh is None
     assert fresh_entries(tuned.fresh) == {"fresh": None, "no_fresh": NO_VALUES}
 
