@@ -29,7 +29,6 @@ from sim.checks import check
 from trackers import registry
 from trackers.atomic_file import write_atomic
 
-
 LIMIT_S = 600.0
 """Time limit for one frame, ten times that of a bench: a loaded machine must not decide a score."""
 
