@@ -34,8 +34,9 @@ class FrameOutJudge:
         self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
         self._target = scenario.target
         preset = getattr(episode, "preset", None)
-        promised = isinstance(preset, RoadTown) and not episode.closed_loop
-        self._longest_frames = preset.frame_outs.frames[1] if promised else None
+        self._longest_frames: int | None = None
+        if isinstance(preset, RoadTown) and not episode.closed_loop:
+            self._longest_frames = preset.frame_outs.frames[1]
         box_xyxy = episode.start.box_xyxy
         assert box_xyxy is not None
         self._first_box_xyxy = box_xyxy
