@@ -148,8 +148,9 @@ def times(taken: Sequence[Taken], revision: Taken, frame_count: int) -> Iterator
     Each is the mean per update, without the first five, and a frame's share of a revision at the end. CPU time is that
     of all threads of the process and, as told by the tracker, of other processes and of results that it shares with
     other trackers; so one that computes in parallel gains nothing. Wall time holds what one waits for: a device, a
-    process, a sleep. The time in which the thread waited for a core that others held is left out on Linux; elsewhere,
-    and where what it waits for had to wait for a core, a loaded machine makes a tracker look slow.
+    process, a sleep. The time in which the thread waited for a core that others held is left out on Linux. Elsewhere,
+    where the host of a virtual machine is loaded, and where what it waits for had to wait for a core, a loaded machine
+    makes a tracker look slow: on one of 2 cores with 25 busy processes wall time was 3 times CPU time.
     """
     timed = taken[_UNTIMED_FRAMES:]
     if timed:

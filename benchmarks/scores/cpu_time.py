@@ -28,8 +28,8 @@ CPU_TIME = (
     ),
     Metric(
         "wall_ms_per_frame",
-        "wall time of the tracker per frame, with what it waits for; on Linux without its waiting for a core that "
-        "others hold, elsewhere a loaded machine makes it larger",
+        "wall time of the tracker per frame, with what it waits for; a loaded machine makes it larger, on Linux less, "
+        "where its waiting for a core is left out: where it is far above the CPU time, measure on an idle one",
         "ms",
         "lower",
         statistic="median",
