@@ -22,6 +22,7 @@ import gymnasium as gym
 import numpy as np
 
 from benchmarks.cli import main as frameout
+from benchmarks.scores.cpu_time import TIMES
 from scenarios import catalog
 from scenarios.truth import Truth
 from trackers.types import CameraCommand
@@ -30,7 +31,6 @@ _SEED = 3
 _FRAMES = 12
 _LATER = ("band", "counts", "steered")
 """Fields that lists written before they came do not have; left out where they say what was so without them."""
-_TIMED = ("ms_per_frame", "frames_per_s")
 _BENCHES = (
     "frame-out --preset quick --seeds 0:2",
     "frame-out --preset paper-a2 --seeds 0:1 --trackers colour_pf road_shape_pf hold",
@@ -112,7 +112,7 @@ def _scores() -> Iterator[tuple[str, Any]]:
             assert frameout(["bench", *words.split(), "--out", folder]) == 0
             lines = (Path(folder) / "records.jsonl").read_text().splitlines()
         for row in map(json.loads, lines):
-            if row["metric"] in _TIMED:
+            if row["metric"] in TIMES:
                 continue
             event = row.get("frame_out") or row.get("event")
             about = "" if event is None else json.dumps(event)

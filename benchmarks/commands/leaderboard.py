@@ -13,7 +13,7 @@ from rich.table import Table
 
 from benchmarks.commands.console import console_of
 from benchmarks.report import tables
-from benchmarks.report.markdown import head, markdown_table, names_and_cells, short
+from benchmarks.report.markdown import head, lines_in_parts, markdown_table, short
 from benchmarks.report.numbers import counted
 from benchmarks.run.records import REAL
 from benchmarks.scores.summary import condition_of, steering_words
@@ -58,8 +58,7 @@ def print_leaderboard(
         if markdown:
             print(f"{title}\n")
             heads = [*scores.contestants, "role", *map(head, board.columns)]
-            lines = map(names_and_cells, board.lines)
-            print(markdown_table(heads, lines, words=len(scores.contestants) + 1), end="\n\n")
+            print(markdown_table(heads, lines_in_parts(board), words=len(scores.contestants) + 1), end="\n\n")
         else:
             console.print(_that_fits(console, title, board, scores.contestants))
 
@@ -94,9 +93,11 @@ def _for_terminal(title: str, board: tables.Table, names: Sequence[str], count: 
     for place, column in enumerate(board.columns[:count]):
         cells = [part for line in board.lines for part in _lines_of(line.cells[place])]
         table.add_column(head(column), justify="right", width=_width(head(column), cells, head_lines))
-    for line in board.lines:
-        shown = ("\n".join(_lines_of(cell)) for cell in line.cells[:count])
-        table.add_row(*line.names, line.role, *shown, style=_ROLE_STYLES.get(line.role, ""))
+    for part in (board.competitors, board.references):
+        for line in part:
+            shown = ("\n".join(_lines_of(cell)) for cell in line.cells[:count])
+            table.add_row(*line.names, line.role, *shown, style=_ROLE_STYLES.get(line.role, ""))
+        table.add_section()
     return table
 
 

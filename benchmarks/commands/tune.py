@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
@@ -17,22 +19,27 @@ from benchmarks.commands.arguments import (
     ONE_NAME,
     USUAL_SEEDS,
     WORKERS,
+    check_unset,
     development_seeds,
     names,
+    seed_range,
 )
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
 from benchmarks.learning.controller_tuning import (
     ControllerBudget,
+    controller_scores,
     controllers_to_tune,
     tunable_controller,
     tune_controller,
 )
+from benchmarks.learning.fresh_scores import ScoresOn, fresh_entries, scored_anew
 from benchmarks.learning.search import needs_optuna
 from benchmarks.learning.settings import EPISODES
 from benchmarks.learning.tracker_tuning import (
     Budget,
     Tuned,
+    tracker_scores,
     trackers_to_tune,
     tunables,
     tune,
@@ -48,7 +55,10 @@ from scenarios import catalog
 from sim.checks import check
 from sim.choices import check_choice
 from trackers import registry
+from trackers.atomic_file import write_atomic
 from trackers.controllers.catalogue import controller_entry
+
+_ITS_OWN = "with --rescore, which takes what the files say"
 
 
 @dataclass(frozen=True)
@@ -64,6 +74,10 @@ class Tune(WithModules):
     stays as written and stands a second time as NAME_tuned. Variants share the values of their tracker. A run that was
     stopped continues with the same command. Needs Optuna (pip install 'frameout[tune]').
 
+    The score of a search is the best of many trials on few episodes: it promises too much. The files say on how many
+    episodes it was, and what written and tuned values score on fresh ones that decided nothing (seed 9,000 and
+    following, as many as the search had, at least 8).
+
     Attributes:
         trackers: names, see `frameout list` (default: all).
         controllers: names of controllers, see `frameout list`.
@@ -73,10 +87,12 @@ class Tune(WithModules):
         preset: one or more presets, one for controllers; the scores are averaged (default: as the suite says).
         seeds: episodes A to B - 1, or A alone, below 10,000 (default: as the suite says).
         fresh: number of episodes after them, in each preset of --fresh-preset, on which the best setting must be better
-            too (default: as the suite says); those of controllers are with pictures.
+            too (default: as the suite says); those of controllers are with pictures. With --rescore: of the fresh ones
+            that decided nothing.
         fresh_preset: one or more presets of those episodes, for trackers (default: those of --preset, or as the suite
             says).
         workers: number of worker processes; 0 = run in this process.
+        rescore: search nothing; score stored values anew, on the episodes of their search and on fresh ones.
         out: folder for the values (default: the one above, the only one that they are loaded from).
         studies: folder that keeps all trials, with plots (default: results/tune).
     """
@@ -91,6 +107,7 @@ class Tune(WithModules):
     fresh: Annotated[int | None, COUNT] = None
     fresh_preset: Annotated[tuple[str, ...], NAMES] = ()
     workers: Annotated[int | None, WORKERS] = None
+    rescore: bool = False
     out: Annotated[Path | None, FOLDER] = None
     studies: Annotated[Path, FOLDER] = Path("results/tune")
     resumes = True
@@ -102,6 +119,9 @@ class Tune(WithModules):
         # All is checked before the first search: they take hours.
         trackers = [(name, self._tracker_budget(name)) for name in self._trackers()]
         controllers = [(name, self._controller_budget(name, scenario)) for scenario, name in self._controllers()]
+        if self.rescore:
+            check_unset(self, ("trials", "preset", "seeds", "fresh_preset"), _ITS_OWN)
+            return self._rescore(trackers, controllers)
         needs_optuna()
         for name, _ in trackers:
             make_folder(self._tracker_folder(name))
@@ -112,6 +132,34 @@ class Tune(WithModules):
         for name, steering in controllers:
             self._tune_controller(name, steering)
         return 0
+
+    def _rescore(
+        self, trackers: Sequence[tuple[str, Budget]], controllers: Sequence[tuple[str, ControllerBudget]]
+    ) -> int:
+        """Score stored values anew; return the exit status."""
+        for name, budget in trackers:
+            path = self._tracker_folder(name) / f"{name}.json"
+            stored = _stored(path)
+            of_search = dataclasses.replace(budget, presets=tuple(stored["preset"].split()))
+            self._write_anew(path, stored, registry.entry(name).written(), tracker_scores(name, of_search))
+        for name, steering in controllers:
+            path = self._controller_folder(name, steering) / f"{name}.json"
+            stored = _stored(path)
+            carrier = catalog.scenario(steering.scenario).carrier.name
+            of_controller = dataclasses.replace(steering, preset=stored["preset"])
+            written = controller_entry(name, carrier).written()
+            self._write_anew(path, stored, written, controller_scores(name, of_controller))
+        return 0
+
+    def _write_anew(self, path: Path, stored: dict[str, Any], written: dict[str, Any], scores_on: ScoresOn) -> None:
+        """Replace the scores in a file of tuned values."""
+        anew = scored_anew(stored, written, seed_range(stored["seeds"]), scores_on, self.fresh)
+        write_atomic(path, json.dumps(anew, indent=1) + "\n")
+        print(
+            f"{path.stem}: on the {counted(anew['episodes'], 'episode')} of the search {anew['score']:.4f}, with the "
+            f"written values {anew['default_score']:.4f}; {_fresh_words(anew)}: {path}",
+            flush=True,
+        )
 
     @property
     def _everything(self) -> bool:
@@ -214,11 +262,26 @@ class Tune(WithModules):
         return f"frameout tune {tuned} --trials {self.trials} {episodes}{modules}"
 
 
+def _stored(path: Path) -> dict[str, Any]:
+    """Return the content of a file of tuned values. Raises ValueError without one."""
+    check("rescore", path.is_file(), "a contestant with tuned values", f"none in {str(path)!r}")
+    stored: dict[str, Any] = json.loads(path.read_text())
+    return stored
+
+
 def _report(name: str, tuned: Tuned, path: Path) -> None:
-    scores = (tuned.score, tuned.default_score, tuned.fresh_score, tuned.fresh_default_score)
-    score, default, fresh, fresh_default = (f"{value:.4f}" for value in scores)
+    scores = (tuned.score, tuned.default_score, tuned.check_score, tuned.check_default_score)
+    score, default, checked, check_default = (f"{value:.4f}" for value in scores)
     kept = "" if tuned.parameters else ", so that the defaults stay"
     print(
-        f"{name}: score of the best trial {score}, with the defaults {default}; on fresh episodes {fresh}, with the "
-        f"defaults {fresh_default}{kept}: {path}"
+        f"{name}: score of the best trial {score}, with the defaults {default}; in the check {checked}, with the "
+        f"defaults {check_default}{kept}; {_fresh_words(fresh_entries(tuned.fresh))}: {path}"
     )
+
+
+def _fresh_words(entries: dict[str, Any]) -> str:
+    """Return what fresh episodes gave, in words."""
+    fresh = entries["fresh"]
+    if fresh is None:
+        return f"on fresh ones nothing, since {entries['no_fresh']}"
+    return f"on fresh ones {fresh['tuned']:.4f}, with the written values {fresh['written']:.4f}"

@@ -87,6 +87,11 @@ class StoredEpisode:
         return map(self.frame, range(self.frame_count))
 
     @property
+    def preset(self) -> Any:
+        """The configuration of the episode, see its scenario."""
+        return self._scenario.presets[self._request.preset]
+
+    @property
     def camera(self) -> CameraModel:
         """The camera of the first frame."""
         return CameraModel(**self._start["camera"])

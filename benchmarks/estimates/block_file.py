@@ -1,6 +1,7 @@
 """One file of estimates: all that one tracker said in one episode, with what a judge has to know beside that.
 
-A file exists whole or not at all. Its bytes are the same for every run of the same code, but for the column ``cpu_s``.
+A file exists whole or not at all. Its bytes are the same for every run of the same code, but for the columns
+``cpu_s`` and ``wall_s``.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ import pyarrow.parquet as pq
 
 from benchmarks.estimates.columns import (
     AT_ONCE,
-    CPU_S,
     EXTRAPOLATED,
     HINDSIGHT,
     INTERPOLATED,
     SCHEMA,
+    TIMES,
     Types,
     Values,
     answer_of,
@@ -31,6 +32,7 @@ from benchmarks.estimates.columns import (
     values_of,
 )
 from benchmarks.run.records import BlockKey, Row, block_key
+from benchmarks.run.time_limit import Taken
 from sim.checks import check
 from trackers.atomic_file import atomic_file
 from trackers.types import Answer, CameraCommand
@@ -96,14 +98,14 @@ class Said:
     Attributes:
         answers: on each frame. revised: with hindsight; None if it does not revise.
         gaps: the rows of each of the judge's questions about gaps.
-        cpu_s: times of its updates, in order. revision_cpu_s: of the revision.
+        taken: times of its updates, in order. revision: of the revision.
     """
 
     answers: list[Answer]
     revised: list[Sequence[Any]] | None
     gaps: list[list[Values]]
-    cpu_s: list[float]
-    revision_cpu_s: float
+    taken: list[Taken]
+    revision: Taken
 
 
 @dataclass(frozen=True)
@@ -193,17 +195,23 @@ def read_block(path: Path) -> Block:
             check(str(path), list(answers) == expected, what, f"answers on {len(answers)} frames")
         gaps = _by("gap", (row for row in mine if row["answer"] in (EXTRAPOLATED, INTERPOLATED)))
         first = first or [each[0] for each in at_once.values()]
-        times = [each[0][CPU_S] for each in at_once.values()]
+        times, revision = (list(map(_taken, some.values())) for some in (at_once, hindsight))
         said.append(
             Said(
                 [answer_of(each, facts.many) for each in at_once.values()],
                 [answer_of(each, many=True) for each in hindsight.values()] if run.revises else None,  # type: ignore[misc]
                 list(gaps.values()),
-                [seconds for seconds in times if seconds is not None],
-                next((each[0][CPU_S] or 0.0 for each in hindsight.values()), 0.0),
+                [taken for taken in times if taken is not None],
+                next((taken for taken in revision if taken is not None), Taken(0.0, 0.0)),
             )
         )
     return Block(facts, [command_of(row) for row in first], said)
+
+
+def _taken(rows: Sequence[Values]) -> Taken | None:
+    """Return the time of an answer; None = not measured."""
+    cpu_s, wall_s = (rows[0][name] for name in TIMES)
+    return None if cpu_s is None else Taken(cpu_s, wall_s)
 
 
 def _by(name: str, rows: Iterator[Values]) -> dict[int, list[Values]]:

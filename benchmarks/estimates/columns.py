@@ -64,9 +64,12 @@ _COMMANDS = {
     f"{OBEYED}{name}": Meaning(unit, (), "command that the carrier obeyed before this frame; null: none")
     for name, unit in zip(get_args(CommandName), ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s", "1/s"), strict=True)
 }
-CPU_S = "cpu_s"
-"""The only column that differs from run to run."""
-_TIMES = {CPU_S: Meaning("s", (), "CPU time of the answer; with hindsight: of all frames together; null: not measured")}
+TIMES = ("cpu_s", "wall_s")
+"""The only columns that differ from run to run, see ``time_limit.Taken``."""
+_TIMES = {
+    name: Meaning("s", (), f"{words} time of the answer; with hindsight: of all frames together; null: not measured")
+    for name, words in zip(TIMES, ("CPU", "wall"), strict=True)
+}
 _NUMBERS = {**_OF_ESTIMATE, **_OF_TRACK, **_COMMANDS, **_TIMES}
 
 

@@ -14,10 +14,10 @@ from typing import Any
 from benchmarks.estimates.block_file import Facts, Run, write_block
 from benchmarks.estimates.columns import (
     AT_ONCE,
-    CPU_S,
     EXTRAPOLATED,
     HINDSIGHT,
     INTERPOLATED,
+    TIMES,
     Values,
     row_of_command,
     rows_of_answer,
@@ -26,6 +26,7 @@ from benchmarks.estimates.columns import (
 from benchmarks.run.blocks import CONTROLLER_FAILED_AT
 from benchmarks.run.guards import MS_PER_FRAME, GuardedContestant
 from benchmarks.run.records import Row
+from benchmarks.run.time_limit import Taken
 from benchmarks.suites.judging import Ending, Judge, Score, ScoreSheet
 from benchmarks.suites.registry import suite
 from scenarios.scenario import Frame
@@ -123,15 +124,20 @@ class _KeepingSheet:
     def rows(self, commands: Sequence[Values], timed: GuardedContestant | None) -> Iterator[Values]:
         """Yield all that it said, with the times of ``timed``."""
         # No time is taken of the first frame.
-        times = {} if timed is None else dict(enumerate(timed.cpu_s, start=1))
+        times = {} if timed is None else dict(enumerate(timed.taken, start=1))
         for frame, (command, tracks) in enumerate(zip(commands, self._answers, strict=True)):
             for row in tracks:
-                yield {"answer": AT_ONCE, "frame": frame, **row, **command, CPU_S: times.get(frame)}
-        revision_cpu_s = None if timed is None else timed.revision_cpu_s
+                yield {"answer": AT_ONCE, "frame": frame, **row, **command, **_seconds(times.get(frame))}
+        revision = None if timed is None else timed.revision
         for frame, answer in enumerate(self._ending.revised or ()):
             for row in rows_of_answer(answer):
-                yield {"answer": HINDSIGHT, "frame": frame, **row, CPU_S: revision_cpu_s}
+                yield {"answer": HINDSIGHT, "frame": frame, **row, **_seconds(revision)}
         yield from self._gaps
+
+
+def _seconds(taken: Taken | None) -> Values:
+    """Return the columns of a time; None = not measured."""
+    return dict(zip(TIMES, taken or (None, None), strict=True))
 
 
 class _KeepingGapMethod:

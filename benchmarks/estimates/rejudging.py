@@ -158,7 +158,7 @@ def _rows(block: Block, sheets: Sequence[ScoreSheet]) -> list[Row]:
         gaps = partial(RecalledGapMethod, iter(said.gaps)) if run.bridges else None
         ending = Ending(run.failed_at_frame, said.revised, gaps, run.decides_at)
         scores += [(repeat, score) for score in sheet.scores(ending)]
-        scores += [(repeat, score) for score in times(said.cpu_s, said.revision_cpu_s, facts.frame_count)]
+        scores += [(repeat, score) for score in times(said.taken, said.revision, facts.frame_count)]
         if run.failed_in_the_end is not None:
             scores.append((repeat, Score(FAILED_AT, float(run.failed_in_the_end))))
     judge = judge_edition(suite(facts.key.suite))

@@ -10,8 +10,9 @@ from typing import Any
 
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
+from benchmarks.learning.fresh_scores import ScoresOn, fresh_scores
 from benchmarks.learning.search import Progress, announce_check, search
-from benchmarks.learning.tracker_tuning import Tuned, chosen, rows_of, score_of
+from benchmarks.learning.tracker_tuning import LIMIT_S, Tuned, chosen, rows_of, score_of
 from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import judge_edition, own_code, package_versions, tracker_edition
@@ -78,38 +79,55 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
     entry = tunable_controller(name, catalog.scenario(budget.scenario).carrier.name)
     fields, defaults = entry.tunables(), entry.written()
 
-    if catalog.scenario(budget.scenario).pictureless is None:
-        model = ""
-
-        def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
-            return {key: _score_with_pictures(entry, values, budget, budget.seeds) for key, values in settings.items()}
-    else:
-        model = error_model(budget.scenario, budget.tracker).to_json()
-        preset = catalog.scenario(budget.scenario).presets[budget.preset]
-        # Episodes are planned once, for all workers.
-        episode_bank(budget.scenario, preset, budget.seeds, budget.cache)
-
-        def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
-            labelled = partial(_labelled_score, entry, budget)
-            try:
-                return dict(in_processes(labelled, settings.items(), budget.workers))
-            except BrokenProcessPool:
-                raise ChildProcessError(f"{name}: it ended a worker process; the same command continues") from None
-
+    scene = catalog.scenario(budget.scenario)
+    model = "" if scene.pictureless is None else error_model(budget.scenario, budget.tracker).to_json()
+    scores_on = controller_scores(name, budget)
     scored = (model, controllers_suite().tuned_for)
     depends_on = (
         dataclasses.replace(budget, trials=0, workers=0, fresh=range(0), cache=None, modules=()),
         package_versions(),
-        catalog.scenario(budget.scenario).id,
+        scene.id,
         judge_edition(controllers_suite()),
         tracker_edition(entrant(budget.tracker)),
         (entry.edition, own_code(entry.controller.__module__)),
         scored,
     )
-    found = search(f"{entry.carrier}-{name}", fields, defaults, budget.trials, scores, progress, studies, depends_on)
+    found = search(
+        f"{entry.carrier}-{name}",
+        fields,
+        defaults,
+        budget.trials,
+        lambda settings: scores_on(settings, budget.seeds),
+        progress,
+        studies,
+        depends_on,
+    )
     announce_check(name, len(budget.fresh))
-    fresh_scores = (_score_with_pictures(entry, values, budget, budget.fresh) for values in (found.best, defaults))
-    return chosen(found, *fresh_scores)
+    checked = (_score_with_pictures(entry, values, budget, budget.fresh) for values in (found.best, defaults))
+    tuned = chosen(found, *checked)
+    return dataclasses.replace(tuned, fresh=fresh_scores(tuned.parameters, defaults, budget.seeds, scores_on))
+
+
+def controller_scores(name: str, budget: ControllerBudget) -> ScoresOn:
+    """Return the function that scores settings of a controller as its search does: without pictures where the scene
+    has such episodes.
+    """
+    scene = catalog.scenario(budget.scenario)
+    entry = tunable_controller(name, scene.carrier.name)
+
+    def with_pictures(settings: dict[str, dict[str, Any]], seeds: range) -> dict[str, float]:
+        return {label: _score_with_pictures(entry, values, budget, seeds) for label, values in settings.items()}
+
+    def without_pictures(settings: dict[str, dict[str, Any]], seeds: range) -> dict[str, float]:
+        # Episodes are planned once, for all workers.
+        episode_bank(budget.scenario, scene.presets[budget.preset], seeds, budget.cache)
+        labelled = partial(_labelled_score, entry, dataclasses.replace(budget, seeds=seeds))
+        try:
+            return dict(in_processes(labelled, settings.items(), budget.workers))
+        except BrokenProcessPool:
+            raise ChildProcessError(f"{name}: it ended a worker process; the same command continues") from None
+
+    return with_pictures if scene.pictureless is None else without_pictures
 
 
 def score_without_pictures(entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget) -> float:
@@ -144,6 +162,7 @@ def _score_with_pictures(
             trackers=(budget.tracker,),
             link=link_in(suite),
             modules=budget.modules,
+            limit_s=LIMIT_S,
         )
         for seed in seeds
     ]

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.learning.fresh_scores import FreshScores, ScoresOn, fresh_entries, fresh_scores
 from benchmarks.learning.search import Found, Progress, announce_check, search
 from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import judge_edition, package_versions, tracker_edition
@@ -28,6 +29,9 @@ from sim.checks import check
 from trackers import registry
 from trackers.atomic_file import write_atomic
 
+LIMIT_S = 600.0
+"""Time limit for one frame, ten times that of a bench: a loaded machine must not decide a score."""
+
 
 @dataclass(frozen=True)
 class Budget:
@@ -35,7 +39,7 @@ class Budget:
 
     Attributes:
         suite, presets, seeds: of the episodes that score a setting.
-        fresh_presets, fresh: presets and seeds of the episodes that check the best.
+        fresh_presets, fresh: presets and seeds of the episodes that check the best setting.
         trials: number of settings; the first one is the defaults.
         workers: processes; 0 = this process. modules: users' own modules, imported first in each.
     """
@@ -55,18 +59,20 @@ class Tuned:
     """The result of a search.
 
     Attributes:
-        parameters: the best setting; empty (= defaults) if it is not better on fresh episodes too.
+        parameters: the best setting; empty (= defaults) if it is not better in the check too.
         score, default_score: of the best setting and of the defaults on the search's seeds, see ``score_of``.
-        fresh_score, fresh_default_score: of both on fresh episodes.
+        check_score, check_default_score: of both on the episodes of the check.
         trials: number of settings tried.
+        fresh: scores on episodes that decided nothing; None without better values.
     """
 
     parameters: dict[str, Any]
     score: float
     default_score: float
-    fresh_score: float
-    fresh_default_score: float
+    check_score: float
+    check_default_score: float
     trials: int
+    fresh: FreshScores | None = None
 
 
 def tunables(name: str) -> dict[str, dataclasses.Field[Any]]:
@@ -101,7 +107,7 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
     """Search the tunable parameters of one tracker; deterministic except for time limits and stops.
 
     Settings are tried in batches on the same pictures. The best of many settings on a few seeds is partly
-    luck: it replaces the defaults only if it is better on fresh episodes too.
+    luck: it replaces the defaults only if it is better on the episodes of the check too.
 
     Args:
         studies: see ``benchmarks.learning.search``.
@@ -131,17 +137,24 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
     on_fresh_episodes = dataclasses.replace(budget, presets=budget.fresh_presets, seeds=budget.fresh)
     announce_check(name, len(budget.fresh) * len(budget.fresh_presets))
     fresh = _scores(name, {"best": found.best, "defaults": defaults}, on_fresh_episodes)
-    return chosen(found, fresh["best"], fresh["defaults"])
+    tuned = chosen(found, fresh["best"], fresh["defaults"])
+    measured = fresh_scores(tuned.parameters, defaults, budget.seeds, tracker_scores(name, budget))
+    return dataclasses.replace(tuned, fresh=measured)
 
 
-def chosen(found: Found, fresh_score: float, fresh_default_score: float) -> Tuned:
-    """Return the best setting of a search, or the defaults if they are as good on fresh episodes."""
+def tracker_scores(name: str, budget: Budget) -> ScoresOn:
+    """Return the function that scores settings of a tracker as its search does, on other seeds."""
+    return lambda settings, seeds: _scores(name, settings, dataclasses.replace(budget, seeds=seeds))
+
+
+def chosen(found: Found, check_score: float, check_default_score: float) -> Tuned:
+    """Return the best setting of a search, or the defaults if they are as good in the check."""
     return Tuned(
-        parameters=found.best if fresh_score > fresh_default_score else {},
+        parameters=found.best if check_score > check_default_score else {},
         score=found.score,
         default_score=found.default_score,
-        fresh_score=fresh_score,
-        fresh_default_score=fresh_default_score,
+        check_score=check_score,
+        check_default_score=check_default_score,
         trials=found.trials,
     )
 
@@ -154,14 +167,16 @@ def write_tuned(
         "parameters": {key: tuned.parameters[key] for key in sorted(tuned.parameters)},
         "score": round(tuned.score, 6),
         "default_score": round(tuned.default_score, 6),
-        "fresh_score": round(tuned.fresh_score, 6),
-        "fresh_default_score": round(tuned.fresh_default_score, 6),
+        "check_score": round(tuned.check_score, 6),
+        "check_default_score": round(tuned.check_default_score, 6),
         "score_is": " + ".join(f"{factor:g} {metric}" for metric, factor in suite(suite_name).tuned_for.items()),
         "trials": tuned.trials,
         "seeds": f"{seeds.start}:{seeds.stop}",
+        "episodes": len(presets) * len(seeds),
         "suite": suite_name,
         "preset": " ".join(presets),
         "command": command,
+        **fresh_entries(tuned.fresh),
     }
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{name}.json"
@@ -183,6 +198,7 @@ def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> d
             trackers=labels,
             link=link_in(budget.suite),
             modules=budget.modules,
+            limit_s=LIMIT_S,
             settings={label: (name, settings[label]) for label in labels},
         )
         for preset in budget.presets

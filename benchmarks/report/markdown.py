@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from benchmarks.report.tables import Cell, Column, Line
+from benchmarks.report.tables import REFERENCES, Cell, Column, Line, Table
 
 
 def markdown_table(heads: Sequence[str], lines: Iterable[Sequence[str]], words: int) -> str:
@@ -20,6 +20,13 @@ def markdown_table(heads: Sequence[str], lines: Iterable[Sequence[str]], words: 
 def names_and_cells(line: Line) -> list[str]:
     """Return the cells of a contestant's line: its names, its role, its numbers."""
     return [*(f"`{name}`" for name in line.names), line.role, *map(number_and_interval, line.cells)]
+
+
+def lines_in_parts(table: Table) -> list[list[str]]:
+    """Return the cells of all lines; those of references have a heading if there are others too."""
+    competitors, references = (list(map(names_and_cells, some)) for some in (table.competitors, table.references))
+    between = [[f"*{REFERENCES}*", *[""] * (len(references[0]) - 1)]] if competitors and references else []
+    return [*competitors, *between, *references]
 
 
 def number_and_interval(cell: Cell) -> str:

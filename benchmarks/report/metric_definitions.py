@@ -9,12 +9,13 @@ from typing import Any
 
 from benchmarks.report.docstrings import place_of
 from benchmarks.report.numbers import range_text
-from benchmarks.run.guards import GuardedContestant
+from benchmarks.run.guards import times
+from benchmarks.scores.cpu_time import TIMES
 from benchmarks.scores.pooling import FORMULAS
 from benchmarks.suites.metric import Metric, RowMeaning
 from benchmarks.suites.registry import Suite
 
-_TIMES = {GuardedContestant.scores: ("ms_per_frame", "frames_per_s")}
+_TIMES = {times: TIMES}
 """Rows that every suite has."""
 NOT_STATED = "not stated"
 """Conditions and source of a user's own metric."""

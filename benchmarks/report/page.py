@@ -160,7 +160,13 @@ def _render(sections: list[Section]) -> str:
     heading = " · ".join(dict.fromkeys(section.suite.heading for section in sections))
     page = page_environment("report").get_template("page.html.jinja")
     definitions = [(section.suite.name, _defined(section.suite, sections)) for section in _one_a_suite(sections)]
-    return page.render(heading=heading, sections=sections, definitions=definitions, style=Markup(page_style()))
+    return page.render(
+        heading=heading,
+        sections=sections,
+        definitions=definitions,
+        references_heading=tables.REFERENCES,
+        style=Markup(page_style()),
+    )
 
 
 def _one_a_suite(sections: list[Section]) -> list[Section]:
@@ -292,5 +298,8 @@ def _speed_plot(summary: list[dict[str, Any]], styles: Mapping[str, LineStyle]) 
     }
     if not speeds:
         return []
-    words = "CPU time of the tracker alone, without rendering. Dots: median over episodes."
+    words = (
+        "The tracker alone, without rendering, at the larger of its CPU time and its wall time. Dots: median over "
+        "episodes."
+    )
     return [Plot("How fast are the trackers?", words, plots.plot_speed(speeds, styles))]

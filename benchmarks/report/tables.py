@@ -12,7 +12,10 @@ from benchmarks.suites.registry import Metric, Suite
 Entry = dict[str, Any]
 
 UNRANKED_ROLES = ("blind", "oracle")
-"""References, not competitors: never the best."""
+"""References, not competitors: never the best, and in a part of the table of their own. Some are told the truth at
+times, e.g. at each exit, which no competitor is."""
+REFERENCES = "references, not ranked"
+"""Heading of that part."""
 NO_NUMBER = "–"
 """Text of a cell without a value."""
 _RANKED_BY = 3
@@ -71,14 +74,24 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """Columns and lines."""
+    """Columns and lines; references come last."""
 
     columns: tuple[Column, ...]
     lines: tuple[Line, ...]
 
+    @property
+    def competitors(self) -> tuple[Line, ...]:
+        """The lines that are no references."""
+        return tuple(line for line in self.lines if line.role not in UNRANKED_ROLES)
+
+    @property
+    def references(self) -> tuple[Line, ...]:
+        """The lines of references."""
+        return tuple(line for line in self.lines if line.role in UNRANKED_ROLES)
+
 
 def leaderboard(suite: Suite, entries: Sequence[Entry], roles: Sequence[str]) -> Table:
-    """Return the headline metrics of the contestants with one of these roles, the best first."""
+    """Return the headline metrics of the contestants with one of these roles, the best first, then references."""
     headline = suite.headline_in(entries[0]["scenario"]) if entries else ()
     metrics = [m for m in map(suite.metric, headline) if any(e["metric"] == m.name for e in entries)]
     return _table(suite, metrics, [entry for entry in entries if entry["role"] in roles], entries)
@@ -121,7 +134,12 @@ def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], am
         role = next(iter(mine.values()))["role"]
         cells = tuple(_cell(metric, mine.get(metric.name), top[metric.name], among) for metric in metrics)
         lines.append(Line(names, role, cells))
-    lines.sort(key=lambda line: [_rank(m, by_names[line.names].get(m.name)) for m in metrics[:_RANKED_BY]])
+    lines.sort(
+        key=lambda line: [
+            line.role in UNRANKED_ROLES,
+            *(_rank(m, by_names[line.names].get(m.name)) for m in metrics[:_RANKED_BY]),
+        ]
+    )
     return Table(tuple(map(column_of, metrics)), tuple(lines))
 
 

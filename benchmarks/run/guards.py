@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.run.failures import place_of
-from benchmarks.run.time_limit import Stopwatch, TooSlow, at_most
+from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most
 from benchmarks.suites.judging import Ending, Score
 from scenarios.loop import Contestant, ManyContestant, OutsourcingContestant, given
 from scenarios.scenario import Frame
@@ -70,8 +70,8 @@ class GuardedContestant(Guard):
 
     Attributes:
         silent_frames: number of frames without an answer about its one target.
-        cpu_s: CPU time of each update that gave an answer, from frame 1 on: of the thread and, as told by the tracker,
-            of other processes. revision_cpu_s: of the revision at the end.
+        taken: time of each update that gave an answer, from frame 1 on; its CPU time with that of other processes, as
+            told by the tracker. revision: time of the revision at the end.
         decides_at: see ``Ending``.
     """
 
@@ -90,8 +90,8 @@ class GuardedContestant(Guard):
         self._silence: Answer = SILENT
         self._check: Callable[[Any], None] = check_estimate
         self._contestant, self._note, self._ends_process_at = contestant, note, ends_process_at
-        self.cpu_s: list[float] = []
-        self._frames, self.revision_cpu_s = 0, 0.0
+        self.taken: list[Taken] = []
+        self._frames, self.revision = 0, Taken(0.0, 0.0)
         self.silent_frames = 0
         self.decides_at = 0.0
 
@@ -111,7 +111,8 @@ class GuardedContestant(Guard):
         if self._runs_on(k):
             with self.guarded(k) as watch:
                 answer = self._contestant.update(frame)
-                self.cpu_s.append(watch.cpu_s + self._elsewhere_cpu_s())
+                taken = watch.taken
+                self.taken.append(taken._replace(cpu_s=taken.cpu_s + self._elsewhere_cpu_s()))
                 self._check(answer)
         answer = answer if self.reason is None else self._silence
         if isinstance(answer, Estimate):
@@ -119,11 +120,8 @@ class GuardedContestant(Guard):
         return answer
 
     def scores(self) -> Iterator[Score]:
-        """Yield the CPU time of the thread per frame, see ``times``, and the frame of failure.
-
-        The time is the mean per update, without the first five, and a frame's share of a revision at the end.
-        """
-        yield from times(self.cpu_s, self.revision_cpu_s, self._frames)
+        """Yield the times per frame, see ``times``, and the frame of failure."""
+        yield from times(self.taken, self.revision, self._frames)
         if self.failed_at_frame is not None:
             yield Score(FAILED_AT, float(self.failed_at_frame))
 
@@ -143,15 +141,25 @@ class GuardedContestant(Guard):
         return self.reason is None
 
 
-def times(cpu_s: Sequence[float], revision_cpu_s: float, frame_count: int) -> Iterator[Score]:
-    """Yield the CPU time of the thread per frame, unless there were too few updates.
+def times(taken: Sequence[Taken], revision: Taken, frame_count: int) -> Iterator[Score]:
+    """Yield CPU time and wall time per frame, the larger of the two, ``ms_per_frame``, and ``frames_per_s``, 1,000 over
+    it; nothing if there were too few updates.
 
-    It is the mean per update, without the first five, and a frame's share of a revision at the end.
+    Each is the mean per update, without the first five, and a frame's share of a revision at the end. CPU time is that
+    of all threads of the process and, as told by the tracker, of other processes and of results that it shares with
+    other trackers; so one that computes in parallel gains nothing. Wall time holds what one waits for: a device, a
+    process, a sleep. The time in which the thread waited for a core that others held is left out on Linux. Elsewhere,
+    where the host of a virtual machine is loaded, and where what it waits for had to wait for a core, a loaded machine
+    makes a tracker look slow: on one of 2 cores with 25 busy processes wall time was 3 times CPU time.
     """
-    timed = cpu_s[_UNTIMED_FRAMES:]
+    timed = taken[_UNTIMED_FRAMES:]
     if timed:
-        ms_per_frame = 1e3 * (float(np.mean(timed)) + revision_cpu_s / frame_count)
+        means = np.mean(timed, axis=0) + np.array(revision) / frame_count
+        cpu_ms, wall_ms = (1e3 * float(mean_s) for mean_s in means)
+        ms_per_frame = max(cpu_ms, wall_ms)
         yield Score(MS_PER_FRAME, ms_per_frame)
+        yield Score("cpu_ms_per_frame", cpu_ms)
+        yield Score("wall_ms_per_frame", wall_ms)
         yield Score("frames_per_s", 1e3 / max(ms_per_frame, 1e-6))
 
 
@@ -201,7 +209,7 @@ class GuardedMany(GuardedContestant):
             with self.guarded(self._frames, "revision") as watch:
                 revised = self._contestant.revised()
                 if revised is not None:
-                    self.revision_cpu_s = watch.cpu_s
+                    self.revision = watch.taken
                     _check_revised(revised, self._frames)
         return revised if self.reason is None else None
 

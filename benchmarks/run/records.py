@@ -67,7 +67,10 @@ Rows about one frame-out (suite ``frame-out``):
 ``locked_on_wrong_car``            1 if on one other vehicle, not the target, in most of the frames
                                    ``back_frame`` … ``back_frame + 5``
 ``reentry_error_m``                error on the last frame wholly outside
+``had``                            1 if on the car at the exit: on the last frame before it or the first outside
+``offscreen_error_m``              mean error outside, weighted by the number of frames
 ``offscreen_error_30_m``, ``_100_m``  error 30 / 100 frames after the exit (only if it lasts that long)
+``offscreen_error_if_had_m`` …     the same three again, only if the tracker had the car at the exit
 ``offscreen_error_by_frame_m``     *series*: error on each frame outside; entry k is k frames after the exit
 =================================  =====================================================================
 
@@ -78,12 +81,12 @@ with at least 5 frames and one second of the episode after ``back_frame``. (In c
 Rows of suite ``frame-out`` about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a
 tracker without a posterior in the episode; for others a frame without one is a miss, with the capped NEES),
 ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5 %, 5-10 % … of the
-posterior; flat = calibrated), ``offscreen_error_m``, ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``,
-``precision_curve`` and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``,
-``precision_20_px``, ``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``),
-``time_seen``, ``time_in_view`` and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_kept`` (1
-if every frame-out that can be judged was kept), ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
-``failed_at_frame`` (only if the tracker failed), ``frames``. For real sequences see ``frame_out.real``.
+posterior; flat = calibrated), ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``, ``precision_curve``
+and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``, ``precision_20_px``,
+``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``), ``time_seen``, ``time_in_view``
+and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_kept`` (1 if every frame-out that can be
+judged was kept), ``silent_frames``, the times (see ``guards.times``), ``failed_at_frame`` (only if the tracker
+failed), ``frames``. For real sequences see ``frame_out.real``.
 
 Rows of suite ``stereo`` about events, see ``metrics.people`` for the classes of frames:
 
@@ -102,7 +105,7 @@ Rows of suite ``stereo`` about the whole episode but its first frame: ``right_fr
 ``missed_frames`` (A, B and C, of which precision, recall, F and F1 are made), ``wrong_person_rate`` (share of all
 frames), ``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m``
 (frames with a right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
-``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, ``ms_per_frame``, ``frames_per_s``,
+``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, the times,
 ``failed_at_frame``, ``frames``. ``metrics.disparity``, the same for all trackers of the same pictures, on every tenth
 pair whose right picture is not lost, over pixels that both cameras see:
 ``disparity_error_px_GROUP`` (median absolute error, at full size), ``disparity_bad_1_GROUP``, ``disparity_bad_3_GROUP``
@@ -117,7 +120,7 @@ Rows of suite ``follow``, formulas in ``metrics.following`` and ``scores.view_ti
 about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_per_minute``, ``centring_error``,
 ``effort``, ``jerkiness_per_s``, ``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, people's
 ``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``; of the tracker's answers ``in_view_tpr``,
-``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then ``ms_per_frame`` and ``frames_per_s`` of the tracker,
+``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then the times of the tracker,
 ``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
 Beside it lie ``summary.json``, ``comparisons.json`` (``scores.summary``), the report, ``estimates`` if asked for.
 """

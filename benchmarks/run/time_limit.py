@@ -1,7 +1,8 @@
-"""Time limit and CPU time of a tracker's work, without compilation.
+"""Time limit, CPU time and wall time of a tracker's work, without compilation.
 
 On a fresh machine a kernel is compiled at its first call, which may be anywhere in an episode and takes seconds: that
-is not the tracker's fault or its speed.
+is not the tracker's fault or its speed. Nor is it that other processes hold the cores: Linux counts for how long a
+thread was ready and waited for one.
 """
 
 from __future__ import annotations
@@ -10,42 +11,60 @@ import signal
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from types import FrameType
+from typing import NamedTuple
 
 from numba.core import event
+
+_SCHEDULED = Path("/proc/thread-self/schedstat")
+"""Nanoseconds on a core, nanoseconds of waiting for one, number of times on one."""
 
 
 class TooSlow(Exception):
     """The work exceeded its time limit."""
 
 
+class Taken(NamedTuple):
+    """Seconds that some work took.
+
+    Attributes:
+        cpu_s: of all threads of this process.
+        wall_s: that went by, waiting for a sleep, a device or another process included; without the time in which the
+            thread waited for a core, where the system tells it (Linux).
+    """
+
+    cpu_s: float
+    wall_s: float
+
+
 class Stopwatch(event.Listener):
-    """CPU time of this thread since construction, without numba's compilation."""
+    """Times work since construction, without numba's compilation."""
 
     def __init__(self) -> None:
-        self._began_s = time.thread_time()
         self._compiling = 0
-        self._compile_began_s = 0.0
-        self._compiled_s = 0.0
+        self._compile_began = self._compiled = Taken(0.0, 0.0)
         self._left_s = (0.0, 0.0)
+        self._began = _now()
 
     @property
-    def cpu_s(self) -> float:
+    def taken(self) -> Taken:
         """Seconds so far."""
-        return time.thread_time() - self._began_s - self._compiled_s
+        return Taken(*(now - a - b for now, a, b in zip(_now(), self._began, self._compiled, strict=True)))
 
     def on_start(self, event: event.Event) -> None:
         """Stop the clocks. Called by numba, also for nested compilations."""
         self._compiling += 1
         if self._compiling == 1:
-            self._compile_began_s = time.thread_time()
+            self._compile_began = _now()
             self._left_s = (_set(signal.ITIMER_REAL, 0.0), _set(signal.ITIMER_VIRTUAL, 0.0))
 
     def on_end(self, event: event.Event) -> None:
         """Restart the clocks."""
         self._compiling -= 1
         if self._compiling == 0:
-            self._compiled_s += time.thread_time() - self._compile_began_s
+            parts = zip(self._compiled, _now(), self._compile_began, strict=True)
+            self._compiled = Taken(*(sum_s + now - began for sum_s, now, began in parts))
             for clock, left_s in zip((signal.ITIMER_REAL, signal.ITIMER_VIRTUAL), self._left_s, strict=True):
                 _set(clock, left_s)
 
@@ -73,6 +92,19 @@ def at_most(limit_s: float) -> Iterator[Stopwatch]:
         _set(signal.ITIMER_VIRTUAL, 0.0)
         event.unregister("numba:compile", watch)
         signal.signal(signal.SIGALRM, previous)
+
+
+def _now() -> Taken:
+    """Return the state of both clocks; only differences count."""
+    return Taken(time.process_time(), time.perf_counter() - _waited_s())
+
+
+def _waited_s() -> float:
+    """Return for how many seconds this thread was ready and waited for a core; 0 where the system does not tell it."""
+    try:
+        return 1e-9 * int(_SCHEDULED.read_text().split()[1])
+    except (OSError, IndexError, ValueError):
+        return 0.0
 
 
 def _set(clock: int, seconds: float) -> float:

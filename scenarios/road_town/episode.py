@@ -11,6 +11,7 @@ from scenarios.road_town.flight import Helicopter
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.measurement import Instruments
 from scenarios.road_town.plan import TARGET, Plan
+from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import add_vehicle, town_of
 from scenarios.road_town.truth import Light, RoadTruth
@@ -73,6 +74,11 @@ class RoadTownEpisode(Stage):
         self._body_poses_before = _NO_POSES
         self._move_to(0)
         self._first_box_xyxy = self._boxes(0)[TARGET]
+
+    @property
+    def preset(self) -> RoadTown:
+        """The configuration of the episode."""
+        return self.plan.preset
 
     @property
     def start(self) -> Start:

@@ -62,6 +62,7 @@ def rows_of(tracker: str, seed: int) -> list[Row]:
             "kind": "excursion" if index == 2 else "road",
             "side": "left",
             "turned": index == 1,
+            "long": length > 100,
         }
         found = bool(rng.random() < chance)
         error = drift_m * (1 + np.arange(length)) * rng.lognormal(0, 0.3, length)

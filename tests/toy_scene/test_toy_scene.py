@@ -20,6 +20,7 @@ from benchmarks.run.jobs import Job, opened
 from benchmarks.run.records import read_rows
 from benchmarks.run.replay import replay
 from benchmarks.run.steering import suite_watching
+from benchmarks.scores.cpu_time import TIMES
 from benchmarks.suites.registry import Scene, add_scene, suite
 from scenarios import catalog
 from scenarios.loop import Loop
@@ -32,7 +33,6 @@ from trackers.types import CameraCommand
 ROOT = Path(__file__).parents[2]
 MODULES = ("--modules", register.__name__)
 ENV = "frameout/ToyYard-v1"
-TIMES = ("ms_per_frame", "frames_per_s")
 
 
 @pytest.fixture(scope="module")

@@ -56,7 +56,7 @@ def score_episode(
     scores: list[Score] = []
     for frame_out in frame_outs:
         scores += recovery_scores(frame_out, on_target, on_other, one_second, closed_loop=closed_loop)
-        scores += _errors_while_out(frame_out, error_m)
+        scores += errors_while_out(frame_out, error_m, on_target)
     scores += offscreen_scores(truth, estimate, error_m)
     scores += in_view_scores(truth, estimate, on_target, failed_at_frame)
     scores += [run_kept(scores), silent_frames(estimate)]
@@ -94,18 +94,32 @@ def silent_frames(estimate: EstimateSeries) -> Score:
     return Score("silent_frames", float(np.isnan(estimate.position_px).any(axis=1).sum()))
 
 
-def _errors_while_out(frame_out: FrameOut, error_m: NDArray[np.float64]) -> Iterator[Score]:
+def errors_while_out(
+    frame_out: FrameOut, error_m: NDArray[np.float64], on_target: NDArray[np.bool_]
+) -> Iterator[Score]:
+    """Yield the errors outside: the mean over the frames, weighted by their number, and those 30 and 100 frames after
+    the exit, if it lasts that long; and the same again, ``…_if_had_m``, if the tracker had the car at the exit.
+
+    It had the car if its estimate was on it (``localisation.on_object``) on the last frame before the exit or on the
+    first one outside: ``had``. Blind contestants and oracles, which are told the true state on that frame, have it
+    where they answer with it. Without this condition an error is also that of a tracker that had lost the car before.
+    """
+    exit_frame, frames = frame_out.exit_frame, frame_out.length_frames
+    had = bool(on_target[max(exit_frame - 1, 0) : exit_frame + 1].any())
     by_frame_m = offscreen.error_by_frames_since_exit_m(error_m, frame_out)
+    yield Score("had", float(had), event=frame_out)
+    for ending in ("_m", "_if_had_m") if had else ("_m",):
+        yield Score(f"offscreen_error{ending}", float(by_frame_m.mean()), float(frames), frame_out)
+        for since_exit in (30, 100):
+            if frames > since_exit:
+                yield Score(f"offscreen_error_{since_exit}{ending}", float(by_frame_m[since_exit]), event=frame_out)
     yield Score("reentry_error_m", float(by_frame_m[-1]), event=frame_out)
-    for frames_since_exit in (30, 100):
-        if frame_out.length_frames > frames_since_exit:
-            name = f"offscreen_error_{frames_since_exit}_m"
-            yield Score(name, float(by_frame_m[frames_since_exit]), event=frame_out)
     yield Score("offscreen_error_by_frame_m", by_frame_m.tolist(), event=frame_out)
 
 
 def offscreen_scores(truth: TruthSeries, estimate: EstimateSeries, error_m: NDArray[np.float64]) -> Iterator[Score]:
-    """Yield errors and calibration on the frames on which the target is ``out``, weighted by their number.
+    """Yield calibration, and the error in lengths of the car, on the frames on which the target is ``out``, weighted by
+    their number.
 
     A tracker that gives a posterior on any frame of the episode has missed on frames without one: no region holds the
     truth, and its NEES is ``NEES_CAP``, also the most that any frame counts. Without a posterior in the episode,
@@ -115,7 +129,6 @@ def offscreen_scores(truth: TruthSeries, estimate: EstimateSeries, error_m: NDAr
     frames = float(out.sum())
     if frames == 0:
         return
-    yield Score("offscreen_error_m", float(error_m[out].mean()), frames)
     yield Score("offscreen_error_car_lengths", float(error_m[out].mean()) / truth.car_length_m, frames)
     judged = bool(estimate.has_posterior.any())
     weight = frames if judged else 0.0

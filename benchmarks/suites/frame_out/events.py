@@ -19,6 +19,8 @@ def _tests() -> dict[str, EventTest]:
         "off the road": lambda frame_out: frame_out["kind"] == "excursion",
         "with a turn": lambda frame_out: bool(frame_out["turned"]),
         "without a turn": lambda frame_out: frame_out["turned"] is False,
+        "longer than promised": lambda frame_out: frame_out.get("long") is True,
+        "as long as promised": lambda frame_out: frame_out.get("long") is False,
     }
     for side in ("left", "right", "top", "bottom"):
         tests[f"left by the {side}"] = _is_by(side)
@@ -44,9 +46,11 @@ def _describe(frame_outs: Sequence[dict[str, Any]]) -> str:
         return f"{counted(len(frame_outs), 'absence')} of {lengths_text(lengths)}"
     turned = sum(bool(each["turned"]) for each in frame_outs)
     excursions = sum(each["kind"] == "excursion" for each in frame_outs)
+    long = [each["length_frames"] for each in frame_outs if each.get("long")]
+    longer = f", {len(long)} longer than the preset promises, with {sum(long) / sum(lengths):.0%} of all frames outside"
     return (
         f"{counted(len(frame_outs), 'frame-out')} of {lengths_text(lengths)}, "
-        f"{turned} with a turn at a crossing, {excursions} with a way off the road"
+        f"{turned} with a turn at a crossing, {excursions} with a way off the road{longer if long else ''}"
     )
 
 

@@ -19,6 +19,7 @@ from benchmarks.suites.frame_out.metrics.series import (
 )
 from benchmarks.suites.judging import Ending, Score, truth_as
 from scenarios.in_view import is_in_view
+from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.truth import without_pixels
@@ -32,6 +33,10 @@ class FrameOutJudge:
     def __init__(self, episode: Episode, scenario: Scenario) -> None:
         self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
         self._target = scenario.target
+        preset = getattr(episode, "preset", None)
+        self._longest_frames: int | None = None
+        if isinstance(preset, RoadTown) and not episode.closed_loop:
+            self._longest_frames = preset.frame_outs.frames[1]
         box_xyxy = episode.start.box_xyxy
         assert box_xyxy is not None
         self._first_box_xyxy = box_xyxy
@@ -58,7 +63,7 @@ class FrameOutJudge:
     def truth(self) -> TruthSeries:
         """Truth of the whole episode."""
         assert self._camera is not None
-        return truth_series(self._truths, self.target, self._rate_hz, self._camera)
+        return truth_series(self._truths, self.target, self._rate_hz, self._camera, self._longest_frames)
 
     def scores(self, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
         """Return the scores of one contestant."""

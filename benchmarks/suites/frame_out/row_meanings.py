@@ -25,11 +25,16 @@ ROW_MEANINGS = (
     RowMeaning(("recovered", "kept", "locked_on_wrong_car"), 0, 1, f"{_JUDGED}; {_ON_CAR}", OWN),
     RowMeaning(("run_kept",), 0, 1, "episodes with such a frame-out", OWN),
     RowMeaning(("recovery_frames", "watched_frames"), 0, inf, "frame-outs after which the car is back", KAPLAN_MEIER),
+    RowMeaning(("had",), 0, 1, f"the last frame before each exit and the first one outside; {_ON_CAR}", OWN),
     *(
-        RowMeaning((f"offscreen_error_{n}_m",), 0, WORST_ERROR_M, f"frame-outs of more than {n} frames", OWN)
-        for n in (30, 100)
+        RowMeaning((f"offscreen_error{row}{ending}",), 0, WORST_ERROR_M, frames + condition, OWN)
+        for ending, condition in (("_m", ""), ("_if_had_m", ", where the tracker had the car at the exit"))
+        for row, frames in (
+            ("", _OUT),
+            ("_30", "frame-outs of more than 30 frames"),
+            ("_100", "frame-outs of more than 100 frames"),
+        )
     ),
-    RowMeaning(("offscreen_error_m",), 0, WORST_ERROR_M, _OUT, OWN),
     RowMeaning(("offscreen_error_car_lengths",), 0, inf, _OUT, OWN),
     RowMeaning(("reentry_error_m",), 0, WORST_ERROR_M, "the last frame of each frame-out", OWN),
     RowMeaning(("coverage_50", "coverage_90", "coverage_95"), 0, 1, _POSTERIOR, OWN),

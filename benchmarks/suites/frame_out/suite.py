@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from benchmarks.scores import in_view, long_term, view_time
 from benchmarks.scores.cpu_time import CPU_TIME
 from benchmarks.scores.recovery import Recovery, judge_recovery, time_scores
 from benchmarks.scores.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
-from benchmarks.suites.frame_out.episode_scores import NEES_CAP, added_scores, offscreen_scores
+from benchmarks.suites.frame_out.episode_scores import NEES_CAP, added_scores, errors_while_out, offscreen_scores
 from benchmarks.suites.frame_out.events import EVENTS
 from benchmarks.suites.frame_out.figures import figures
 from benchmarks.suites.frame_out.judge import FrameOutJudge
@@ -33,6 +35,23 @@ def _error(name: str, summary: str, unit: str = "m") -> Metric:
     return Metric(name, summary, unit, "lower")
 
 
+def _errors_outside() -> Iterator[Metric]:
+    """Yield mean and median of the errors outside, of all frame-outs and of those at whose exit the car was had."""
+    of_all = {
+        "offscreen_error": "error on all frames outside",
+        "offscreen_error_30": "error 30 frames after the exit, of frame-outs that last longer",
+        "offscreen_error_100": "error 100 frames after the exit, of frame-outs that last longer",
+    }
+    for ending, condition in (("", ""), ("_if_had", ", where the tracker had the car at the exit")):
+        for name, summary in of_all.items():
+            row = f"{name}{ending}_m"
+            yield _error(row, summary + condition)
+            words = f"median over frame-outs of the {'mean ' if name == 'offscreen_error' else ''}{summary}{condition}"
+            yield Metric(f"{name}{ending}_median_m", words, "m", "lower", (row,), "median")
+
+
+_OUTSIDE = tuple(f"offscreen_error{frames}{ending}_m" for ending in ("", "_if_had") for frames in ("", "_30", "_100"))
+"""Rows of errors outside."""
 _CURVES = ("precision_curve", "recall_curve")
 
 FRAME_OUT = Suite(
@@ -48,6 +67,9 @@ FRAME_OUT = Suite(
         _rate("road_recovery_rate", "the same, of frame-outs on the road", "recovered", "road"),
         _rate("excursion_recovery_rate", "the same, of those with a way off the road", "recovered", "excursion"),
         _rate("turn_recovery_rate", "the same, of those with a turn at a crossing", "recovered", "turned"),
+        _rate(
+            "long_recovery_rate", "the same, of those that last longer than the preset promises", "recovered", "long"
+        ),
         _rate("kept_rate", "frame-outs recovered and still on the car one second later", "kept"),
         _rate("road_kept_rate", "the same, of frame-outs on the road", "kept", "road"),
         _rate("excursion_kept_rate", "the same, of those with a way off the road", "kept", "excursion"),
@@ -67,25 +89,8 @@ FRAME_OUT = Suite(
             ("recovery_frames", "watched_frames"),
             "restricted mean",
         ),
-        _error("offscreen_error_30_m", "error 30 frames after the exit, of frame-outs that last longer"),
-        _error("offscreen_error_100_m", "the same 100 frames after the exit"),
-        Metric(
-            "offscreen_error_30_median_m",
-            "median of the error 30 frames after the exit",
-            "m",
-            "lower",
-            ("offscreen_error_30_m",),
-            "median",
-        ),
-        Metric(
-            "offscreen_error_100_median_m",
-            "median of the error 100 frames after the exit",
-            "m",
-            "lower",
-            ("offscreen_error_100_m",),
-            "median",
-        ),
-        _error("offscreen_error_m", "error on all frames outside"),
+        _rate("had_rate", "frame-outs at whose exit the tracker had the car", "had"),
+        *_errors_outside(),
         _error("offscreen_error_car_lengths", "error on all frames outside, in lengths of the car", "car lengths"),
         _error("reentry_error_m", "error on the last frame outside"),
         *(_coverage(share) for share in (0.5, 0.9, 0.95)),
@@ -121,8 +126,9 @@ FRAME_OUT = Suite(
         "recovery_rate",
         "kept_rate",
         "time_seen",
-        "offscreen_error_m",
         "offscreen_error_30_m",
+        "offscreen_error_30_median_m",
+        "offscreen_error_30_if_had_m",
         "coverage_95",
         "in_view_gm",
         "f_measure",
@@ -157,15 +163,14 @@ FRAME_OUT = Suite(
         Recovery: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
         judge_recovery: ("recovered", "kept", "locked_on_wrong_car", "run_kept"),
         time_scores: ("recovery_frames", "watched_frames"),
-        localisation.on_object: ("recovered", "kept", "locked_on_wrong_car", "in_view_tpr"),
+        localisation.on_object: ("recovered", "kept", "locked_on_wrong_car", "had", "in_view_tpr"),
         offscreen.ground_error_m: (
-            "offscreen_error_30_m",
-            "offscreen_error_100_m",
-            "offscreen_error_m",
+            *_OUTSIDE,
             "offscreen_error_car_lengths",
             "reentry_error_m",
         ),
-        offscreen_scores: ("offscreen_error_m", "coverage_50", "coverage_90", "coverage_95", "nees"),
+        errors_while_out: ("had", *_OUTSIDE, "reentry_error_m"),
+        offscreen_scores: ("offscreen_error_car_lengths", "coverage_50", "coverage_90", "coverage_95", "nees"),
         posterior.Calibration: ("coverage_50", "coverage_90", "coverage_95", "nees"),
         posterior.coverage: ("coverage_50", "coverage_90", "coverage_95"),
         in_view.present_and_absent: ("in_view_tpr", "in_view_tnr", "centre_error_px", "precision_20_px", "success_auc"),

@@ -43,7 +43,7 @@ def test_no_word_is_cut_and_each_number_has_its_interval(
         for word in head(column_of(suite("frame-out").metric(name))).split()
     }
     assert set(re.findall(r"[a-z]{3,}", shown.split("─")[0].split("them")[-1])) <= heads | {"tracker", "role"}
-    assert (left_out == "") == (width >= 118)
+    assert (left_out == "") == (width >= 132)
 
 
 def test_metrics_and_plots_are_chosen(results: Path, capsys: pytest.CaptureFixture[str]) -> None:

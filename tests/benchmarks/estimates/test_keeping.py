@@ -11,6 +11,7 @@ import pytest
 
 from benchmarks.run.experiment import run
 from benchmarks.run.records import read_blocks
+from benchmarks.scores.cpu_time import TIMES
 from tests.benchmarks.estimates.runs import TOWN, rows_in
 
 STILL = replace(TOWN, trackers=("fake_still",))
@@ -27,8 +28,7 @@ def test_every_tracker_and_episode_has_a_file(kept: Path) -> None:
 def test_rows_do_not_depend_on_whether_estimates_are_kept(kept: Path, tmp_path: Path) -> None:
     run(replace(TOWN, keep_estimates=False), tmp_path)
     assert not (tmp_path / "estimates").exists()
-    times = ("ms_per_frame", "frames_per_s")
-    one, other = ([row for row in rows_in(path) if row["metric"] not in times] for path in (kept, tmp_path))
+    one, other = ([row for row in rows_in(path) if row["metric"] not in TIMES] for path in (kept, tmp_path))
     assert one == other
 
 

@@ -10,13 +10,16 @@ import numpy as np
 import pytest
 
 from benchmarks.learning import tracker_tuning as tuning
+from benchmarks.learning.controller_tuning import ControllerBudget, controller_scores
+from benchmarks.learning.fresh_scores import NO_VALUES, FreshScores, fresh_entries, fresh_scores, scored_anew
 from benchmarks.learning.search import Found, search
-from benchmarks.learning.tracker_tuning import Budget, rows_of, tunables, tune, write_tuned
+from benchmarks.learning.tracker_tuning import Budget, rows_of, tracker_scores, tunables, tune, write_tuned
 from benchmarks.run.jobs import Job
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.registry import Scene
 from benchmarks.suites.registry import suite as registered
 from tests import fakes_scenario, fakes_trackers
+from trackers.controllers.catalogue import controller_entry
 from trackers.registry import entry, register, tunable, tuned_file
 from trackers.types import Estimate, Observation
 
@@ -61,7 +64,10 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
     assert tuned.parameters["off_m"] < 5.0
     assert isinstance(tuned.parameters["ignored"], int)
     assert tuned.score > tuned.default_score
-    assert tuned.fresh_score > tuned.fresh_default_score
+    assert tuned.check_score > tuned.check_default_score
+    assert tuned.fresh is not None
+    assert tuned.fresh.seeds == range(9_000, 9_008)
+    assert tuned.fresh.tuned > tuned.fresh.written
     assert tune("fake_shaky", BUDGET, lambda done, of: None) == tuned
 
     path = write_tuned(
@@ -73,6 +79,14 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
     for key in ("score", "trials", "seeds", "suite", "preset", "command"):
         assert key in document
     assert entry("fake_shaky").parameters(**document["parameters"]).off_m == tuned.parameters["off_m"]
+    assert document["episodes"] == 1
+    fresh = {"seeds": "9000:9008", "written": round(tuned.fresh.written, 6), "tuned": round(tuned.fresh.tuned, 6)}
+    assert document["fresh"] == fresh
+    # The scores of a file are those of its own function.
+    written, scores_on = entry("fake_shaky").written(), tracker_scores("fake_shaky", BUDGET)
+    assert scored_anew(document, written, BUDGET.seeds, scores_on) == document
+    outdated = document | {"score": 3.0, "default_score": 2.0, "fresh": None, "no_fresh": "not measured"}
+    assert scored_anew(outdated, written, BUDGET.seeds, scores_on) == document
 
 
 def test_the_first_setting_tried_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -97,7 +111,9 @@ def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch:
     monkeypatch.setattr(tuning, "_scores", scores)
     tuned = tune("fake_shaky", BUDGET, lambda done, of: None)
     assert tuned.parameters == {}
-    assert tuned.score == -tuned.fresh_score > tuned.default_score == -tuned.fresh_default_score == 20.0
+    assert tuned.score == -tuned.check_score > tuned.default_score == -tuned.check_default_score == 20.0
+    assert tuned.fresh is None
+    assert fresh_entries(tuned.fresh) == {"fresh": None, "no_fresh": NO_VALUES}
 
 
 def test_the_check_of_the_best_setting_is_on_other_presets_too_and_announced(
@@ -119,6 +135,56 @@ def test_the_check_of_the_best_setting_is_on_other_presets_too_and_announced(
 def test_every_as_written_and_own_tracker_declares_what_is_tuned() -> None:
     for name in ("colour_pf", "road_shape_pf", "background_pf", "mosaic_graph_pf", "hold", "constant_velocity"):
         assert tunables(name)
+
+
+def test_fresh_scores_are_those_of_tuned_and_written_values_on_seeds_of_no_search() -> None:
+    asked: list[tuple[dict[str, dict[str, Any]], range]] = []
+
+    def scores_on(settings: dict[str, dict[str, Any]], seeds: range) -> dict[str, float]:
+        asked.append((settings, seeds))
+        return {label: float(values["off_m"]) for label, values in settings.items()}
+
+    fresh = fresh_scores({"off_m": 3.0}, {"off_m": 20.0, "ignored": 3}, range(64), scores_on)
+    settings = {"written": {"off_m": 20.0, "ignored": 3}, "tuned": {"off_m": 3.0, "ignored": 3}}
+    assert asked == [(settings, range(9_000, 9_064))]
+    assert fresh == FreshScores(range(9_000, 9_064), written=20.0, tuned=3.0)
+    fresh_scores({"off_m": 3.0}, {"off_m": 20.0}, range(2), scores_on, count=4)
+    assert asked[1][1] == range(9_000, 9_004)
+    assert fresh_scores({}, {"off_m": 20.0}, range(2), scores_on) is None
+    assert len(asked) == 2
+
+
+def test_every_file_says_on_how_many_episodes_and_what_fresh_ones_gave() -> None:
+    folder = tuned_file("hold", "trackers.baselines.single_target").parent
+    for file in sorted(folder.rglob("*.json")):
+        found = json.loads(file.read_text())
+        first, end = map(int, found["seeds"].split(":"))
+        assert found["episodes"] == len(found["preset"].split()) * (end - first), file.name
+        fresh = found["fresh"]
+        if fresh is None:
+            assert found["no_fresh"], file.name
+        else:
+            assert set(fresh) == {"seeds", "written", "tuned"}, file.name
+            assert int(fresh["seeds"].split(":")[0]) >= end, file.name
+            assert "no_fresh" not in found, file.name
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("carrier", "scenario", "tracker"),
+    [("helicopter", "road-town-v2", "mosaic_graph_pf"), ("robot", "stereo-follow-v2", "stereo_people")],
+)
+def test_the_scores_of_a_controller_are_those_of_its_function(
+    carrier: str, scenario: str, tracker: str, tmp_path: Path
+) -> None:
+    """Where a scene or an error model has changed, ``frameout tune --rescore`` makes them anew."""
+    stored = json.loads(tuned_file(f"controllers/{carrier}/reentry", "trackers.controllers.reentry").read_text())
+    seeds = range(*map(int, stored["seeds"].split(":")))
+    budget = ControllerBudget(scenario, stored["preset"], tracker, seeds, range(0), 0, 0, tmp_path)
+    entry = controller_entry("reentry", carrier)
+    scores = controller_scores("reentry", budget)({"tuned": stored["parameters"], "written": entry.written()}, seeds)
+    assert scores["tuned"] == pytest.approx(stored["score"], abs=1e-6)
+    assert scores["written"] == pytest.approx(stored["default_score"], abs=1e-6)
 
 
 def test_all_of_a_suite_were_tuned_for_one_score() -> None:

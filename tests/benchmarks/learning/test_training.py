@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import os
 import signal
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from benchmarks.cli import main
 from benchmarks.learning.checkpoint import checkpointed_settings, save_checkpoint
@@ -23,6 +24,7 @@ from trackers.controllers.policy_file import load_policy
 pytest.importorskip("stable_baselines3")
 import torch
 
+from benchmarks.learning import training
 from benchmarks.learning.training import Standing, train
 from benchmarks.learning.vector_adapter import GymnasiumVecEnv
 
@@ -43,19 +45,56 @@ def nothing(standing: Standing) -> None:
     pass
 
 
-def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path) -> None:
+@dataclass
+class Begun:
+    """What a model was when its learning began: steps behind it and left, its weights, steps of its optimiser."""
+
+    behind: int
+    left: int
+    weights: list[NDArray[np.float32]]
+    optimiser_steps: set[float]
+
+
+@pytest.fixture
+def begun(monkeypatch: pytest.MonkeyPatch) -> list[Begun]:
+    """Every learning that begins: a policy alone shows nothing, since one trained from nothing again is the same."""
+    found: list[Begun] = []
+    learn = training._learn
+
+    def noted(model: Any, left: int, *rest: Any) -> None:
+        layers = [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
+        weights = [each.weight.detach().numpy().copy() for each in layers if isinstance(each, torch.nn.Linear)]
+        steps = {float(each["step"]) for each in model.policy.optimizer.state.values()}
+        found.append(Begun(model.num_timesteps, left, weights, steps))
+        learn(model, left, *rest)
+
+    monkeypatch.setattr(training, "_learn", noted)
+    return found
+
+
+def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path, begun: list[Begun]) -> None:
     path = train(TINY, tmp_path / "ppo", nothing)
     first = load_policy(str(path))
+    assert [(each.behind, each.left, each.optimiser_steps) for each in begun] == [(0, STEPS, set())]
+    assert any((a != b).any() for a, b in zip(begun[0].weights, first.weights, strict=True))
     assert first.base is not None
     assert first.base["controller"] == "reentry"
     state = json.loads((tmp_path / "ppo" / "checkpoint" / "state.json").read_text())
     assert state["steps"] == STEPS
-    # All steps are done: the same call changes nothing, and weights come back from the checkpoint as they were.
+    # All steps are done: the same call learns nothing, and weights come back from the checkpoint as they were.
     again = load_policy(str(train(TINY, tmp_path / "ppo", nothing)))
+    assert len(begun) == 1
     for ours, theirs in zip(first.weights, again.weights, strict=True):
         np.testing.assert_array_equal(ours, theirs)
-    # More steps than before continue from there.
-    more = load_policy(str(train(replace(TINY, steps=2 * STEPS), tmp_path / "ppo", nothing)))
+    # More steps than before: only those that are missing, from these weights, with what the optimiser remembers.
+    told: list[int] = []
+    more = load_policy(str(train(replace(TINY, steps=2 * STEPS), tmp_path / "ppo", lambda now: told.append(now.done))))
+    assert (begun[1].behind, begun[1].left) == (STEPS, STEPS)
+    assert told == [STEPS, STEPS + STEPS // 2, 2 * STEPS]
+    for ours, theirs in zip(first.weights, begun[1].weights, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    # Two rounds of six epochs, one batch each.
+    assert begun[1].optimiser_steps == {12.0}
     assert any((a != b).any() for a, b in zip(first.weights, more.weights, strict=True))
     assert json.loads((tmp_path / "ppo" / "checkpoint" / "state.json").read_text())["steps"] == 2 * STEPS
     assert controller_entry(f"policy:{path}", "helicopter").create() is not None

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks.report import curves, plots, tables
+from benchmarks.report.markdown import lines_in_parts
 from benchmarks.report.page import write_report
 from benchmarks.report.palette import PLACEHOLDERS, line_styles
 from benchmarks.report.pictures import made_from, read_pictures, remove_picture, write_picture
@@ -187,6 +188,27 @@ def test_a_reference_is_never_marked_best_and_shares_the_scale(role: str) -> Non
     assert cell.dot == pytest.approx(10.0)
     best = tables.leaderboard(FRAME_OUT, entries, ("baseline",)).lines[0]
     assert (best.names, best.cells[0].mark) == (("a",), "best")
+
+
+def test_references_come_last_in_a_part_of_their_own(results: Path, page: str) -> None:
+    """An oracle that leads in every column stands below the last competitor, in text and on the page."""
+    entries = [
+        entry("told", "offscreen_error_30_m", 1.0, role="oracle"),
+        entry("a", "offscreen_error_30_m", 8.0),
+        entry("unseeing", "offscreen_error_30_m", 0.5, role="blind"),
+        entry("b", "offscreen_error_30_m", 9.9),
+    ]
+    table = tables.leaderboard(FRAME_OUT, entries, ("baseline", "blind", "oracle"))
+    assert [line.names[0] for line in table.lines] == ["a", "b", "unseeing", "told"]
+    cells = [cells[0] for cells in lines_in_parts(table)]
+    assert cells == ["`a`", "`b`", "*references, not ranked*", "`unseeing`", "`told`"]
+    alone = tables.leaderboard(FRAME_OUT, entries, ("blind", "oracle"))
+    assert [cells[0] for cells in lines_in_parts(alone)] == ["`unseeing`", "`told`"]
+    for tables_of in page.split("Every metric"):
+        parts = re.search(r"references, not ranked(.*?)</tbody>", tables_of, re.DOTALL)
+        assert parts is not None
+        assert "oracle_map" in parts[1]
+        assert "sharp" not in parts[1]
 
 
 @pytest.mark.parametrize(

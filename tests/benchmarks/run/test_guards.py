@@ -1,14 +1,19 @@
-"""An episode continues after any failure of a controller."""
+"""An episode continues after any failure of a controller; a contestant's time is all that is spent and waited for."""
 
 from __future__ import annotations
 
+import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from benchmarks.run.guards import GuardedController
+from benchmarks.run.guards import GuardedController, guarded, times
+from benchmarks.run.time_limit import Taken, at_most
+from benchmarks.scores.cpu_time import TIMES
 from scenarios.command_link import CommandLink, Link
 from scenarios.loop import FromPictures, Loop
 from scenarios.road_town.flight import HELICOPTER
@@ -57,6 +62,64 @@ def test_one_that_fails_commands_nothing_from_there_on(answer: object, reason: s
     assert len(controller.asked) == 2
     assert guard.failed_at_frame == 2
     assert str(guard.reason).startswith(reason)
+
+
+@dataclass
+class Outside:
+    """A tracker whose work is not on its own thread: it sleeps, or another thread computes for it."""
+
+    work: Callable[[], None]
+
+    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+        """Start nothing."""
+
+    def update(self, observation: Observation) -> Estimate:
+        """Wait for the work."""
+        self.work()
+        return SOMEWHERE
+
+
+def burn(seconds: float) -> None:
+    """Keep a core busy for so much of this thread's CPU time."""
+    until = time.thread_time() + seconds
+    while time.thread_time() < until:
+        pass
+
+
+def in_a_second_thread() -> None:
+    """Let another thread burn, and wait for it."""
+    helper = threading.Thread(target=burn, args=(0.03,))
+    helper.start()
+    helper.join()
+
+
+@pytest.mark.parametrize("work", [lambda: time.sleep(0.03), in_a_second_thread])
+def test_one_that_waits_is_no_faster_than_what_it_waits_for(work: Callable[[], None]) -> None:
+    guard, episode = guarded(FromPictures(Outside(work)), 30.0), FakeEpisode()
+    guard.initialise(episode.step(), episode.start)
+    for _ in range(8):
+        guard.update(episode.step())
+    assert guard.reason is None
+    told = {score.metric: score.value for score in guard.scores()}
+    assert all(isinstance(told[name], float) for name in TIMES)
+    assert told["ms_per_frame"] == max(told["cpu_ms_per_frame"], told["wall_ms_per_frame"]) >= 30.0  # type: ignore[operator, type-var]
+    assert told["frames_per_s"] <= 1 / 0.03  # type: ignore[operator]
+
+
+def test_cpu_time_is_that_of_all_threads() -> None:
+    """Two threads at a time do twice the work of one; the rate is that of one core."""
+    with at_most(30.0) as watch:
+        burn(0.02)
+        in_a_second_thread()
+    assert watch.taken.cpu_s >= 0.05
+
+
+def test_the_larger_of_both_times_counts_and_a_revision_is_shared_among_frames() -> None:
+    taken = [Taken(9.0, 9.0)] * 5 + [Taken(0.010, 0.002), Taken(0.030, 0.004)]
+    told = {score.metric: score.value for score in times(taken, Taken(0.1, 1.0), 10)}
+    expected = {"cpu_ms_per_frame": 30.0, "wall_ms_per_frame": 103.0, "ms_per_frame": 103.0}
+    assert told == pytest.approx(expected | {"frames_per_s": 1e3 / 103.0})
+    assert list(times(taken[:5], Taken(0.0, 0.0), 10)) == []
 
 
 def test_the_link_is_between_controller_and_carrier() -> None:

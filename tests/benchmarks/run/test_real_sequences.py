@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from benchmarks.cli import main
 from benchmarks.export.registry import export
 from benchmarks.run.records import read_rows
+from benchmarks.scores.cpu_time import TIMES
 from benchmarks.sequences.reading import read_collections
 from benchmarks.suites.frame_out.metrics import localisation
 from tests.benchmarks.export.painted_scene import FRAMES as PAINTED_FRAMES
@@ -199,7 +200,7 @@ def test_the_command_of_the_report_makes_the_same_rows_again(
 
 
 def _without_times(row: dict[str, Any]) -> dict[str, Any]:
-    timed = row["metric"] in ("ms_per_frame", "frames_per_s")
+    timed = row["metric"] in TIMES
     return {name: value for name, value in row.items() if name != "seconds" and not (timed and name == "value")}
 
 

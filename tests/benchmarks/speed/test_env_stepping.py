@@ -73,6 +73,21 @@ def test_steps_are_timed_against_bare_calls_alone(monkeypatch):
     assert sample.reset_s >= STEP_S
 
 
+def test_a_reset_is_to_another_episode_and_to_one_that_is_kept(monkeypatch):
+    """A scenario that keeps its latest world begins the same episode again much sooner."""
+    init, kept = FakeEpisode.__init__, []
+
+    def slow(self: Any, configuration: Any, closed_loop: bool, phase_s: float) -> None:
+        if kept != [phase_s]:
+            work(0.1)
+        kept[:] = [phase_s]
+        init(self, configuration, closed_loop, phase_s)
+
+    monkeypatch.setattr(FakeEpisode, "__init__", slow)
+    sample = measure_env_steps("tiny", 0, 16)
+    assert sample.cached_reset_s < 0.1 <= sample.reset_s
+
+
 def test_more_steps_than_an_episode_has_are_refused():
     longest = FRAMES - 1 - UNTIMED_FRAMES
     with pytest.raises(ValueError, match=f"frames: expected at most {longest}, .* got {longest + 1}"):
@@ -101,6 +116,7 @@ def test_the_entries_are_those_of_a_summary(monkeypatch):
         "env_arithmetic_scaling",
         "env_tinyrenderer_cpu_ms",
         "env_reset_cpu_s",
+        "env_cached_reset_cpu_s",
     ]
     for entry in entries:
         assert (entry["suite"], entry["tracker"], entry["n"]) == ("speed", "env", 2)

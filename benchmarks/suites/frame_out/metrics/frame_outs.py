@@ -29,6 +29,8 @@ class FrameOut:
             is not known.
         side: side of the picture by which it left; "" where it is not known.
         turned: whether it turned at a crossing while outside; None where it is not known.
+        long: whether it lasts longer than the preset promises, e.g. because the pilot flew on without having seen where
+            the car went; None where nothing is promised.
     """
 
     index: int
@@ -39,6 +41,7 @@ class FrameOut:
     kind: Literal["road", "excursion", "unseen"]
     side: str
     turned: bool | None
+    long: bool | None
 
     @property
     def first_frame(self) -> int:
@@ -67,6 +70,7 @@ def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
                 kind="road" if truth.on_road[exit_frame:until].all() else "excursion",
                 side=str(truth.side[exit_frame]),
                 turned=bool(truth.turning[exit_frame:end].any()),
+                long=None if truth.longest_frames is None else end - exit_frame > truth.longest_frames,
             )
         )
     return found
@@ -75,7 +79,7 @@ def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
 def find_absences(state: NDArray[np.str_]) -> list[FrameOut]:
     """Return the same of a real sequence, from the target's state (F,) alone."""
     return [
-        FrameOut(index, exit_frame, end - exit_frame, back_frame, watch_end, kind="unseen", side="", turned=None)
+        FrameOut(index, exit_frame, end - exit_frame, back_frame, watch_end, "unseen", side="", turned=None, long=None)
         for index, (exit_frame, end, back_frame, watch_end) in enumerate(_stretches_outside(state))
     ]
 

@@ -27,6 +27,8 @@ class TruthSeries:
         visible_fraction: (F,) of the target.
         state, side: (F,) str; side is "" before the first exit.
         on_road, turning: (F,) bool.
+        longest_frames: of a frame-out, as the preset promises; None where none is promised: in closed loop and in real
+            sequences.
     """
 
     rate_hz: float
@@ -41,6 +43,7 @@ class TruthSeries:
     side: NDArray[np.str_]
     on_road: NDArray[np.bool_]
     turning: NDArray[np.bool_]
+    longest_frames: int | None = None
 
     @property
     def frame_count(self) -> int:
@@ -95,7 +98,9 @@ class EstimateSeries:
         return np.where(self.inside(size_px), self.confidence(size_px), 0.0)
 
 
-def truth_series(truths: Sequence[RoadTruth], target: int, rate_hz: float, camera: CameraModel) -> TruthSeries:
+def truth_series(
+    truths: Sequence[RoadTruth], target: int, rate_hz: float, camera: CameraModel, longest_frames: int | None
+) -> TruthSeries:
     """Return the truth of an episode as arrays; the number of objects is constant."""
     first = truths[0]
 
@@ -115,6 +120,7 @@ def truth_series(truths: Sequence[RoadTruth], target: int, rate_hz: float, camer
         side=stack("side")[:, target],
         on_road=stack("on_road"),
         turning=stack("turning"),
+        longest_frames=longest_frames,
     )
 
 

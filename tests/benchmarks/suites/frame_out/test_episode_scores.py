@@ -10,9 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from benchmarks.scores.pooling import pooled
+from benchmarks.scores.statistics import bootstrap_interval
 from benchmarks.suites.frame_out.episode_scores import NEES_CAP, score_episode
 from benchmarks.suites.frame_out.metrics.series import EstimateSeries
-from tests.benchmarks.hand_made import estimate_at, truth_of
+from benchmarks.suites.registry import suite
+from tests.benchmarks.hand_made import estimate_at, pixels_of, truth_of
 
 STATES = ["in", *["out"] * 4, *["in"] * 22]
 
@@ -60,6 +63,55 @@ def test_a_frame_out_without_a_return_counts_in_the_errors_outside_and_is_not_ju
     assert {"offscreen_error_30_m", "offscreen_error_by_frame_m"} <= of_frame_out
     assert "recovered" not in of_frame_out
     assert [score.weight for score in scores if score.metric == "offscreen_error_m"] == [40.0]
+
+
+def errors_of(states: list[str], off_m: list[float]) -> dict[str, list[tuple[float, float]]]:
+    """Return values and weights of the frame-outs' errors, of a tracker that is so far beside the car."""
+    places = np.tile([60.0, -3.0], (len(states), 1))
+    said = pixels_of(places + np.column_stack([np.zeros(len(states)), off_m]))
+    scores = score_episode(truth_of(states, places[:, None]), estimate_at(said), None, closed_loop=False)
+    found: dict[str, list[tuple[float, float]]] = {}
+    for score in scores:
+        if score.event is not None and (score.metric == "had" or score.metric.startswith("offscreen_error_")):
+            assert isinstance(score.value, float | list)
+            if isinstance(score.value, float):
+                found.setdefault(score.metric, []).append((round(score.value, 6), score.weight))
+    return found
+
+
+def test_errors_of_who_had_the_car_at_the_exit_stand_apart() -> None:
+    """The first frame-out finds the tracker on the car, the second one off it: it counts in the plain error alone."""
+    states = ["in", *["out"] * 31, "in", *["out"] * 2, "in"]
+    found = errors_of(states, [0.0, *[4.0] * 30, 8.0, 50.0, 50.0, 60.0, 0.0])
+    assert found == {
+        "had": [(1.0, 1.0), (0.0, 1.0)],
+        "offscreen_error_m": [(round((30 * 4.0 + 8.0) / 31, 6), 31.0), (55.0, 2.0)],
+        "offscreen_error_30_m": [(8.0, 1.0)],
+        "offscreen_error_if_had_m": [(round((30 * 4.0 + 8.0) / 31, 6), 31.0)],
+        "offscreen_error_30_if_had_m": [(8.0, 1.0)],
+    }
+
+
+def test_one_that_is_told_the_state_on_the_first_frame_outside_had_the_car() -> None:
+    """Blind contestants and oracles; a car on the last frame before the exit is had too, two frames before not."""
+    states = ["in", "partial", "out", "out", "in"]
+    assert errors_of(states, [50.0, 50.0, 0.0, 9.0, 9.0])["had"] == [(1.0, 1.0)]
+    assert errors_of(states, [50.0, 0.0, 50.0, 9.0, 9.0])["had"] == [(1.0, 1.0)]
+    assert errors_of(states, [0.0, 50.0, 50.0, 9.0, 9.0])["had"] == [(0.0, 1.0)]
+
+
+def test_mean_and_median_over_frame_outs_come_from_the_same_rows() -> None:
+    """The mean weighs frames, the median counts each frame-out once."""
+    metric = suite("frame-out").metric
+    rows = [
+        {"suite": "frame-out", "seed": k, "metric": "offscreen_error_m", "value": value, "weight": weight}
+        for k, (value, weight) in enumerate([(1.0, 10.0), (2.0, 10.0), (30.0, 80.0)])
+    ]
+    mean, median = (pooled(rows, metric(name)) for name in ("offscreen_error_m", "offscreen_error_median_m"))
+    assert mean is not None
+    assert median is not None
+    assert (mean.mean, median.mean) == (24.3, 2.0)
+    assert bootstrap_interval(median) == (1.0, 30.0)
 
 
 LEVELS = st.lists(st.floats(0, 1), min_size=4, max_size=4)

@@ -1,10 +1,20 @@
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.suites.frame_out.metrics.frame_outs import find_frame_outs
+from benchmarks.suites.frame_out.judge import FrameOutJudge
+from benchmarks.suites.frame_out.metrics.frame_outs import find_absences, find_frame_outs
+from scenarios import catalog
+from scenarios.road_town.episode import RoadTownEpisode
+from scenarios.road_town.presets import PRESETS
 from tests.benchmarks.hand_made import truth_of
+from trackers.types import CameraModel, Start
 
 STATES = st.lists(st.sampled_from(["in", "partial", "occluded", "out"]), min_size=1, max_size=60)
 
@@ -21,8 +31,28 @@ def test_a_frame_out_is_found_with_its_attributes() -> None:
         "kind": "excursion",
         "side": "left",
         "turned": True,
+        "long": None,
     }
     assert found.watch_end_frame == 8
+
+
+def test_what_lasts_longer_than_the_preset_promises_is_long() -> None:
+    states = ["in", "out", "out", "in", "out", "out", "out", "in"]
+    assert [each.long for each in find_frame_outs(replace(truth_of(states), longest_frames=2))] == [False, True]
+    assert [each.long for each in find_absences(np.array(states))] == [None, None]
+
+
+def test_the_promise_is_that_of_the_set_path_of_the_preset() -> None:
+    """In closed loop the length of a frame-out is the contestant's doing."""
+    assert isinstance(RoadTownEpisode.preset, property)
+    start = Start(CameraModel(100, 80, 100.0), box_xyxy=np.zeros(4))
+    for preset, closed_loop, promised in (
+        (PRESETS["standard"], False, 120),
+        (PRESETS["standard"], True, None),
+        ("another scene's", False, None),
+    ):
+        episode: Any = SimpleNamespace(rate_hz=15.0, closed_loop=closed_loop, start=start, preset=preset)
+        assert FrameOutJudge(episode, catalog.scenario("road-town"))._longest_frames == promised
 
 
 def test_a_car_that_only_peeps_in_is_not_back() -> None:
