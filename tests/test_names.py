@@ -19,13 +19,13 @@ ROOT = Path(__file__).parents[1]
 GENERAL = tuple(f"trackers/controllers/{name}.py" for name in ("catalogue", "policy", "policy_file"))
 """Modules in these rooms that serve all of their kind."""
 LISTS = {
-    "scenarios/catalog.py": "_ENTRIES",
-    "benchmarks/suites/registry.py": "_MODULES",
-    "trackers/registry.py": "_MODULES",
-    "trackers/controllers/catalogue.py": "_MODULES",
-    "benchmarks/results/published.py": "TABLES",
+    "scenarios/catalog.py": ("_ENTRIES", "SUCCESSORS"),
+    "benchmarks/suites/registry.py": ("_MODULES",),
+    "trackers/registry.py": ("_MODULES",),
+    "trackers/controllers/catalogue.py": ("_MODULES",),
+    "benchmarks/results/published.py": ("TABLES",),
 }
-"""The one list of each registry, and that of the published tables."""
+"""The one list of each registry, that of the published tables, and that of what took the place of deleted ids."""
 
 
 SCENES = tuple(entry for entry in catalog.entries() if entry.place.startswith("scenarios."))
@@ -90,15 +90,16 @@ def without_list(tree: ast.Module, name: str) -> ast.Module:
         target = node.targets[0] if isinstance(node, ast.Assign) else getattr(node, "target", None)
         return isinstance(target, ast.Name) and target.id == name and getattr(node, "value", None) is not None
 
-    first = next(node for node in tree.body if is_it(node))
+    first = next((node for node in tree.body if is_it(node)), None)
+    assert first is not None, f"no list {name}"
     return ast.Module([node for node in tree.body if node is not first], [])
 
 
 def named_in(place: str, source: str) -> list[str]:
     """Return where a module names a scene, a suite or a carrier, but for its registry's list."""
     tree = ast.parse(source)
-    if place in LISTS:
-        tree = without_list(tree, LISTS[place])
+    for name in LISTS.get(place, ()):
+        tree = without_list(tree, name)
     in_code, in_strings = patterns()
     return [
         f"{place}:{line}: {text!r}"
