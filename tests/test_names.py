@@ -84,14 +84,13 @@ def words_of(tree: ast.Module) -> Iterator[tuple[int, str, bool]]:
 
 
 def without_list(tree: ast.Module, name: str) -> ast.Module:
-    """Return a module without the assignment to ``name`` at its top level."""
+    """Return a module without the first assignment to ``name`` at its top level, if there is one."""
 
     def is_it(node: ast.stmt) -> bool:
         target = node.targets[0] if isinstance(node, ast.Assign) else getattr(node, "target", None)
         return isinstance(target, ast.Name) and target.id == name and getattr(node, "value", None) is not None
 
     first = next((node for node in tree.body if is_it(node)), None)
-    assert first is not None, f"no list {name}"
     return ast.Module([node for node in tree.body if node is not first], [])
 
 
