@@ -61,12 +61,6 @@ _ENTRIES: tuple[Entry, ...] = (
         largest={"traffic_cars": 60},
     ),
     Entry(
-        "stereo-follow-v1",
-        "scenarios.stereo_follow.scenario:STEREO_FOLLOW_V1",
-        "frameout/StereoFollow-v1",
-        "stereo_people",
-    ),
-    Entry(
         "stereo-follow-v2",
         "scenarios.stereo_follow.scenario:STEREO_FOLLOW",
         "frameout/StereoFollow-v2",

@@ -1,4 +1,4 @@
-"""The first editions of two scenes give what they gave before there were second ones: flights, drives and pictures.
+"""The first edition of the road scene gives what it gave before there was a second one: flights and pictures.
 
 The values were written by the code as it was before. Hashes are of places in millionths of a metre or radian, for the
 last bits of sines depend on the processor.
@@ -17,10 +17,6 @@ from scenarios.road_town.plan import Plan as RoadPlan
 from scenarios.road_town.plan import make_plan as road_plan
 from scenarios.road_town.presets import PRESETS_V1 as ROAD_PRESETS
 from scenarios.road_town.scenario import ROAD_TOWN_V1
-from scenarios.stereo_follow.plan import make_plan as stereo_plan
-from scenarios.stereo_follow.presets import PRESETS_V1 as STEREO_PRESETS
-from scenarios.stereo_follow.robot import Robot
-from scenarios.stereo_follow.scenario import STEREO_FOLLOW_V1
 from sim.rng import episode_seed
 from trackers.types import CameraCommand
 
@@ -33,7 +29,6 @@ ROAD_HASHES = {
     "quick": ("1a098adb07e9c136", "415273424d3b071b"),
 }
 """Of the set path and of a steered flight of each preset."""
-STEREO_HASH = "631c3af9fad8f9d1"
 
 
 def test_flight_and_first_picture_of_road_town_v1() -> None:
@@ -53,22 +48,6 @@ def test_flight_and_first_picture_of_road_town_v1() -> None:
     )
 
 
-def test_drive_and_first_picture_of_stereo_follow_v1() -> None:
-    episode = STEREO_FOLLOW_V1.episode("quick", SEED)
-    crowd = episode.plan.crowd
-    path = np.column_stack([crowd.robot_m, crowd.robot_heading_rad])[::EVERY_FRAMES]
-    expected = (
-        (5.897145, 5.809835, -0.146125),
-        (7.319104, 5.616327, -0.107406),
-    )
-    np.testing.assert_allclose(path, expected, rtol=0, atol=1e-6)
-    picture = episode.step().observation.image_rgb
-    episode.close()
-    assert hashlib.sha256(picture.tobytes()).hexdigest() == (
-        "cb8255f4f0890cc59c907e9c4f75d9cfa4e9e5487f133391a8c18032da37b7eb"
-    )
-
-
 @pytest.mark.parametrize("preset", ROAD_PRESETS)
 def test_plans_and_steered_flights_of_road_town_v1(preset: str) -> None:
     seed = episode_seed(SEED, ROAD_TOWN_V1.id, 0)
@@ -80,19 +59,6 @@ def test_plans_and_steered_flights_of_road_town_v1(preset: str) -> None:
         sun = np.array([plan.sun_azimuth_rad, plan.sun_elevation_rad])
         hashes.append(_hash(*cars, plan.air.attitude_rad, poses, sun))
     assert tuple(hashes) == ROAD_HASHES[preset]
-
-
-def test_plan_and_steered_drive_of_stereo_follow_v1() -> None:
-    preset = STEREO_PRESETS["quick"]
-    plan = stereo_plan(preset, episode_seed(SEED, STEREO_FOLLOW_V1.id, 0), closed_loop=True)
-    crowd = plan.crowd
-    robot = Robot(plan.building.plan, crowd.robot_m[0], crowd.robot_heading_rad[0], preset.rate_hz)
-    driven = np.empty((preset.frame_count, 3))
-    for frame in range(preset.frame_count):
-        driven[frame] = *robot.place_m, robot.heading_rad
-        robot.drive(_command(frame))
-    walks = [np.column_stack([walk.place_m, walk.heading_rad]) for walk in crowd.walks]
-    assert _hash(*walks, crowd.robot_m, plan.phase_rad, driven) == STEREO_HASH
 
 
 def _steered(plan: RoadPlan) -> NDArray[np.float64]:

@@ -120,7 +120,7 @@ def test_a_folder_with_other_seeds_is_refused_and_left_alone(tmp_path: Path, blo
 
 
 @pytest.mark.parametrize(
-    "stranger", [{"suite": "frame-out"}, {"preset": "standard"}, {"scenario": "stereo-follow-v1"}, {"controller": "x"}]
+    "stranger", [{"suite": "frame-out"}, {"preset": "standard"}, {"scenario": "stereo-follow-v2"}, {"controller": "x"}]
 )
 def test_rows_of_something_else_stay_in_the_folder_and_count_for_nothing(
     tmp_path: Path, block: list[Row], stranger: Row

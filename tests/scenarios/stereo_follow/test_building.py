@@ -36,7 +36,7 @@ RATE_HZ = 15.0
 
 @lru_cache(maxsize=8)
 def building_of(seed: int) -> Building:
-    return draw_building(draw_floor_plan(np.random.default_rng(seed)), np.random.default_rng(seed), 2)
+    return draw_building(draw_floor_plan(np.random.default_rng(seed)), np.random.default_rng(seed))
 
 
 def first_panels(
