@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -45,14 +45,6 @@ class Entry:
 _ENTRIES: tuple[Entry, ...] = (
     # The smallest town that is shipped has room for 60 cars.
     Entry(
-        "road-town-v1",
-        "scenarios.road_town.scenario:ROAD_TOWN_V1",
-        "frameout/RoadTownFollow-v1",
-        "mosaic_graph_pf",
-        survey="scenarios.road_town.survey:FRAME_OUTS_V1",
-        largest={"traffic_cars": 60},
-    ),
-    Entry(
         "road-town-v2",
         "scenarios.road_town.scenario:ROAD_TOWN",
         "frameout/RoadTownFollow-v2",
@@ -81,6 +73,13 @@ _ENTRIES: tuple[Entry, ...] = (
 DEFAULT = unversioned(_ENTRIES[0].id)
 DEFAULT_ENV = next(entry.env_id for entry in reversed(_ENTRIES) if unversioned(entry.id) == DEFAULT)
 """Default scenario and env of the commands."""
+SUCCESSORS: Mapping[str, str] = {
+    "road-town-v1": "road-town-v2",
+    "frameout/RoadTownFollow-v1": "frameout/RoadTownFollow-v2",
+    "stereo-follow-v1": "stereo-follow-v2",
+    "frameout/StereoFollow-v1": "frameout/StereoFollow-v2",
+}
+"""Id of a scenario or env that has been deleted → what took its place. A deleted id is never given again."""
 
 
 def register(entry: Entry) -> None:
@@ -121,7 +120,8 @@ def scenario(name: str) -> Scenario:
     """Return a scenario by id; an id without a version (``road-town``) means the latest version.
 
     Raises:
-        ValueError: for an unknown name; lists the known ones. For a scenario with another id than its entry.
+        ValueError: for an unknown name; lists the known ones. For a deleted one; names its successor. For a scenario
+            with another id than its entry.
     """
     entry = _entry(name)
     found: Scenario = _loaded(entry.place)
@@ -136,11 +136,22 @@ def survey(name: str) -> Survey | None:
     return _loaded(place) if place else None
 
 
+def check_env(name: str) -> None:
+    """Raise ValueError for an unknown env id, see ``scenario``."""
+    _check_id("env", name, envs())
+
+
 def _entry(name: str) -> Entry:
     # Without its version a name is the latest one's.
     known = {unversioned(entry.id): entry for entry in _ENTRIES} | {entry.id: entry for entry in _ENTRIES}
-    check_choice("scenario", name, known)
+    _check_id("scenario", name, known)
     return known[name]
+
+
+def _check_id(parameter: str, name: str, known: Iterable[str]) -> None:
+    if name in SUCCESSORS:
+        raise ValueError(f"{parameter}: expected {SUCCESSORS[name]}, which took its place, got {name!r}")
+    check_choice(parameter, name, known)
 
 
 def _loaded(place: str) -> Any:

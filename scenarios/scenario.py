@@ -174,7 +174,7 @@ class Scenario(Protocol):
 
     @property
     def id(self) -> str:
-        """Catalogue id with its version, e.g. ``road-town-v1``."""
+        """Catalogue id with its version, e.g. ``road-town-v2``."""
         ...
 
     @property

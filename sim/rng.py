@@ -16,7 +16,7 @@ def episode_seed(master_seed: int, scenario_id: str, episode_index: int) -> int:
 
     Args:
         master_seed: seed of the whole run, >= 0.
-        scenario_id: catalogue id with its version, e.g. ``road-town-v1``.
+        scenario_id: catalogue id with its version, e.g. ``road-town-v2``.
         episode_index: place of the episode in the run, >= 0.
 
     Raises:

@@ -18,7 +18,7 @@ def made_up_policy(
 ) -> Policy:
     """Return a policy that steers alone by a network of these numbers, said to be trained in the town with ``hold``."""
     return Policy(
-        env="frameout/RoadTownFollow-v1",
+        env="frameout/RoadTownFollow-v2",
         carrier=carrier,
         tracker="hold",
         base=None,

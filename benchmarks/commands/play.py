@@ -18,7 +18,6 @@ from benchmarks.scores.summary import write_summary
 from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from sim.checks import check
-from sim.choices import check_choice
 
 
 @dataclass(frozen=True)
@@ -53,7 +52,7 @@ class Play(WithModules):
 
     def run(self) -> int:
         """Play; return the exit status."""
-        check_choice("env", self.env, catalog.envs())
+        catalog.check_env(self.env)
         check("zoom", 0 < self.zoom <= 8, "a number in (0, 8]", self.zoom)
         out = self.out or Path("results") / controllers_suite().name
         make_folder(out)

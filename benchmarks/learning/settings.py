@@ -12,7 +12,6 @@ from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
 from scenarios.kept_world import KeepsWorlds
 from sim.checks import check
-from sim.choices import check_choice
 from trackers.controllers.catalogue import our_controller
 
 _PICTURELESS_ENVS = 256
@@ -71,7 +70,7 @@ class Training:
     modules: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        check_choice("env", self.env, catalog.envs())
+        catalog.check_env(self.env)
         check("algorithm", self.algorithm in ("ppo", "sac"), "ppo or sac", repr(self.algorithm))
         for name in ("steps", "episodes", "episode_steps"):
             check(name, getattr(self, name) >= 1, "a whole number >= 1", getattr(self, name))

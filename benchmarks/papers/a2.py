@@ -6,6 +6,7 @@ from benchmarks.papers.claims import Claim
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 
 _COUNTED = "runs in which it is on the car again after the frame-out, and still is one second later"
+_WRITTEN = ("colour_pf", "road_shape_pf")
 
 EXPERIMENT = TrackerExperiment(
     name="A2",
@@ -14,10 +15,23 @@ EXPERIMENT = TrackerExperiment(
     "puts the car outside the picture while the road bends. A plain colour particle filter against one that "
     "extrapolates the road; both move their particles with the measured helicopter motion. Both have their written "
     "parameters, not the tuned ones.",
+    fitted="on development seeds so that the two methods do as in the paper. The camera looks through 24° from 90 to "
+    "99 m (before: 50° from 55 to 62 m) in air that tilts it by 0.4° (before: 0.8°), so that the picture moves almost "
+    "rigidly. The car is lost once, from frame 48 on for 24 to 28 frames (before: from 34 on for 40 to 45), by a "
+    "sudden gust ahead, at the sharpest bend of its route that is far from crossings. The pose is measured without "
+    "error. The methods' own numbers, of which the paper prints none, were fitted to development data, those that both "
+    "have once for both.",
     suite="frame-out",
-    scenario="road-town-v1",
+    scenario="road-town-v2",
     preset="paper-a2",
-    trackers=("colour_pf", "road_shape_pf"),
+    trackers=_WRITTEN,
+    beside=(
+        "colour_pf_tuned",
+        "road_shape_pf_tuned",
+        "constant_velocity_ground",
+        "mosaic_graph_pf",
+        "blind_straight",
+    ),
     frames=(10, 65, 80),
     controller="centre",
     claims=(
@@ -36,6 +50,10 @@ EXPERIMENT = TrackerExperiment(
             "at least",
             0.9,
             tracker="road_shape_pf",
+        ),
+        *(
+            Claim("offscreen_error_m", "mean distance from the car while it is outside the picture", tracker=name)
+            for name in _WRITTEN
         ),
     ),
 )

@@ -9,7 +9,7 @@ from benchmarks.papers.ground_colours import CLASSES
 from benchmarks.papers.ground_confusion import confusion
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.report.numbers import number_text
-from scenarios.road_town.scenario import ROAD_TOWN_V1
+from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.scenario import RendererName
 from trackers.paper_a.background_pf import BackgroundParameters
 from trackers.paper_a.ground_classes import load_class_statistics
@@ -30,7 +30,7 @@ class BackgroundExperiment(TrackerExperiment):
         """See ``PaperExperiment``: the confusion matrix of the pixel classes in the experiment's own towns."""
         model = BackgroundParameters().class_model
         towns = seeds[:_TOWNS]
-        shares = confusion(ROAD_TOWN_V1, self.preset, towns, _FIRST_ONLY, load_class_statistics(model), renderer)
+        shares = confusion(ROAD_TOWN, self.preset, towns, _FIRST_ONLY, load_class_statistics(model), renderer)
         words = (
             f"Rows: what a pixel is; columns: what the method takes it for, before the road's shape corrects it. First "
             f"pictures of {len(towns)} towns; the colours were learnt in others. By the paper's rule a pixel within "
@@ -46,10 +46,18 @@ EXPERIMENT = BackgroundExperiment(
     setting="A town with crossings, buildings and other cars; car and helicopter on set paths. The helicopter's "
     "motion is estimated from the picture; road, other ground and buildings show where a car may be. The "
     "method has its written parameters, not the tuned ones.",
+    fitted="on development seeds so that the method does as in the paper. The camera looks through 26° from 88 to 99 m "
+    "(before: 50° from 50 to 80 m) in air that tilts it by 0.4° (before: 0.8°). The car goes straight on at crossings "
+    "where it can: its weight of a turn is 0.0001 (before: 0.3). Frame-outs on the road were 5 to 14 frames long "
+    "(before: 8 to 25) and those off it 25 and more, which alone could have made the paper's difference; now all are "
+    "drawn from 15 to 30 frames. The method's own numbers, of which the paper prints the existence probabilities "
+    "alone, were fitted to development data; its colour statistics and the numbers of lights were learnt in other "
+    "towns.",
     suite="frame-out",
-    scenario="road-town-v1",
+    scenario="road-town-v2",
     preset="paper-a3",
     trackers=(_METHOD,),
+    beside=("background_pf_tuned", "mosaic_graph_pf", "colour_pf", "hold_ground", "blind_straight"),
     frames=(40, 80, 120, 160),
     claims=(
         Claim(

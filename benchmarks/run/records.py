@@ -5,7 +5,7 @@
 ======================  ================================================================================
 ``suite``               ``frame-out``, ``stereo``, ``fish``, ``harbour``, ``follow``; ``paper`` for experiments that
                         measure a camera and run no tracker
-``scenario``, ``preset``  ``road-town-v1``, ``standard`` …; of real tracks ``real`` and the recording's name
+``scenario``, ``preset``  ``road-town-v2``, ``standard`` …; of real tracks ``real`` and the recording's name
 ``tracker``, ``role``   registry name and role (``ours`` ``variant`` ``as-written`` ``tuned`` ``baseline`` ``blind``
                         ``oracle``); suite ``paper``: ``none`` and ``measured``; suite ``follow``: the
                         *controller's* role (``ours`` ``policy`` ``baseline`` ``variant`` …)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,20 +38,8 @@ class Approach:
         return bool(np.linalg.norm(self.way_m[:, None] - other.way_m, axis=2).min() < _APART_M)
 
 
-class Crossings(Protocol):
-    """All crossings of a town."""
-
-    def may_enter(self, approach: Approach) -> bool:
-        """Return whether a car that has come near may drive on; it asks again in every frame."""
-        ...
-
-    def leave(self, car: int, node: int) -> None:
-        """Give the crossing to another car."""
-        ...
-
-
-class FirstCome:
-    """A car waits until all that came before it, and are in its way, have left."""
+class Crossings:
+    """All crossings of a town: a car waits until all that came before it, and are in its way, have left."""
 
     def __init__(self, at_start: Sequence[Approach]) -> None:
         """Begin with the cars that are near a crossing at frame 0, those that are furthest over the line first."""
@@ -62,7 +49,10 @@ class FirstCome:
             self.may_enter(approach)
 
     def may_enter(self, approach: Approach) -> bool:
-        """See ``Crossings``; a car behind another one has not come yet, or both would wait for each other."""
+        """Return whether a car that has come near may drive on; it asks again in every frame.
+
+        A car behind another one has not come yet, or both would wait for each other.
+        """
         came = self._came[approach.node]
         if approach.car not in came:
             if not approach.is_first:
@@ -72,21 +62,5 @@ class FirstCome:
         return not any(car in came for car in came[approach.car][1])
 
     def leave(self, car: int, node: int) -> None:
-        """See ``Crossings``."""
+        """Give the crossing to other cars."""
         self._came[node].pop(car, None)
-
-
-class RollingOver:
-    """Edition 1: one car at a time, any that waits may be next; one that rolls over the line drives into the other."""
-
-    def __init__(self) -> None:
-        self._holder: dict[int, int] = {}
-
-    def may_enter(self, approach: Approach) -> bool:
-        """See ``Crossings``."""
-        return self._holder.setdefault(approach.node, approach.car) == approach.car or approach.line_m < 0
-
-    def leave(self, car: int, node: int) -> None:
-        """See ``Crossings``."""
-        if self._holder.get(node) == car:
-            del self._holder[node]

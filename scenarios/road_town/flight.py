@@ -1,4 +1,4 @@
-"""The helicopter's flight: set paths that lose the car on purpose, rough air, gusts, the closed loop."""
+"""The helicopter's flight: rough air, gusts that lose the car on purpose, the closed loop."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from scenarios.road_town.oblique import gust_angles_rad, pitched_forward
 from scenarios.road_town.presets import RoadTown
@@ -33,7 +32,7 @@ HELICOPTER = Carrier(
 _ATTITUDE_TIME_CONSTANT_S = 0.6
 RESPONSE_TIME_S = 0.5
 _WANDER_SHARE = 0.13
-"""Standard deviation of a set path's deviation, as a share of half the picture's width on the ground."""
+"""Standard deviation of ``AirState.wander_m``, as a share of half the picture's width on the ground."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,63 +69,36 @@ class AirState:
     """The air of one episode, drawn before it starts and independent of the controller.
 
     Attributes:
-        altitude_m: height of a set path and of the start.
+        altitude_m: height at the start, to which a pilot keeps.
         attitude_rad: (T, 3) roll, pitch and yaw deviations in rough air.
-        wander_m: (T, 2) slow deviation of a set path from the car's path, or of a pilot's aim from the car.
-        yaw_rad: (T,) heading of a set path of edition 1; all other flights start with the first value.
+        wander_m: (T, 2) slow deviation of a pilot's aim from the car.
+        yaw_rad: heading at the start.
         mount_rad: angle by which the camera is pitched forward from straight down.
     """
 
     altitude_m: float
     attitude_rad: NDArray[np.float64]
     wander_m: NDArray[np.float64]
-    yaw_rad: NDArray[np.float64]
+    yaw_rad: float
     mount_rad: float = 0.0
 
 
-def draw_air(
-    preset: RoadTown,
-    car_position_m: NDArray[np.float64],
-    car_heading_rad: NDArray[np.float64],
-    rng: np.random.Generator,
-) -> AirState:
-    """Draw one episode's air: attitude noise is white noise through a second-order low pass."""
-    frames, dt = len(car_position_m), 1.0 / preset.rate_hz
+def draw_air(preset: RoadTown, car_heading_rad: float, rng: np.random.Generator) -> AirState:
+    """Draw one episode's air: attitude noise is white noise through a second-order low pass.
+
+    Args:
+        car_heading_rad: at the start, about which the helicopter's is drawn.
+    """
+    frames, dt = preset.frame_count, 1.0 / preset.rate_hz
     deviation = np.deg2rad(preset.attitude_noise_deg) * np.array([1.0, 1.0, 1.5])
     altitude = rng.uniform(*preset.altitude_m)
     attitude = coloured_noise(rng, frames, 3, _ATTITUDE_TIME_CONSTANT_S / dt) * deviation
     half_width_m = altitude * np.tan(0.5 * np.deg2rad(preset.field_of_view_deg))
     wander = coloured_noise(rng, frames, 2, 2.5 / dt) * _WANDER_SHARE * half_width_m
-    heading = np.unwrap(car_heading_rad)
-    if preset.edition == 1:
-        heading = ndimage.gaussian_filter1d(heading, 2.0 / dt, mode="nearest")
-    yaw = heading + rng.normal(0, 0.3)
+    yaw = car_heading_rad + rng.normal(0, 0.3)
     low, high = preset.camera_pitch_deg
     mount = float(np.deg2rad(rng.uniform(low, high))) if high > 0.0 else 0.0
-    return AirState(float(altitude), attitude, wander, yaw, mount)
-
-
-def set_path(
-    preset: RoadTown, air: AirState, car_position_m: NDArray[np.float64], pulses: list[Pulse]
-) -> NDArray[np.float64]:
-    """Return T_world_camera (T, 4, 4) of a flight along the car's path with the swings ``pulses``."""
-    frames = len(car_position_m)
-    smooth = ndimage.gaussian_filter1d(car_position_m, 0.8 * preset.rate_hz, axis=0, mode="nearest")
-    position = smooth + air.wander_m
-    attitude = air.attitude_rad + gust_attitude_rad(pulses, air.altitude_m, frames)
-    for pulse in pulses:
-        if not pulse.tilts:
-            ahead, left = pulse.offset_m
-            # The heading at the start of the swing: later turns of the helicopter must not rotate the view.
-            yaw = air.yaw_rad[np.clip(pulse.start_frame, 0, frames - 1)]
-            direction = np.array([ahead * np.cos(yaw) - left * np.sin(yaw), ahead * np.sin(yaw) + left * np.cos(yaw)])
-            position = position + pulse.share(frames)[:, None] * direction
-    return np.stack(
-        [
-            look_down_pose(np.array([*position[k], air.altitude_m]), air.yaw_rad[k] + yaw, pitch, roll)
-            for k, (roll, pitch, yaw) in enumerate(attitude)
-        ]
-    )
+    return AirState(float(altitude), attitude, wander, float(yaw), mount)
 
 
 def gust_attitude_rad(
@@ -160,7 +132,7 @@ class Helicopter:
         self._attitude_rad = air.attitude_rad
         self.meet(pulses)
         self._position_m = np.array([*start_m, air.altitude_m])
-        self._yaw_rad = float(air.yaw_rad[0])
+        self._yaw_rad = air.yaw_rad
         self._velocity_mps = np.zeros(3)
         self._yaw_rate_rad_s = 0.0
 

@@ -21,22 +21,15 @@ TEXTURE_PX = 4096
 _LAND_GRAIN, _PAVED_GRAIN = 8.0, 4.5
 
 
-def paint_ground(
-    layout: Layout, rng: np.random.Generator, size_px: int = TEXTURE_PX, *, edition: int
-) -> NDArray[np.uint8]:
-    """Return the ground's picture (size_px, size_px, 3) sRGB; its top is +y, its left -x.
-
-    Args:
-        edition: see ``RoadTown``.
-    """
+def paint_ground(layout: Layout, rng: np.random.Generator, size_px: int = TEXTURE_PX) -> NDArray[np.uint8]:
+    """Return the ground's picture (size_px, size_px, 3) sRGB; its top is +y, its left -x."""
     land = paint_land(layout, rng, size_px // 2)
     picture = np.asarray(cv2.resize(land, (size_px, size_px), interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
     canvas = Canvas(picture, layout.extent_m)
     canvas.grain(rng, _LAND_GRAIN)
-    furnish_gardens(canvas, layout, rng, edition=edition)
-    if edition > 1:
-        for pool in place_pools(layout, rng):
-            paint_pool(canvas, pool, rng)
+    furnish_gardens(canvas, layout, rng)
+    for pool in place_pools(layout, rng):
+        paint_pool(canvas, pool, rng)
     paint_streets(canvas, layout.graph, rng)
     for car_park in layout.car_parks:
         paint_car_park(canvas, car_park, rng)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from scenarios.road_town.canvas import Canvas, rectangle, smooth_noise
 from scenarios.road_town.layout import Building, Layout
-from scenarios.road_town.palette import BEDS, CROPS, HEDGES, LAWNS, MEADOW, PATHS, POOL, YARDS, Rgb, pick
+from scenarios.road_town.palette import BEDS, CROPS, HEDGES, LAWNS, MEADOW, PATHS, YARDS, Rgb, pick
 
 _FIELDS = 9
 _PATHS = 14
@@ -44,17 +44,13 @@ def paint_countryside(
     return canvas.picture
 
 
-def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator, *, edition: int) -> None:
-    """Paint the details of gardens: terraces, beds, sheds' floors, garden paths, driveways; pools in edition 1."""
+def furnish_gardens(canvas: Canvas, layout: Layout, rng: np.random.Generator) -> None:
+    """Paint the details of gardens: terraces, beds, sheds' floors, garden paths, driveways."""
     for building in layout.buildings:
         frame = _HouseFrame(building)
         _paint_beds(canvas, frame, rng)
         if rng.random() < 0.6:
             _paint_terrace(canvas, frame, rng)
-        if edition == 1 and rng.random() < 0.12:
-            pool = frame.place(rng.uniform(-0.3, 0.3), -0.5, (0.0, -6.5))
-            canvas.polygon(rectangle(pool, (7.2, 4.2), building.yaw_rad), pick(PATHS, rng))
-            canvas.polygon(rectangle(pool, (6.2, 3.2), building.yaw_rad), pick((POOL,), rng))
         if rng.random() < 0.7:
             side = float(rng.choice([-1.0, 1.0]))
             drive = (

@@ -91,7 +91,7 @@ class Pilot:
         self._dt_s = 1.0 / preset.rate_hz
         self._air, self._errors = air, errors
         self._aim_m = air.wander_m @ np.array([1.0, 1j])
-        self._nose_rad = air.yaw_rad[0] - first.heading_rad
+        self._nose_rad = air.yaw_rad - first.heading_rad
         delay = round(REACTION_S * preset.rate_hz)
         self._velocity_mps = cmath.rect(speed_mps, first.heading_rad)
         step_m = self._velocity_mps * self._dt_s

@@ -1,4 +1,4 @@
-"""The set path of edition 2: a pilot's flight after the car, frame by frame, without pictures."""
+"""The set path: a pilot's flight after the car, frame by frame, without pictures."""
 
 from __future__ import annotations
 
@@ -101,5 +101,5 @@ def fly_after(
 
 def _standoff_m(air: AirState) -> NDArray[np.float64]:
     """Return how far (2,) the helicopter keeps from the car at the start, against its nose."""
-    yaw = air.yaw_rad[0]
+    yaw = air.yaw_rad
     return air.altitude_m * np.tan(air.mount_rad) * np.array([np.cos(yaw), np.sin(yaw)])

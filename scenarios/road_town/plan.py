@@ -105,7 +105,7 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | 
     if closed_loop and preset.starts_at_turn:
         target = _at_first_turn(target)
     drivers = [target, *_traffic(preset, layout, target, streams["traffic"])]
-    motion = simulate(drivers, preset.frame_count, preset.rate_hz, preset.driver, edition=preset.edition)
+    motion = simulate(drivers, preset.frame_count, preset.rate_hz, preset.driver)
     camera = PinholeCamera.from_field_of_view(
         preset.width_px, preset.height_px, float(np.deg2rad(preset.field_of_view_deg))
     )

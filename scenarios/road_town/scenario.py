@@ -9,7 +9,7 @@ from scenarios.road_town.episode import RoadTownEpisode
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.plan import draw_layout, make_plan
-from scenarios.road_town.presets import ABLATIONS, PRESETS, PRESETS_V1, RoadTown
+from scenarios.road_town.presets import ABLATIONS, PRESETS, RoadTown
 from scenarios.road_town.town import build_town
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Pictureless, RendererName, preset_of
@@ -30,7 +30,7 @@ class RoadTownScenario:
     carrier: Carrier = HELICOPTER
     pictureless: Pictureless | None = field(default_factory=RoadPictureless)
     presets: dict[str, RoadTown] = field(default_factory=lambda: PRESETS | ABLATIONS)
-    world_fields: tuple[str, ...] = ("street_patterns", "extent_m", "traffic_side", "edition")
+    world_fields: tuple[str, ...] = ("street_patterns", "extent_m", "traffic_side")
 
     def episode(
         self,
@@ -60,7 +60,7 @@ class RoadTownScenario:
         """Build the town of the seed's episode; see ``KeepsWorlds``."""
         seed = episode_seed(seed, self.id, 0)
         layout = draw_layout(preset, seed)
-        world = build_town(layout, generator(seed, "town"), preset.edition)
+        world = build_town(layout, generator(seed, "town"))
         return KeptWorld(world, len(world.bodies), layout)
 
     def episode_in(
@@ -81,4 +81,3 @@ class RoadTownScenario:
 
 
 ROAD_TOWN = RoadTownScenario()
-ROAD_TOWN_V1 = RoadTownScenario(id="road-town-v1", presets=PRESETS_V1)

@@ -11,7 +11,7 @@ from scenarios.road_town.frame_outs import OUT, frame_out_spans, picture_states
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.scenario import ROAD_TOWN, ROAD_TOWN_V1
+from scenarios.road_town.scenario import ROAD_TOWN
 from sim.checks import check
 from sim.rng import episode_seed
 
@@ -79,7 +79,6 @@ class FrameOutSurvey:
 
 
 FRAME_OUTS = FrameOutSurvey(ROAD_TOWN.id)
-FRAME_OUTS_V1 = FrameOutSurvey(ROAD_TOWN_V1.id)
 
 
 def _held(preset: RoadTown, scenario: str, seeds: range) -> Held:

@@ -1,4 +1,4 @@
-"""Swings of the view of edition 2: drawn before the flight, by the clock, not fitted to what the car does."""
+"""Swings of the view: drawn before the flight, by the clock, not fitted to what the car does."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ from itertools import pairwise
 import numpy as np
 
 from scenarios.road_town.flight import AirState, Pulse, gust_attitude_rad, swing_out
-from scenarios.road_town.frame_outs import DRIFT_FROM_FRAMES, STEERING_LAG_M
 from scenarios.road_town.oblique import drift_out, gust_out
 from scenarios.road_town.presets import SETTLE_FRAMES, RoadTown
 from scenarios.road_town.schedule import no_schedule, schedules
 from scenarios.road_town.smooth import PEAK_SPEED
 from sim.optics import PinholeCamera
 
+STEERING_LAG_M = 9.0
+"""Distance by which a steered camera trails the car; gusts in closed loop swing the view further out by as much."""
+DRIFT_FROM_FRAMES = 45
+"""Frame-outs of at least this length come from the helicopter's drift, where the preset allows it."""
 OUT_FROM_SHARE = 0.65
 """Share of a swing's rise after which a centred car is out; it is back at the same share before the end of the fall."""
 _SHORT_FRAMES, _SHORT_MARGIN_M, _MARGIN_M = 15, (12.0, 16.0), (13.0, 24.0)

@@ -9,15 +9,14 @@ import shapely
 from numpy.typing import NDArray
 
 from scenarios.road_town.canvas import rings_of
-from scenarios.road_town.countryside import FIELDS_PX, add_countryside
+from scenarios.road_town.countryside import add_countryside
 from scenarios.road_town.ground import paint_ground
-from scenarios.road_town.land_paint import paint_countryside
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.palette import KERB, Rgb, draw_paint
-from scenarios.road_town.presets import LAND_REACHES_M, RoadTown
+from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.road_map import road_area
 from sim.mesh import Texture, TexturedMesh
-from sim.meshes.ground import ground, kerb, surroundings
+from sim.meshes.ground import ground, kerb
 from sim.meshes.house import house
 from sim.meshes.tree import tree
 from sim.meshes.vehicle import VEHICLES, vehicle
@@ -28,7 +27,6 @@ from sim.world import Body, World
 _KERB_SIZE_M = (0.3, 0.04)
 _KERB_BEVEL_M = 0.1
 """Upright sides and the shadows of a higher kerb are a fraction of a pixel wide, and break up into dark dots."""
-_FIRST_KERB_SIZE_M = (0.2, 0.12)
 _KERB_TOLERANCE_M = 0.06
 _KERB_PIECE_M = 25.0
 _KERB_PIECE_CORNERS = 12
@@ -50,7 +48,7 @@ def town_of(preset: RoadTown, seed: int, layout: Layout) -> World:
     key = preset, seed, tuple(VEHICLES)
     if key not in _latest:
         forget_town()
-        world = build_town(layout, generator(seed, "town"), preset.edition)
+        world = build_town(layout, generator(seed, "town"))
         _latest[key] = list(zip(world.bodies, world.poses, strict=True))
         return world
     world = World()
@@ -64,21 +62,13 @@ def forget_town() -> None:
     _latest.clear()
 
 
-def build_town(layout: Layout, rng: np.random.Generator, edition: int) -> World:
-    """Return the world of a town with all its static objects.
-
-    Args:
-        edition: see ``RoadTown``.
-    """
+def build_town(layout: Layout, rng: np.random.Generator) -> World:
+    """Return the world of a town with all its static objects."""
     world = World()
-    town = Texture(paint_ground(layout, rng, edition=edition), smooth=True)
+    town = Texture(paint_ground(layout, rng), smooth=True)
     world.add(ground(layout.extent_m, town), np.eye(4), name="ground", category="ground")
-    if edition == 1:
-        fields = Texture(paint_countryside(layout.extent_m, rng, FIELDS_PX), smooth=True)
-        world.add(surroundings(layout.extent_m, LAND_REACHES_M, fields), np.eye(4), name="fields", category="ground")
-    else:
-        add_countryside(world, layout.extent_m, rng)
-    add_kerbs(world, layout, edition)
+    add_countryside(world, layout.extent_m, rng)
+    add_kerbs(world, layout)
     for k, building in enumerate(layout.buildings):
         mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)
         pose = pose_on_ground(*building.centre_m, building.yaw_rad)
@@ -113,13 +103,13 @@ def _scaled(mesh: TexturedMesh, factor: float) -> TexturedMesh:
     return replace(mesh, vertices_m=(factor * mesh.vertices_m).astype(np.float32))
 
 
-def add_kerbs(world: World, layout: Layout, edition: int) -> None:
+def add_kerbs(world: World, layout: Layout) -> None:
     """Add the kerbs around the carriageways, in pieces that renderers can cull."""
-    size_m, bevel_m = (_FIRST_KERB_SIZE_M, 0.0) if edition == 1 else (_KERB_SIZE_M, _KERB_BEVEL_M)
     pieces = 0
     for ring in rings_of(road_area(layout.graph).simplify(_KERB_TOLERANCE_M)):
         corners = shapely.get_coordinates(ring.segmentize(_KERB_PIECE_M))
         for start in range(0, len(corners) - 1, _KERB_PIECE_CORNERS):
-            piece = kerb(corners[start : start + _KERB_PIECE_CORNERS + 1], *size_m, KERB, bevel_m=bevel_m)
+            part = corners[start : start + _KERB_PIECE_CORNERS + 1]
+            piece = kerb(part, *_KERB_SIZE_M, KERB, bevel_m=_KERB_BEVEL_M)
             world.add(piece, np.eye(4), name=f"kerb-{pieces}", category="kerb")
             pieces += 1

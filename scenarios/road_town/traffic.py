@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.road_town import gipps
-from scenarios.road_town.crossings import Approach, Crossings, FirstCome, RollingOver
+from scenarios.road_town.crossings import Approach, Crossings
 from scenarios.road_town.route import POINT_SPACING_M, Route, Routes
 
 LATERAL_ACCELERATION_MPS2 = 2.2
@@ -81,16 +81,13 @@ def simulate(
     frame_count: int,
     rate_hz: float,
     model: Literal["idm", "gipps"] = "idm",
-    *,
-    edition: Literal[1, 2] = 2,
 ) -> Motion:
     """Return the motion of all cars over ``frame_count`` frames.
 
     Args:
         model: sets their speeds.
-        edition: 2 = cars wait at crossings, 1 = some roll over the line, see ``crossings``.
     """
-    state = (_State if model == "idm" else _GippsState)(drivers, edition)
+    state = (_State if model == "idm" else _GippsState)(drivers)
     arcs, speeds = np.empty((2, frame_count, len(drivers)))
     for frame in range(frame_count):
         arcs[frame], speeds[frame] = state.arc_m, state.speed_mps
@@ -120,7 +117,6 @@ class _State:
     """Places and speeds of all cars, and which may enter each crossing."""
 
     drivers: list[Driver]
-    edition: Literal[1, 2]
     arc_m: NDArray[np.float64] = field(init=False)
     speed_mps: NDArray[np.float64] = field(init=False)
 
@@ -141,7 +137,7 @@ class _State:
         self.stops = [list(d.stops) for d in self.drivers]
         self.waited_s = np.zeros(len(self.drivers))
         self.ways_m: dict[tuple[int, int], NDArray[np.float64]] = {}
-        self.crossings: Crossings = RollingOver() if self.edition == 1 else FirstCome(self._near_crossings())
+        self.crossings = Crossings(self._near_crossings())
 
     def step(self, dt_s: float) -> None:
         free_m = self._gap_to_cars()

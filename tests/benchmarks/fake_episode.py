@@ -18,7 +18,7 @@ from trackers.types import CameraCommand, CameraModel, Estimate, Observation, St
 
 WIDTH, HEIGHT = 160, 120
 CAMERA = CameraModel(WIDTH, HEIGHT, 150.0)
-JOB = Job("frame-out", "road-town-v1", "quick", "raster", 0, None, ())
+JOB = Job("frame-out", "road-town-v2", "quick", "raster", 0, None, ())
 
 
 def draw_ground(width: int, height: int, box: NDArray[np.float64]) -> NDArray[np.uint8]:

@@ -36,7 +36,7 @@ def rows_of(tracker: str, seed: int) -> list[Row]:
     rng = np.random.default_rng([seed, list(TRACKERS).index(tracker)])
     heading = {
         "suite": "frame-out",
-        "scenario": "road-town-v1",
+        "scenario": "road-town-v2",
         "preset": "standard",
         "tracker": tracker,
         "role": role,

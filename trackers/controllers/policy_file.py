@@ -2,7 +2,7 @@
 
 ``NAME.json`` holds::
 
-    {"format": 1, "env": "frameout/RoadTownFollow-v1",
+    {"format": 1, "env": "frameout/RoadTownFollow-v2",
      "carrier": {"name": "helicopter", "looks": "down", "axes": [["forward_mps", 25.0, 40.0], ...]},
      "tracker": "mosaic_graph_pf", "base": {"controller": "reentry", "parameters": {...}} or null,
      "correction_share": 0.7, "corrects": "always" | "unseen", "features": [...], "layers": 3,

@@ -31,7 +31,7 @@ class RoadPictureless:
         """Return the target's path, and air and camera of the helicopter in closed loop.
 
         ``target_m`` (T, 2), ``target_rad`` (T,) and ``size_m`` (3,) of the car; ``attitude_rad`` (T, 3) of rough air
-        and gusts; ``start_m`` (3,) of the helicopter; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of a set path; ``onsets``
+        and gusts; ``start_m`` (3,) and ``yaw_rad`` (1,) of the helicopter; ``path_m`` (T, 2) of a set path; ``onsets``
         (8,) frames on which gusts begin before which flights may start, -1 for none; ``mount_rad`` (1,) by which the
         camera is pitched forward.
         """
@@ -50,7 +50,7 @@ class RoadPictureless:
             "mount_rad": np.array([air.mount_rad]),
             "start_m": np.array([*poses[0, :2, 3], air.altitude_m]),
             "path_m": poses[:, :2, 3],
-            "yaw_rad": air.yaw_rad,
+            "yaw_rad": np.array([air.yaw_rad]),
             "onsets": onsets,
         }
 

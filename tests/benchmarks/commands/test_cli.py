@@ -236,14 +236,14 @@ def test_compare_shows_differences_by_attribute(tmp_path: Path, capsys: pytest.C
 def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list"]) == 0
     out = capsys.readouterr().out
-    for name in ("road-town-v1", "paper-a2", "standard", "colour_pf", "oracle_map", "centre", "frame-out"):
+    for name in ("road-town-v2", "paper-a2", "standard", "colour_pf", "oracle_map", "centre", "frame-out"):
         assert name in out
     robot = out.split("controllers of the robot")[1]
     helicopter = out.split("controllers of the helicopter")[1].split("controllers of the robot")[0]
     for text in (helicopter, robot):
         assert re.search(r"\bhold +blind", text)
     assert main(["list", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["scenarios"][0]["scenario"] == "road-town-v1"
+    assert json.loads(capsys.readouterr().out)["scenarios"][0]["scenario"] == "road-town-v2"
 
 
 def test_a_reader_who_leaves_early_sees_no_traceback() -> None:

@@ -62,7 +62,7 @@ def test_help_says_something_of_every_option(
         (["report", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
         (["paper", "Z9"], "experiment: expected one of A2, A3, B1, B2, B3, C, D; got 'Z9'"),
         (["paper", "A2", "--renderer", "nix"], "renderer: expected one of raster, pybullet; got 'nix'"),
-        (["render", "nix"], "scenario: expected one of road-town, .*road-town-v1.*; got 'nix'"),
+        (["render", "nix"], "scenario: expected one of road-town, .*road-town-v2.*; got 'nix'"),
         (["render", "--preset", "nix"], "preset: expected one of .*; got 'nix'"),
         (["render", "--seed", "-1"], "seed: expected a whole number >= 0, got -1"),
         (["render", "--seed", "x"], "seed: expected a whole number, got 'x'"),

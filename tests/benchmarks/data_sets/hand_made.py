@@ -92,7 +92,7 @@ def write_set(
 ) -> DataSet:
     """Write it, without the last of the seeds asked for; return it opened."""
     folder.mkdir(parents=True, exist_ok=True)
-    request = Request("road-town-v1", "quick", (0, 3), channels, pictures)
+    request = Request("road-town-v2", "quick", (0, 3), channels, pictures)
     files, root = place_of(str(folder))
     (folder / REQUEST).write_text(request.as_json())
     for seed in SEEDS:

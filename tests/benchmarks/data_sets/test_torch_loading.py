@@ -36,7 +36,7 @@ class NoisyEpisode(HandMadeEpisode):
 @pytest.fixture
 def noisy(tmp_path: Path) -> DataSet:
     """Return a set of one episode of 30 frames."""
-    request = Request("road-town-v1", "quick", (0, 1), ("image_rgb",))
+    request = Request("road-town-v2", "quick", (0, 1), ("image_rgb",))
     files, root = place_of(str(tmp_path))
     (tmp_path / REQUEST).write_text(request.as_json())
     write_episode(files, root, request, 0, NoisyEpisode())

@@ -43,7 +43,7 @@ def known() -> ErrorModel:
 
 @pytest.fixture(scope="module")
 def fitted(known: ErrorModel) -> ErrorModel:
-    return fit("unknown", "road-town-v1", runs_of(known, 200), {"runs": ["a"]})
+    return fit("unknown", "road-town-v2", runs_of(known, 200), {"runs": ["a"]})
 
 
 def test_rates_are_found_again(fitted: ErrorModel, known: ErrorModel) -> None:
@@ -83,4 +83,4 @@ def test_modes_and_conditions_are_what_was_lived(known: ErrorModel) -> None:
 
 def test_nothing_is_not_enough() -> None:
     with pytest.raises(ValueError, match="runs: expected at least one"):
-        fit("unknown", "road-town-v1", [], {})
+        fit("unknown", "road-town-v2", [], {})

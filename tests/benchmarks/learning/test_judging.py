@@ -44,7 +44,7 @@ def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_
     monkeypatch.setattr(judging, "SEEDS", range(9_999, 10_000))
     # Measured by a function with tests of its own.
     monkeypatch.setattr(judging, "seconds_of_episode", lambda job: 70.0)
-    words = f"train frameout/RoadTownFollow-v1 --pictures --preset tiny --tracker fake_knowing --steps {STEPS}".split()
+    words = f"train frameout/RoadTownFollow-v2 --pictures --preset tiny --tracker fake_knowing --steps {STEPS}".split()
     assert main([*words, "--envs", "1", "--out", "a folder"]) == 0
     out, err = capsys.readouterr()
     lines = re.findall(r"([\d,]+) steps: episode reward (\S+), in view (\d+)% of the time, ([\d,]+) steps/s", err)

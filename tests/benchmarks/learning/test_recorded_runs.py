@@ -56,7 +56,7 @@ def test_disturbances_come_and_go() -> None:
 
 
 def test_checks_are_of_episodes_not_fitted(tmp_path: Path) -> None:
-    settings = FollowSettings("road-town-v1", "mosaic_graph_pf")
+    settings = FollowSettings("road-town-v2", "mosaic_graph_pf")
     with pytest.raises(ValueError, match="seeds: expected episodes that the error model was not fitted to"):
         model_check(settings, ["hold"], [500, 600], tmp_path, lambda done, of: None)
 
@@ -70,8 +70,8 @@ def test_comparisons_are_in_per_cent() -> None:
 
 def test_a_hovering_carrier_sees_the_same_with_pictures_and_without(tmp_path: Path) -> None:
     """A hovering carrier ignores the tracker's errors: only plan and dynamics are compared."""
-    scores = scores_without_pictures("road-town-v1", "quick", "mosaic_graph_pf", "hold", {}, [3], tmp_path)
-    rendered = run_of(FollowSettings("road-town-v1", "hold", preset="quick"), 3, "hold")
+    scores = scores_without_pictures("road-town-v2", "quick", "mosaic_graph_pf", "hold", {}, [3], tmp_path)
+    rendered = run_of(FollowSettings("road-town-v2", "hold", preset="quick"), 3, "hold")
     assert scores["time_in_view"] == pytest.approx([rendered["in_view"][1:].mean()], abs=1e-12)
     assert 0.0 < scores["time_in_view"][0] < 1.0
     assert scores["effort"] == pytest.approx([0.0])
@@ -80,7 +80,7 @@ def test_a_hovering_carrier_sees_the_same_with_pictures_and_without(tmp_path: Pa
 def test_repeats_are_averaged_for_each_episode(tmp_path: Path) -> None:
     """A hovering carrier has the same scores in every repeat."""
     once, often = (
-        scores_without_pictures("road-town-v1", "quick", "mosaic_graph_pf", "hold", {}, [3, 4, 5], tmp_path, repeats)
+        scores_without_pictures("road-town-v2", "quick", "mosaic_graph_pf", "hold", {}, [3, 4, 5], tmp_path, repeats)
         for repeats in (1, 5)
     )
     assert len(set(once["time_in_view"])) > 1

@@ -29,7 +29,7 @@ from benchmarks.learning.vector_adapter import GymnasiumVecEnv
 STEPS = 2 * 4 * 128
 """Two rounds: the learning rate falls to nothing in the last."""
 TINY = Training(
-    env="frameout/RoadTownFollow-v1", preset="quick", steps=STEPS, envs=4, episodes=2, episode_steps=40, seed=3
+    env="frameout/RoadTownFollow-v2", preset="quick", steps=STEPS, envs=4, episodes=2, episode_steps=40, seed=3
 )
 
 
@@ -147,7 +147,7 @@ def test_a_checkpoint_that_finds_no_room_is_told_in_one_line(
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("env", "frameout/MoonFollow-v1", "env: expected one of frameout/RoadTownFollow-v1"),
+        ("env", "frameout/MoonFollow-v1", "env: expected one of frameout/RoadTownFollow-v2"),
         ("algorithm", "es", "algorithm: expected ppo or sac, got 'es'"),
         ("steps", 0, "steps: expected a whole number >= 1, got 0"),
         ("seed", -1, "seed: expected a whole number >= 0, got -1"),

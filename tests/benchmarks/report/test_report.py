@@ -247,7 +247,7 @@ def test_failures_are_reported(tmp_path: Path) -> None:
 
 def test_pictures_are_embedded_in_their_section(tmp_path: Path) -> None:
     write_rows(tmp_path, range(10_000, 10_003))
-    condition = ("frame-out", "road-town-v1", "standard", "raster", "")
+    condition = ("frame-out", "road-town-v2", "standard", "raster", "")
     image = np.full((20, 30, 3), (200, 30, 30), dtype=np.uint8)
     write_picture(tmp_path, "x", image, condition, "A picture", "what <it> shows", made_from="seed 1")
     write_picture(tmp_path, "y", image, (*condition[:2], "hard", "raster", ""), "Elsewhere", "no", "seed 1")

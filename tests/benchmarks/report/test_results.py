@@ -115,7 +115,7 @@ def test_conditions_have_axes_of_their_own(results: Results, tmp_path: Path) -> 
     lines = (results.directory / "records.jsonl").read_text()
     (tmp_path / "records.jsonl").write_text(lines + lines.replace('"standard"', '"hard"'))
     titles = [axes.get_title("left").split(",")[0] for axes in Results(tmp_path).plot("recovery_rate").axes]
-    assert sorted(titles) == ["road-town-v1 hard", "road-town-v1 standard"]
+    assert sorted(titles) == ["road-town-v2 hard", "road-town-v2 standard"]
 
 
 def test_plots_of_the_report_are_pictures_that_stand_alone(results: Results) -> None:

@@ -14,6 +14,7 @@ from benchmarks.suites.follow.suite import FOLLOW
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.stereo.suite import STEREO
 from scenarios import catalog
+from scenarios.road_town.scenario import ROAD_TOWN
 from trackers import registry
 from trackers.controllers.catalogue import controllers
 
@@ -47,9 +48,15 @@ def test_names_go_where_they_are_known() -> None:
     assert (only.scenario, only.controllers) == ("stereo-follow-v2", ("hold",))
 
 
-def test_an_earlier_version_takes_part_if_it_is_named() -> None:
-    (town,) = parties(FOLLOW, Asked(scenarios=("road-town-v1",), presets=STANDARD), variants=True)
-    assert town.scenario == "road-town-v1"
+NEXT_TOWN = replace(ROAD_TOWN, id="road-town-v3")
+
+
+def test_an_earlier_version_takes_part_if_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(catalog, "_ENTRIES", (*catalog.entries(), catalog.Entry(NEXT_TOWN.id, f"{__name__}:NEXT_TOWN")))
+    (town, *_) = parties(FOLLOW, Asked(presets=STANDARD), variants=True)
+    assert town.scenario == "road-town-v3"
+    (town,) = parties(FOLLOW, Asked(scenarios=("road-town-v2",), presets=STANDARD), variants=True)
+    assert town.scenario == "road-town-v2"
     assert town.trackers == FOLLOW.scene("road-town").trackers
 
 

@@ -13,7 +13,7 @@ from benchmarks.suites.registry import register_suite, suite, suites
 from scenarios import catalog
 from trackers.controllers.catalogue import controller_entry
 
-ROW = ("frame-out", "road-town-v1", "quick")
+ROW = ("frame-out", "road-town-v2", "quick")
 
 
 @pytest.fixture

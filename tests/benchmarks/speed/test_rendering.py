@@ -116,7 +116,7 @@ def test_pictures_have_figures_where_cameras_are_ours(monkeypatch, ours):
     sample = rendering.SpeedSample((0.002,), (0.001,) if ours else (), (0.008,), (0.004,), 0.002)
     monkeypatch.setattr(rendering, "measure", lambda build, frames: sample)
     monkeypatch.setattr(rendering, "process_throughput", lambda *arguments: 1.0)
-    entries = measure_scenario("road-town-v1", "standard", range(2), 8)
+    entries = measure_scenario("road-town-v2", "standard", range(2), 8)
     ratios = {each["metric"]: each["mean"] for each in entries if "tinyrenderer" in each["metric"]}
     whole = {"": 4.0, "_without_shadows": 2.0}
     alone = {"": 8.0, "_without_shadows": 4.0} if ours else {}

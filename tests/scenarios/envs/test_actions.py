@@ -39,7 +39,7 @@ class Constant:
 
 
 def settings(**changes: Any) -> FollowSettings:
-    return FollowSettings("road-town-v1", "hold", **changes)
+    return FollowSettings("road-town-v2", "hold", **changes)
 
 
 TOWN = settings()

@@ -126,4 +126,4 @@ def test_unknown_keywords_and_render_modes_are_refused():
     ):
         make(pictures=False)
     with pytest.raises(ValueError, match="render_mode: expected None or one of rgb_array, human, got 'ansi'"):
-        FollowEnv("road-town-v1", render_mode="ansi", **keywords())
+        FollowEnv("road-town-v2", render_mode="ansi", **keywords())

@@ -130,7 +130,7 @@ def test_worlds_are_kept_where_that_is_possible_and_are_alike() -> None:
     settings(worlds=2, randomise={"stop_share": (0.0, 0.5)})
     with pytest.raises(ValueError, match="randomise: expected no field that decides what a world is, got 'extent_m'"):
         settings(worlds=2, randomise={"extent_m": (300, 400)})
-    able = r"expected a scenario that keeps worlds \(road-town-v1, .*stereo-follow-v2\), got fish-tank-v1"
+    able = r"expected a scenario that keeps worlds \(road-town-v2, .*stereo-follow-v2\), got fish-tank-v1"
     with pytest.raises(ValueError, match=f"worlds: {able}"):
         FollowSettings("fish-tank-v1", "hold", worlds=1)
     with pytest.raises(ValueError, match=f"world_seed: {able}"):

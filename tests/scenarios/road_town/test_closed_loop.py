@@ -1,4 +1,4 @@
-"""The closed loop of edition 2 can be won by who flies well, and failed by who does not."""
+"""The closed loop can be won by who flies well, and failed by who does not."""
 
 from __future__ import annotations
 

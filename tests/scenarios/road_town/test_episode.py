@@ -5,10 +5,14 @@ from __future__ import annotations
 import dataclasses
 from itertools import pairwise
 
+import gymnasium
 import numpy as np
 import pytest
 
-from scenarios.catalog import names, scenario
+from benchmarks.data_sets.request import Request
+from benchmarks.learning.settings import Training
+from scenarios.catalog import SUCCESSORS, envs, names, scenario
+from scenarios.envs.follow_env import FollowEnv
 from scenarios.road_town.frame_outs import OUT, picture_states
 from scenarios.road_town.plan import TARGET
 from scenarios.road_town.presets import PRESETS, RoadTown
@@ -17,11 +21,10 @@ from sim.optics import project
 from trackers.types import CameraCommand, Observation
 
 ROAD_TOWN = scenario("road-town")
-ROAD_TOWNS = {1: scenario("road-town-v1"), 2: ROAD_TOWN}
 
 
-def _frames(preset: str, seed: int, count: int, edition: int = 2, **options):
-    episode = ROAD_TOWNS[edition].episode(preset, seed, **options)
+def _frames(preset: str, seed: int, count: int, **options):
+    episode = ROAD_TOWN.episode(preset, seed, **options)
     frames = []
     for k in range(count):
         command = CameraCommand(forward_mps=3.0, yaw_rate_rad_s=0.1) if episode.closed_loop and k else None
@@ -35,13 +38,13 @@ def _flat(value) -> list[np.ndarray]:
     return [np.asarray(value)]
 
 
-@pytest.mark.parametrize(("edition", "preset"), [(1, "quick"), *((2, name) for name in PRESETS)])
-def test_same_seed_same_bytes(edition, preset):
-    first = _frames(preset, 0, 4, edition)
+@pytest.mark.parametrize("preset", PRESETS)
+def test_same_seed_same_bytes(preset):
+    first = _frames(preset, 0, 4)
     # One town is drawn anew, one taken from memory.
-    kept = _frames(preset, 0, 4, edition)
+    kept = _frames(preset, 0, 4)
     forget_town()
-    second = _frames(preset, 0, 4, edition)
+    second = _frames(preset, 0, 4)
     for a, b, c in zip(first[1], kept[1], second[1], strict=True):
         for x, y, z in zip(_flat(a), _flat(b), _flat(c), strict=True):
             np.testing.assert_array_equal(x, y)
@@ -50,9 +53,8 @@ def test_same_seed_same_bytes(edition, preset):
         episode.close()
 
 
-@pytest.mark.parametrize("edition", [1, 2])
-def test_another_seed_is_another_picture(edition):
-    episodes = [_frames("quick", seed, 1, edition) for seed in (0, 1)]
+def test_another_seed_is_another_picture():
+    episodes = [_frames("quick", seed, 1) for seed in (0, 1)]
     one, other = (frames[0].observation.image_rgb for _, frames in episodes)
     assert (one != other).any()
     for episode, _ in episodes:
@@ -169,7 +171,7 @@ def test_measured_pose_has_errors_where_the_preset_says():
 @pytest.mark.parametrize(
     ("action", "message"),
     [
-        (lambda: scenario("road-city"), "scenario: expected one of .*road-town-v1.*; got 'road-city'"),
+        (lambda: scenario("road-city"), "scenario: expected one of .*road-town-v2.*; got 'road-city'"),
         (lambda: ROAD_TOWN.episode("rural", 0), "preset: expected one of .*standard.*; got 'rural'"),
         (lambda: ROAD_TOWN.episode("quick", -1), "master_seed: expected a whole number >= 0, got -1"),
         (lambda: ROAD_TOWN.episode("quick", 0, renderer="optix"), "renderer: expected .*pybullet.*got 'optix'"),
@@ -177,10 +179,6 @@ def test_measured_pose_has_errors_where_the_preset_says():
         (
             lambda: RoadTown("x", frame_count=106),
             "frame_count: expected at least 107 for 2 or more frame-outs, got 106",
-        ),
-        (
-            lambda: RoadTown("x", camera_pitch_deg=(40.0, 50.0), edition=1),
-            "camera_pitch_deg: expected 0 in edition 1",
         ),
         (
             lambda: RoadTown("x", camera_pitch_deg=(0.0, 50.0)),
@@ -208,4 +206,22 @@ def test_commands_are_asked_for_in_closed_loop_and_refused_on_a_set_path():
 
 def test_version_may_be_left_out():
     assert scenario("road-town") is scenario("road-town-v2")
-    assert "road-town-v1" in names()
+
+
+@pytest.mark.parametrize(
+    "asked", [scenario, lambda name: FollowEnv(name, tracker="hold"), lambda name: Request(name, "quick", (0, 1), ())]
+)
+def test_a_deleted_version_names_its_successor(asked):
+    with pytest.raises(ValueError, match="scenario: expected road-town-v2, which took its place, got 'road-town-v1'"):
+        asked("road-town-v1")
+
+
+def test_a_deleted_env_names_its_successor():
+    for made in (gymnasium.make, gymnasium.make_vec):
+        with pytest.raises(gymnasium.error.DeprecatedEnv, match="Please use `frameout/RoadTownFollow-v2` instead"):
+            made("frameout/RoadTownFollow-v1")
+    told = "env: expected frameout/RoadTownFollow-v2, which took its place, got 'frameout/RoadTownFollow-v1'"
+    with pytest.raises(ValueError, match=told):
+        Training(env="frameout/RoadTownFollow-v1")
+    assert set(SUCCESSORS.values()) <= {*names(), *envs()}
+    assert not set(SUCCESSORS) & {*names(), *envs()}

@@ -11,35 +11,32 @@ from scenarios.road_town.flight import (
     Pulse,
     draw_air,
     gust_attitude_rad,
-    set_path,
 )
 from scenarios.road_town.frame_outs import IN, OUT, PARTIAL, frame_out_spans, picture_states
-from scenarios.road_town.presets import PRESETS_V1
-from sim.optics import PinholeCamera, intersect_plane, project
+from scenarios.road_town.presets import PRESETS
+from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
 from sim.rng import generator
 from trackers.types import CameraCommand
 
-PRESET = PRESETS_V1["standard"]
+PRESET = PRESETS["standard"]
 CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50.0))
 
 
-def _calm(frames: int, altitude_m: float = 60.0) -> AirState:
-    return AirState(altitude_m, np.zeros((frames, 3)), np.zeros((frames, 2)), np.zeros(frames))
+def _calm(frames: int, yaw_rad: float = 0.0) -> AirState:
+    return AirState(60.0, np.zeros((frames, 3)), np.zeros((frames, 2)), yaw_rad)
 
 
 def test_attitude_noise_has_the_stated_deviation_and_no_bias():
-    at_rest = np.zeros((300, 2)), np.zeros(300)
-    drawn = np.concatenate([draw_air(PRESET, *at_rest, generator(k, "air")).attitude_rad for k in range(60)])
+    drawn = np.concatenate([draw_air(PRESET, 0.0, generator(k, "air")).attitude_rad for k in range(60)])
     wanted = np.deg2rad(PRESET.attitude_noise_deg) * np.array([1.0, 1.0, 1.5])
     np.testing.assert_allclose(drawn.std(axis=0), wanted, rtol=0.1)
     np.testing.assert_allclose(drawn.mean(axis=0), 0.0, atol=0.15 * wanted.max())
 
 
 @pytest.mark.parametrize("offset_m", [(20.0, 0.0), (-20.0, 0.0), (0.0, 25.0), (0.0, -25.0)])
-@pytest.mark.parametrize("tilts", [True, False])
-def test_a_pulse_moves_the_aim_by_its_offset(offset_m, tilts):
-    pulse = Pulse(10, 5, 20, 5, offset_m, tilts)
-    poses = set_path(PRESET, _calm(60), np.zeros((60, 2)), [pulse])
+def test_a_gust_moves_the_aim_by_its_offset(offset_m):
+    helicopter = Helicopter(PRESET, _calm(60), [Pulse(10, 5, 20, 5, offset_m, True)], np.zeros(2))
+    poses = [helicopter.pose(frame) for frame in range(60)]
     aim = intersect_plane(CAMERA, poses[25], CAMERA.centre_px, 0.0)
     np.testing.assert_allclose(aim, offset_m, atol=1e-6)
     np.testing.assert_allclose(intersect_plane(CAMERA, poses[0], CAMERA.centre_px, 0.0), 0.0, atol=1e-6)
@@ -51,9 +48,7 @@ def test_drift_does_not_tilt():
 
 
 def test_helicopter_reaches_the_commanded_velocity_in_its_own_frame():
-    air = _calm(100)
-    air.yaw_rad[0] = np.pi / 2
-    helicopter = Helicopter(PRESET, air, [], np.zeros(2))
+    helicopter = Helicopter(PRESET, _calm(100, np.pi / 2), [], np.zeros(2))
     for _ in range(90):
         before = helicopter.pose(0)[:3, 3].copy()
         helicopter.fly(CameraCommand(forward_mps=5.0, right_mps=2.0, climb_mps=0.5))
@@ -73,7 +68,7 @@ def test_helicopter_at_rest_stays_put_and_refuses_nan():
 def test_states_agree_with_projected_corners():
     corners = np.array([[x, y, z] for x in (-2.0, 2.0) for y in (-1.0, 1.0) for z in (0.0, 1.5)])
     places = np.column_stack([np.linspace(-60, 60, 121), np.zeros(121)])
-    poses = set_path(PRESET, _calm(121), np.zeros((121, 2)), [])
+    poses = np.tile(look_down_pose(np.array([0.0, 0.0, 60.0]), 0.0, 0.0, 0.0), (121, 1, 1))
     moved = corners[None] + np.concatenate([places, np.zeros((121, 1))], axis=1)[:, None]
     states = picture_states(CAMERA, poses, moved)
     for k in range(121):

@@ -37,7 +37,7 @@ def test_classes_are_those_of_the_map(layout):
 
 
 def test_roads_are_grey_and_meadows_are_green(layout):
-    picture = paint_ground(layout, generator(2, "town"), 2048, edition=2)
+    picture = paint_ground(layout, generator(2, "town"), 2048)
     classes = cv2.resize(class_map(layout, 420 / 2048), (2048, 2048), interpolation=cv2.INTER_NEAREST)
     mean = {kind: picture[classes == kind].astype(float).mean(axis=0) for kind in (ROAD, OTHER)}
     assert np.ptp(mean[ROAD]) < 8
@@ -45,7 +45,7 @@ def test_roads_are_grey_and_meadows_are_green(layout):
 
 
 def test_there_are_corners_everywhere(layout):
-    picture = cv2.cvtColor(paint_ground(layout, generator(2, "town"), edition=2), cv2.COLOR_RGB2GRAY)
+    picture = cv2.cvtColor(paint_ground(layout, generator(2, "town")), cv2.COLOR_RGB2GRAY)
     # Windows of about the camera's view.
     for row in range(600, 3400, 700):
         for column in range(600, 3400, 700):
@@ -56,7 +56,7 @@ def test_there_are_corners_everywhere(layout):
 
 
 def test_same_generator_same_picture(layout):
-    first, second = (paint_ground(layout, generator(9, "town"), 1024, edition=2) for _ in range(2))
+    first, second = (paint_ground(layout, generator(9, "town"), 1024) for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenarios.catalog import scenario
 from scenarios.road_town import gipps
 from scenarios.road_town.patterns import make_streets
 from scenarios.road_town.plan import make_plan
@@ -17,12 +16,6 @@ from scenarios.road_town.route import random_route
 from scenarios.road_town.traffic import Driver, simulate
 from sim.rng import generator
 from tests.scenarios.road_town.test_traffic import _circle, _straight
-
-
-def test_only_the_second_version_has_them():
-    assert set(ABLATIONS) <= set(scenario("road-town-v2").presets)
-    assert not set(ABLATIONS) & set(scenario("road-town-v1").presets)
-    assert all(preset.edition == 2 for preset in ABLATIONS.values())
 
 
 def test_each_differs_from_standard_in_one_attribute():

@@ -1,4 +1,4 @@
-"""Gusts of edition 2: in closed loop they build up and turn the helicopter slowly, on set paths they are sudden."""
+"""Gusts: in closed loop they build up and turn the helicopter slowly, on set paths they are sudden."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from scenarios.road_town.flight import AirState, Pulse, draw_air, gust_attitude_rad
-from scenarios.road_town.presets import APART_FRAMES, OVERHANG_FRAMES, PRESETS, RoadTown
+from scenarios.road_town.frame_outs import frame_out_spans, picture_states
+from scenarios.road_town.plan import TARGET, make_plan
+from scenarios.road_town.presets import APART_FRAMES, OVERHANG_FRAMES, PRESETS, FrameOuts, RoadTown
+from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.smooth import smooth_step
 from scenarios.road_town.swings import CALM_FRAMES, FASTEST_TURN_RAD_S, OUT_FROM_SHARE, draw_swings
 from sim.optics import PinholeCamera
-from sim.rng import generator
+from sim.rng import episode_seed, generator
 
 STEERABLE = ["standard", "hard", "quick", "oblique"]
 
@@ -27,11 +30,10 @@ def _drawn(preset: RoadTown, closed_loop: bool) -> list[tuple[AirState, Pulse]]:
 def _episodes(preset: RoadTown, closed_loop: bool, count: int) -> list[tuple[AirState, list[Pulse]]]:
     """Return the air and the swings of each episode."""
     camera = PinholeCamera.from_field_of_view(640, 480, math.radians(preset.field_of_view_deg))
-    still_m, heading_rad = np.zeros((preset.frame_count, 2)), np.zeros(preset.frame_count)
     episodes = []
     for seed in range(count):
         rng = generator(seed, "air")
-        air = draw_air(preset, still_m, heading_rad, rng)
+        air = draw_air(preset, 0.0, rng)
         swings = draw_swings(preset, camera, air, {"turn": [], "excursion": []}, closed_loop, rng)
         episodes.append((air, swings))
     return episodes
@@ -96,3 +98,27 @@ def test_gusts_of_set_paths_and_of_paper_a_are_sudden(name: str, closed_loop: bo
     rises = {swing.rise_frames for _, swing in _drawn(PRESETS[name], closed_loop) if swing.tilts}
     assert rises <= set(range(5, 11))
     assert len(rises) > 3
+
+
+def test_more_frame_outs_than_an_episode_has_room_for_are_refused() -> None:
+    crowded = replace(PRESETS["standard"], frame_count=515, frame_outs=FrameOuts(count=(5, 5), frames=(60, 60)))
+    told = "frame_count: expected enough for 5 to 5 frame-outs of 60 to 60 frames, got 515"
+    with pytest.raises(ValueError, match=told):
+        _episodes(crowded, False, 1)
+
+
+@pytest.mark.heavy
+def test_the_lengths_of_paper_a3_are_alike_on_the_road_and_off_it() -> None:
+    """They were 8 and 25 frames in the middle, so that the lengths alone could have made the paper's difference."""
+    lengths: dict[bool, list[int]] = {True: [], False: []}
+    for seed in range(60):
+        plan = make_plan(PRESETS["paper-a3"], episode_seed(seed, "road-town-v2", 0), closed_loop=False)
+        states = picture_states(plan.camera, plan.camera_poses, plan.target_corners_m())
+        on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
+        for start, end in frame_out_spans(states):
+            lengths[bool(on_road[start:end].all())].append(end - start)
+    road, off = (np.array(lengths[on]) for on in (True, False))
+    print(f"paper-a3: {len(road)} on the road, median {np.median(road)}; {len(off)} off it, {np.median(off)}")
+    assert min(len(road), len(off)) > 30
+    assert abs(np.median(road) - np.median(off)) <= 3
+    np.testing.assert_allclose(np.percentile(road, (10, 90)), np.percentile(off, (10, 90)), atol=4)

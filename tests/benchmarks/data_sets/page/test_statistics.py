@@ -32,6 +32,6 @@ def test_they_are_json(hand_made: DataSet) -> None:
 
 
 def test_a_set_without_episodes_is_refused(tmp_path: Path) -> None:
-    (tmp_path / REQUEST).write_text(Request("road-town-v1", "quick", (0, 3), ()).as_json())
+    (tmp_path / REQUEST).write_text(Request("road-town-v2", "quick", (0, 3), ()).as_json())
     with pytest.raises(ValueError, match=r"expected a data set with at least one whole episode, got none"):
         statistics(DataSet(str(tmp_path)))

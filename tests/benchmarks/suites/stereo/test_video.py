@@ -41,7 +41,7 @@ def instant_at(frame: int, estimate: Estimate | None = None) -> Instant:
 def test_each_scenario_is_drawn_in_its_own_way():
     assert isinstance(drawing_of("stereo-follow-v2", episode()), StereoDrawing)
     assert isinstance(drawing_of("stereo-follow-v22", episode()), StereoDrawing)
-    assert isinstance(drawing_of("road-town-v1", FakeEpisode()), InLargerView)
+    assert isinstance(drawing_of("road-town-v2", FakeEpisode()), InLargerView)
     assert isinstance(drawing_of("another-scenario-v1", FakeEpisode()), InLargerView)
 
 

@@ -10,14 +10,14 @@ import numpy as np
 from scenarios.envs.pictureless.bank import EpisodeBank
 from scenarios.envs.pictureless.episode_state import LATENTS
 from scenarios.envs.pictureless.error_model import CONDITION_FRAMES, KNOT_FRAMES, QUANTILE_Z, ErrorModel
-from scenarios.road_town.presets import PRESETS_V1, FrameOuts
+from scenarios.road_town.presets import PRESETS, FrameOuts
 
 FRAMES = 60
 SEEDS = (3, 8)
 CHANGES: dict[str, Any] = {"frame_count": FRAMES, "frame_outs": FrameOuts(count=(1, 1), frames=(1, 9))}
-PRESET = dataclasses.replace(PRESETS_V1["standard"], **CHANGES)
+PRESET = dataclasses.replace(PRESETS["standard"], **CHANGES)
 SETTINGS: dict[str, Any] = {
-    "scenario": "road-town-v1",
+    "scenario": "road-town-v2",
     "tracker": "mosaic_graph_pf",
     "changes": CHANGES,
 }
@@ -40,10 +40,10 @@ def bank() -> EpisodeBank:
         "mount_rad": np.zeros((2, 1)),
         "start_m": np.tile([0.0, 0.0, 60.0], (2, 1)),
         "path_m": target_m.copy(),
-        "yaw_rad": np.zeros((2, FRAMES)),
+        "yaw_rad": np.zeros((2, 1)),
         "onsets": onsets,
     }
-    return EpisodeBank("road-town-v1", PRESET, np.array(SEEDS), arrays)
+    return EpisodeBank("road-town-v2", PRESET, np.array(SEEDS), arrays)
 
 
 def model(**changes: Any) -> ErrorModel:
@@ -57,7 +57,7 @@ def model(**changes: Any) -> ErrorModel:
     probability[0], probability[1], probability[2] = 0.95, 0.1, 0.8
     values: dict[str, Any] = {
         "tracker": "hand_made",
-        "scenario": "road-town-v1",
+        "scenario": "road-town-v2",
         "made": {},
         "rates": rates,
         "kept": np.tile([[0.5], [0.9], [0.9]], (1, LATENTS)),

@@ -15,7 +15,7 @@ from scenarios.road_town.plan import make_plan as road_plan
 from scenarios.stereo_follow.plan import make_plan as stereo_plan
 from sim.rng import episode_seed
 
-PLANS: dict[str, Any] = {"road-town-v1": road_plan, "stereo-follow-v2": stereo_plan}
+PLANS: dict[str, Any] = {"road-town-v2": road_plan, "stereo-follow-v2": stereo_plan}
 
 
 @pytest.mark.parametrize("scenario", PLANS)
@@ -23,7 +23,7 @@ def test_banks_hold_the_rendered_episodes_plans(scenario: str, tmp_path: Path) -
     preset = catalog.scenario(scenario).presets["quick"]
     made = episode_bank(scenario, preset, [7], tmp_path)
     plan = PLANS[scenario](preset, episode_seed(7, scenario, 0), closed_loop=True)
-    truth = plan.motion.position_m[:, 0] if scenario == "road-town-v1" else plan.crowd.walks[0].place_m
+    truth = plan.motion.position_m[:, 0] if scenario == "road-town-v2" else plan.crowd.walks[0].place_m
     np.testing.assert_array_equal(made.arrays["target_m"][0], truth)
     assert made.frame_count == preset.frame_count == made.arrays["target_m"].shape[1]
     assert made.index_of(7) == 0
@@ -45,11 +45,11 @@ def test_other_configurations_are_kept_apart(tmp_path: Path) -> None:
 
 
 def test_episodes_that_measure_nothing_are_refused() -> None:
-    for scenario, changes in (("road-town-v1", {"ego": None}), ("stereo-follow-v2", {"odometry": False})):
+    for scenario, changes in (("road-town-v2", {"ego": None}), ("stereo-follow-v2", {"odometry": False})):
         preset = dataclasses.replace(catalog.scenario(scenario).presets["quick"], **changes)
         with pytest.raises(ValueError, match=r"preset: expected one with .*, got neither"):
             episode_bank(scenario, preset, [1])
     with pytest.raises(ValueError, match="seeds: expected at least one"):
-        episode_bank("road-town-v1", catalog.scenario("road-town-v1").presets["quick"], [])
+        episode_bank("road-town-v2", catalog.scenario("road-town-v2").presets["quick"], [])
     with pytest.raises(ValueError, match="scenario: expected one of"):
         episode_bank("nowhere-v1", None, [1])

@@ -16,7 +16,7 @@ from scenarios.envs.pictureless.bank import episode_bank, is_playable
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.pictureless.world import RoadWorld
-from scenarios.road_town.scenario import ROAD_TOWN_V1
+from scenarios.road_town.scenario import ROAD_TOWN
 from tests.scenarios.envs.pictureless.hand_made import PRESET, SETTINGS, bank, model
 from trackers.types import Carrier, CommandAxis
 
@@ -40,8 +40,8 @@ class BalloonPictureless(RoadPictureless):
         return Drifting(*arguments)
 
 
-BALLOON_TOWN = replace(ROAD_TOWN_V1, id="balloon-town-v1", carrier=BALLOON, pictureless=BalloonPictureless())
-SEEN_ALONE = replace(ROAD_TOWN_V1, id="seen-alone-v1", pictureless=None)
+BALLOON_TOWN = replace(ROAD_TOWN, id="balloon-town-v1", carrier=BALLOON, pictureless=BalloonPictureless())
+SEEN_ALONE = replace(ROAD_TOWN, id="seen-alone-v1", pictureless=None)
 
 
 @pytest.fixture
