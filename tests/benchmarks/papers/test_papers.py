@@ -197,15 +197,13 @@ def test_trackers_beside_run_in_the_same_episodes_and_are_counted_without_a_verd
 def test_a_variant_runs_beside_and_its_rows_are_counted_apart(tmp_path: Path) -> None:
     experiment = replace(a3.EXPERIMENT, beside=("colour_pf",), variants={"standard": "elsewhere"})
     assert experiment.runs(range(2), "raster", 1).presets == ("paper-a3", "standard")
-    shares = {"paper-a3": 0.2, "standard": 0.8}
-    rows = [
-        row(experiment, tracker, "kept", float(seed < 5 * share), seed, frame_out={"kind": "road"}, preset=preset)
-        for preset, share in shares.items()
-        for tracker in ("background_pf", "colour_pf")
-        for seed in range(5)
-    ]
-    append_block(tmp_path, rows)
-    assert len(experiment.rows_in(tmp_path)) == len(rows)
+    for preset, kept in (("paper-a3", 1), ("standard", 4)):
+        for tracker in ("background_pf", "colour_pf"):
+            for seed in range(5):
+                made = {"tracker": tracker, "seed": seed, "preset": preset}
+                kept_row = row(experiment, metric="kept", value=float(seed < kept), frame_out={"kind": "road"}, **made)
+                append_block(tmp_path, [kept_row, row(experiment, metric="frames", value=160.0, **made)])
+    assert len(experiment.rows_in(tmp_path)) == 2 * 2 * 5 * 2
     found = {
         (each.claim.preset, each.claim.tracker): (each.mean, each.claim.counted)
         for each in findings(experiment, experiment.rows_in(tmp_path))
