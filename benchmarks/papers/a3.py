@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from benchmarks.papers.claims import Claim, Matrix
 from benchmarks.papers.ground_colours import CLASSES
 from benchmarks.papers.ground_confusion import confusion
+from benchmarks.papers.ground_figures import figures_of_town
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.report.numbers import number_text
+from benchmarks.run.records import Row
+from benchmarks.video.contact_sheet import picture_sheet
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.scenario import RendererName
 from trackers.paper_a.background_pf import BackgroundParameters
@@ -18,6 +23,7 @@ _COUNTED = "of the frame-outs {}, those after which it is on the car again and s
 
 _METHOD = "background_pf"
 _FIRST_ONLY = 1_000_000
+_SHOWN_TOWNS = 3
 _TOWNS = 12
 """Largest number of towns of which the pixels are counted, each in its first picture."""
 
@@ -25,6 +31,20 @@ _TOWNS = 12
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BackgroundExperiment(TrackerExperiment):
     """See ``TrackerExperiment``. Also shows how well the method tells road, other ground and buildings apart."""
+
+    def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> None:
+        """See ``PaperExperiment``: the paper's frames, and its figures of classes and road in some towns."""
+        TrackerExperiment.show(self, out, rows, seeds, renderer)
+        statistics = load_class_statistics(BackgroundParameters().class_model)
+        shown = seeds[:_SHOWN_TOWNS]
+        cells = [figures_of_town(ROAD_TOWN, self.preset, seed, statistics, renderer) for seed in shown]
+        caption = (
+            "The first picture of a town, a row for each. Blue: road; green: other; red: building, also what is within "
+            "both of road and other or within neither. In the third column the road's centre line and edges, as the "
+            "method found them from the lines beside the car; dots are the points that its spline joins. In the fourth "
+            "the classes by which it weighs places: within the edges road, and beside them no building."
+        )
+        self.write_figure(out, picture_sheet(cells, 320), shown[0], renderer, "figures 2 to 5", caption, "classes")
 
     def matrix(self, seeds: range, renderer: RendererName) -> Matrix:
         """See ``PaperExperiment``: the confusion matrix of the pixel classes in the experiment's own towns."""

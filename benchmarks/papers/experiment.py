@@ -99,10 +99,16 @@ class PaperExperiment(ABC):
         return self.suite, self.scenario, self.preset, renderer, self.controller or ""
 
     def write_figure(
-        self, out: Path, image_rgb: NDArray[np.uint8], seed: int, renderer: RendererName, name: str, caption: str
+        self,
+        out: Path,
+        image_rgb: NDArray[np.uint8],
+        seed: int,
+        renderer: RendererName,
+        name: str,
+        caption: str,
+        part: str = "",
     ) -> None:
-        """Write our version (H, W, 3) of one of the paper's figures."""
+        """Write our version (H, W, 3) of one of the paper's figures; ``part`` tells several of one page apart."""
         title = f"The paper's {name}, in this world"
-        write_picture(
-            out, f"{self.preset}-{renderer}", image_rgb, self.condition(renderer), title, caption, f"seed {seed}"
-        )
+        file = "-".join(filter(None, (self.preset, part, renderer)))
+        write_picture(out, file, image_rgb, self.condition(renderer), title, caption, f"seed {seed}")
