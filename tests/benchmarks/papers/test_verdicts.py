@@ -29,12 +29,12 @@ def kept(experiment: TrackerExperiment, seeds: range, out: Path) -> dict[tuple[s
 
 @pytest.mark.heavy
 def test_a2(tmp_path: Path) -> None:
-    """The paper's plain filter loses the car, the road filter keeps it in a half of the runs; tuned, the plain does."""
-    found = kept(replace(a2.EXPERIMENT, beside=("colour_pf_tuned",)), range(6), tmp_path)
-    assert {total for _, total in found.values()} == {6}
+    """The paper's plain filter loses the car, its road filter mostly keeps it; the plain one tuned always does."""
+    found = kept(replace(a2.EXPERIMENT, beside=("colour_pf_tuned",)), range(7), tmp_path)
+    assert {total for _, total in found.values()} == {7}
     assert found["colour_pf", "road"][0] <= 1
-    assert 2 <= found["road_shape_pf", "road"][0] <= 4
-    assert found["colour_pf_tuned", "road"][0] >= 5
+    assert 5 <= found["road_shape_pf", "road"][0] <= 6
+    assert found["colour_pf_tuned", "road"][0] >= 6
 
 
 @pytest.mark.heavy
