@@ -53,12 +53,6 @@ _ENTRIES: tuple[Entry, ...] = (
         largest={"traffic_cars": 60},
     ),
     Entry(
-        "stereo-follow-v1",
-        "scenarios.stereo_follow.scenario:STEREO_FOLLOW_V1",
-        "frameout/StereoFollow-v1",
-        "stereo_people",
-    ),
-    Entry(
         "stereo-follow-v2",
         "scenarios.stereo_follow.scenario:STEREO_FOLLOW",
         "frameout/StereoFollow-v2",
@@ -82,6 +76,8 @@ DEFAULT_ENV = next(entry.env_id for entry in reversed(_ENTRIES) if unversioned(e
 SUCCESSORS: Mapping[str, str] = {
     "road-town-v1": "road-town-v2",
     "frameout/RoadTownFollow-v1": "frameout/RoadTownFollow-v2",
+    "stereo-follow-v1": "stereo-follow-v2",
+    "frameout/StereoFollow-v1": "frameout/StereoFollow-v2",
 }
 """Id of a scenario or env that has been deleted → what took its place. A deleted id is never given again."""
 

@@ -129,7 +129,7 @@ def test_general_rooms_name_no_scene_no_suite_and_no_carrier() -> None:
         "import benchmarks.suites.follow.suite",
         "from benchmarks.suites import stereo",
         "def f(env='frameout/RoadTownFollow-v2'): pass",
-        "x = scenario.id == 'stereo-follow-v1'",
+        "x = scenario.id == 'stereo-follow-v2'",
         "x = rows['frame_out']",
         "x = f'{place}/results/follow'",
         "x = suite('stereo')",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from scipy.stats import spearmanr
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, Values, photograph
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
+from benchmarks.papers.robustness import Sensitivity
 from benchmarks.report.palette import line_styles
 from benchmarks.report.plots import drawn_as, new_figure, svg
 from benchmarks.run.records import LAST_METRIC, Row
@@ -28,17 +29,23 @@ from trackers.paper_b.light_change import (
     colour_change,
     dissimilarity,
     shutter_and_gain,
+    white_balance_change,
 )
+from trackers.paper_b.stereo_colour import StereoColourParameters
 
 CURVES = {
     "dissimilarity": "colour dissimilarity",
     "white_balance": "white balance |ΔR| + |ΔB|",
     "shutter": "shutter S / S max",
     "gain": "gain G / G max",
-    "change": "P_c + P_l",
+    "colour_change": "P_c",
+    "brightness_change": "P_l",
 }
 """Series of the rows, one for each condition, and their names on the page."""
-_ROLES = ("ours", "as-written", "as-written", "as-written", "oracle")
+_ROLES = ("ours", "as-written", "as-written", "as-written", "oracle", "baseline")
+_UNIT = StereoColourParameters().white_balance_unit
+_OTHER_UNITS = {1.0: "P_c if register values counted as they are", LARGEST_WHITE_BALANCE: "P_c by shares of the range"}
+"""Units of the white balance that the method's ``_UNIT`` was preferred to."""
 CONDITIONS: dict[str, dict[str, bool]] = {"I": {}, "II": {"exposure": True}, "III": {"white_balance": True}}
 """Settings of the camera that stay as at the greatest illuminance (Table 2), see ``photograph``."""
 _FOLLOWS = {
@@ -62,16 +69,39 @@ class DimmedLamp(CameraExperiment):
             values |= {f"{name}_{curve}": condition_curves[curve].tolist() for curve in CURVES}
         one, two, three = (curves[name] for name in CONDITIONS)
         brightness = three["shutter"] + three["gain"]
+        change = one["colour_change"] + one["brightness_change"]
         early = [(c["gain"] > 0) & (c["shutter"] < 1.0) for c in (one, three)]
         return values | {
-            "I_change_follows": _rank_correlation(one["change"], one["dissimilarity"]),
+            "I_change_follows": _rank_correlation(change, one["dissimilarity"]),
             "II_white_balance_follows": _rank_correlation(two["white_balance"], two["dissimilarity"]),
             "III_brightness_follows": _rank_correlation(brightness, three["dissimilarity"]),
-            "I_change_proportional": float(np.corrcoef(one["change"], one["dissimilarity"])[0, 1]),
+            "I_change_proportional": float(np.corrcoef(change, one["dissimilarity"])[0, 1]),
+            "I_colour_change_largest": float(one["colour_change"].max()),
+            "II_colour_change_off": float(np.abs(two["colour_change"] - two["dissimilarity"]).mean()),
             "blue_gain_at_its_limit": float(np.mean(one["blue"] >= LARGEST_WHITE_BALANCE)),
             "gain_before_longest_shutter": float(np.mean(early)),
             LAST_METRIC: float(len(CONDITIONS) * len(illuminances_lx)),
         }
+
+    def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Sensitivity | None:
+        """See ``PaperExperiment``: P_c and P_l of condition I at each illuminance, and P_c by other units."""
+        mine = [row for row in rows if row["renderer"] == renderer]
+        if not mine:
+            return None
+        changes = LARGEST_WHITE_BALANCE * _mean(mine, "I_white_balance")
+        columns = {
+            "illuminance on the sheet, lx": [f"{lx:.0f}" for lx in _mean(mine, "illuminance_lx")],
+            CURVES["dissimilarity"]: _two_digits(_mean(mine, "I_dissimilarity")),
+            "P_l": _two_digits(_mean(mine, "I_brightness_change")),
+            "P_c": _two_digits(_mean(mine, "I_colour_change")),
+        }
+        columns |= {
+            words: _two_digits([colour_change(change, unit) for change in changes])
+            for unit, words in _OTHER_UNITS.items()
+        }
+        words = f"Condition I, means over the seeds. The method counts a change by {_UNIT:g} register values as 1."
+        rows_of_text = tuple(zip(*columns.values(), strict=True))
+        return Sensitivity("P_c and P_l at each illuminance", words, tuple(columns), rows_of_text)
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots:
         """See ``PaperExperiment``: the sheet at each illuminance, a row of pictures and a plot for each condition."""
@@ -97,6 +127,9 @@ EXPERIMENT = DimmedLamp(
     title="Paper B, experiment I: the camera's settings as a measure of the light",
     setting="A green sheet on a white wall under a light bulb that is dimmed from 609 to 19 lx. Condition I: white "
     "balance, shutter and gain are automatic; II: shutter and gain stay as at 609 lx; III: white balance does.",
+    fitted="the paper gives no unit for the white balance in P_c, and how the gains become registers is ours: the unit "
+    "was set on development seeds so that P_c has its whole range, 0 to 1, between the greatest illuminance and the "
+    "least.",
     preset="paper-b1",
     claims=(
         *(
@@ -115,12 +148,30 @@ EXPERIMENT = DimmedLamp(
             "the gain stays low until the shutter is at its longest",
             "at most",
         ),
+        Claim(
+            "I_colour_change_largest",
+            "I: largest P_c of the illuminances",
+            "0 ≤ P_c ≤ 1",
+            "within",
+            0.9,
+            tolerance=0.1,
+            fitted=True,
+        ),
+        Claim(
+            "II_colour_change_off",
+            "II: mean distance of P_c from the dissimilarity",
+            "P_c is the degree of the change of colour",
+            "at most",
+            0.15,
+            fitted=True,
+        ),
         Claim("I_change_proportional", "I: linear correlation of P_c + P_l with the dissimilarity"),
         Claim("blue_gain_at_its_limit", "I: share of illuminances at which the gain of blue is at its limit"),
     ),
     notes=(
         "Rank correlations show that both change in the same direction as the lamp is dimmed, not that they are "
         "proportional: P_l is at 1 long before colours change most.",
+        "Nor does a rank notice a scale: the largest P_c and its distance from the dissimilarity do.",
         "The gain of this camera rises only after the shutter, as the paper describes the real one.",
         "In the dimmest, reddest light the gain of blue is at its limit, which also changes colours.",
     ),
@@ -136,14 +187,15 @@ def _curves(pictures: list[SheetPicture]) -> dict[str, NDArray[np.float64]]:
     histograms = [_histogram(picture) for picture in pictures]
     settings = [picture.registers for picture in pictures]
     steps = np.array([shutter_and_gain(now) for now in settings])
-    white_balance = [abs(now.red - first.red) + abs(now.blue - first.blue) for now in settings]
+    white_balance = [white_balance_change(now, first) for now in settings]
     return {
         "dissimilarity": np.array([dissimilarity(histogram, histograms[0]) for histogram in histograms]),
         "white_balance": np.array(white_balance) / LARGEST_WHITE_BALANCE,
         "blue": np.array([now.blue for now in settings]),
         "shutter": steps[:, 0] / LARGEST_SHUTTER_STEP,
         "gain": steps[:, 1] / LARGEST_GAIN_STEP,
-        "change": np.array([colour_change(now, first) + brightness_change(now, first) for now in settings]),
+        "colour_change": np.array([colour_change(change, _UNIT) for change in white_balance]),
+        "brightness_change": np.array([brightness_change(now, first) for now in settings]),
     }
 
 
@@ -160,6 +212,10 @@ def _mean(rows: Sequence[Row], metric: str) -> NDArray[np.float64]:
     """Return the mean over seeds of a series."""
     mean: NDArray[np.float64] = np.mean([row["value"] for row in rows if row["metric"] == metric], axis=0)
     return mean
+
+
+def _two_digits(values: Iterable[float]) -> list[str]:
+    return [f"{value:.2f}" for value in values]
 
 
 def _plot(rows: Sequence[Row], condition: str) -> str:

@@ -22,6 +22,7 @@ class Claim:
         bound: the side of ``level`` that agrees with the paper, by our choice; ``interval below`` = all of the interval
             is below it; ``reported`` = the paper gives no side.
         tracker: name of the method; "" without one.
+        preset: of the episodes; "" for the experiment's.
         tolerance: distance from ``level`` that still agrees, for the bound ``within``.
         minus: name of the method whose number on the same episodes is subtracted; "" without one.
         fitted: whether scene or method was set so that this number is the paper's: then it is no evidence for it.
@@ -33,6 +34,7 @@ class Claim:
     bound: Literal["at most", "at least", "more than", "within", "interval below", "reported"] = "reported"
     level: float = 0.0
     tracker: str = ""
+    preset: str = ""
     tolerance: float = 0.0
     minus: str = ""
     fitted: bool = False

@@ -53,6 +53,11 @@ class PaperExperiment(ABC):
     seeds: range = range(10_000, 10_050)
 
     @property
+    def presets(self) -> tuple[str, ...]:
+        """Presets of the episodes, the paper's first."""
+        return (self.preset,)
+
+    @property
     def shown_claims(self) -> tuple[Claim, ...]:
         """Lines of the table: the paper's claims, and what else is counted beside them."""
         return self.claims
@@ -80,13 +85,14 @@ class PaperExperiment(ABC):
         return None
 
     def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Sensitivity | None:
-        """Return how the figures depend on what was fitted, for experiments in which that was run."""
+        """Return how the figures depend on what was fitted, for experiments in which that was measured."""
         return None
 
     def rows_in(self, out: Path) -> list[Row]:
         """Return the experiment's rows in a folder, of all renderers."""
-        keys = ("suite", "scenario", "preset", "renderer", "controller")
-        return [row for row in read_rows(out) if tuple(row[k] or "" for k in keys) == self.condition(row["renderer"])]
+        mine = {(self.suite, self.scenario, preset, self.controller) for preset in self.presets}
+        keys = ("suite", "scenario", "preset", "controller")
+        return [row for row in read_rows(out) if tuple(row[key] for key in keys) in mine]
 
     def condition(self, renderer: str) -> Condition:
         """Return the condition of the rows of one renderer."""

@@ -86,7 +86,8 @@ def findings(experiment: PaperExperiment, rows: Sequence[Row]) -> list[Finding]:
 
 def _finding(experiment: PaperExperiment, claim: Claim, renderer: str, rows: Sequence[Row]) -> Finding:
     metric = experiment.metric(claim.metric)
-    drawn = [row for row in rows if row["renderer"] == renderer]
+    preset = claim.preset or experiment.preset
+    drawn = [row for row in rows if row["renderer"] == renderer and row["preset"] == preset]
     mine = [row for row in drawn if claim.tracker in ("", row["tracker"])]
     if claim.minus:
         found = paired(mine, [row for row in drawn if row["tracker"] == claim.minus], metric)

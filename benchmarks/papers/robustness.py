@@ -64,7 +64,7 @@ def sensitivity(
     """
     few = seeds[: made.episodes]
     columns = [(tracker, metric) for tracker in made.trackers for metric in metrics]
-    as_set = [row for row in rows if row["seed"] in few]
+    as_set = [row for row in rows if row["seed"] in few and row["preset"] == preset]
     lines = [("as in the table above", *_cells(as_set, columns))]
     for name in made.settings:
         under = [(alias(tracker, name), metric) for tracker, metric in columns]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from benchmarks.papers.claims import Claim
@@ -31,21 +31,35 @@ class TrackerExperiment(PaperExperiment):
         trackers: of the paper, in the order of its figure.
         beside: other trackers, of which the paper says nothing. They run in the same episodes, and the table shows for
             each of them what the claims count.
+        variants: preset → in which it differs from the paper's, in words. All trackers run there too, with the same
+            seeds, and the table shows what the claims count.
         frames: shown in the paper's figure; none where it names none.
         robustness: what is varied beside it; None for experiments in which nothing was fitted.
     """
 
     trackers: tuple[str, ...]
     beside: tuple[str, ...] = ()
+    variants: Mapping[str, str] = field(default_factory=dict)
     frames: tuple[int, ...] = ()
     robustness: Robustness | None = None
 
     @property
+    def presets(self) -> tuple[str, ...]:
+        """See ``PaperExperiment``."""
+        return (self.preset, *self.variants)
+
+    @property
     def shown_claims(self) -> tuple[Claim, ...]:
-        """See ``PaperExperiment``: the claims, and their metrics of the trackers ``beside``."""
+        """See ``PaperExperiment``: the claims, and their metrics of trackers ``beside``, and in ``variants``."""
         counted = {claim.metric: claim.counted for claim in self.claims if not claim.minus}
         beside = (Claim(metric, words, tracker=tracker) for metric, words in counted.items() for tracker in self.beside)
-        return (*self.claims, *beside)
+        varied = (
+            Claim(metric, f"{difference}: {words}", tracker=tracker, preset=preset)
+            for preset, difference in self.variants.items()
+            for metric, words in counted.items()
+            for tracker in (*self.trackers, *self.beside)
+        )
+        return (*self.claims, *beside, *varied)
 
     def metric(self, name: str) -> Metric:
         """See ``PaperExperiment``."""
@@ -64,7 +78,7 @@ class TrackerExperiment(PaperExperiment):
         made = self.robustness
         if made is None:
             return ()
-        few = replace(own, seeds=own.seeds[: made.episodes])
+        few = replace(own, presets=(self.preset,), seeds=own.seeds[: made.episodes])
         settings = {
             alias(name, words): (name, dict(values))
             for words, values in made.settings.items()
@@ -91,7 +105,7 @@ class TrackerExperiment(PaperExperiment):
         return Experiment(
             suite=self.suite,
             scenario=self.scenario,
-            presets=(self.preset,),
+            presets=self.presets,
             trackers=(*self.trackers, *self.beside),
             seeds=seeds,
             renderer=renderer,

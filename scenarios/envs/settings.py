@@ -20,7 +20,7 @@ from trackers import registry
 
 ObservationMode = Literal["track", "pixels", "both"]
 ActionMode = Literal["command", "correction", "parameters"]
-_NOT_CHANGED = ("summary", "closed_loop", "edition")
+_NOT_CHANGED = ("summary", "closed_loop")
 _OF_ACTIONS: Mapping[str, tuple[ActionMode, ...]] = {
     "controller": ("correction", "parameters"),
     "controller_values": ("correction", "parameters"),

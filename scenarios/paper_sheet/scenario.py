@@ -21,8 +21,8 @@ from trackers.types import Carrier
 Preset = DimmedSheet | CarriedSheet
 
 _SEEDED_AS = "stereo-follow-v1"
-"""The presets once belonged to this scenario: seeds still derive from its id, so that the pictures of published figures
-stay the same.
+"""The presets once belonged to this scenario, which is deleted: seeds still derive from its id, so that the pictures
+of published figures stay the same.
 """
 
 

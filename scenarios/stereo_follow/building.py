@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.stereo_follow import surfaces
 from scenarios.stereo_follow.floor_plan import WALL_M, Area, FloorPlan
-from scenarios.stereo_follow.indoors import RGB, WHOLE, grained, plain
+from scenarios.stereo_follow.indoors import RGB, grained, plain
 from scenarios.stereo_follow.panels import SHINING, Panel, box, new_panel, wall
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.tree import tree
@@ -67,12 +67,10 @@ class Building:
     sky: Sky
 
 
-def draw_building(plan: FloorPlan, rng: np.random.Generator, edition: int) -> Building:
-    """Draw a building on a floor plan. In edition 1 (``StereoFollow``) each piece of a wall shows its whole texture."""
+def draw_building(plan: FloorPlan, rng: np.random.Generator) -> Building:
+    """Draw a building on a floor plan."""
     sky = _sky(rng)
     panels = [*_corridor(plan, sky, rng), *_hall(plan, sky, rng), *_doorway(plan, rng), *_yard(plan, rng)]
-    if edition == 1:
-        panels = [replace(piece, window=WHOLE) for piece in panels]
     return Building(plan, tuple(panels), tuple(_trees(plan.yard, plan.door, rng)), sky)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from scenarios.kept_world import KeptWorld
@@ -47,10 +45,7 @@ class StereoFollowEpisode(Stage):
         else:
             world, baked = kept.vacated(), kept.content.baked
         self._people = People(world, plan)
-        shadows: dict[str, Any] = (
-            {} if preset.edition == 1 else {"shadow_texels": _SHADOW_TEXELS, "panels_raised": False}
-        )
-        self._baked_light = BakedLightShader(world, baked, **shadows)
+        self._baked_light = BakedLightShader(world, baked, shadow_texels=_SHADOW_TEXELS, panels_raised=False)
         self._pair = StereoRig(world, self._camera, renderer, plan.seed)
         super().__init__(
             world,

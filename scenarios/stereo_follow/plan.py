@@ -53,7 +53,7 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool, kept: Build
         seed: of the episode, see ``sim.rng.episode_seed``.
         kept: a building that other episodes share; None: the seed's own.
     """
-    building = building_of(seed, preset.edition) if kept is None else kept
+    building = building_of(seed) if kept is None else kept
     floor_plan = building.plan
     crowd = draw_crowd(preset, floor_plan, generator(seed, "crowd"))
     places = tuple(floor_plan.place_of(place_m) for place_m in crowd.walks[TARGET].place_m)
@@ -74,9 +74,9 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool, kept: Build
 
 
 @lru_cache(maxsize=1)
-def building_of(seed: int, edition: int) -> Building:
+def building_of(seed: int) -> Building:
     """Return the building of an episode. The latest one is kept, and its light: episodes often come again at once."""
-    return draw_building(draw_floor_plan(generator(seed, "floor plan")), generator(seed, "building"), edition)
+    return draw_building(draw_floor_plan(generator(seed, "floor plan")), generator(seed, "building"))
 
 
 def _phases(crowd: Crowd, looks: list[PersonLook], rate_hz: float, rng: np.random.Generator) -> NDArray[np.float64]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -31,8 +30,8 @@ class StereoFollow:
         uniformed: number of others in the same working clothes as the target; 0: no one wears working clothes.
         pauses: number of times that the target stands still.
         leg_m, corner_deg: least and largest length of a straight piece of the target's path in a room, and angle
-            between two pieces (edition 2).
-        stays: share of the pieces after which the target stays in the room (edition 2).
+            between two pieces.
+        stays: share of the pieces after which the target stays in the room.
         lamp_events: number of times that a room's lights are switched. clouds: number of clouds before the sun.
         lamps_off_s, cloud_s: shortest and longest time that lamps are off, and that a cloud stays.
         lamps_left_on: smallest and largest share of a room's lamps that stay on, so that brightness changes more than
@@ -43,7 +42,6 @@ class StereoFollow:
             0: light returns at once.
         dropped_share: share of pairs whose right picture is lost, in [0, 1].
         odometry: whether the robot has odometry.
-        edition: 1 = drives and pictures as in ``stereo-follow-v1``, 2 = as in ``stereo-follow-v2``.
     """
 
     summary: str
@@ -73,7 +71,6 @@ class StereoFollow:
     brightening_s: float = 0.0
     dropped_share: float = 0.0
     odometry: bool = True
-    edition: Literal[1, 2] = 2
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -150,6 +147,6 @@ PRESETS = {
         brightening_s=3.0,
     ),
 }
-PRESETS_V1 = {name: replace(preset, edition=1) for name, preset in PRESETS.items()}
-PRESETS_V1["quick"] = replace(PRESETS_V1["quick"], summary="a short episode in small pictures", pauses=1)
-"""Presets of ``stereo-follow-v1``."""
+PRESETS["paper-b3-dressed-apart"] = replace(
+    PRESETS["paper-b3"], summary="the same drives, but no one wears what the person who is followed wears", uniformed=0
+)

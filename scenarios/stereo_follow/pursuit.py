@@ -10,17 +10,14 @@ from numpy.typing import NDArray
 
 from scenarios.stereo_follow.floor_plan import FloorPlan
 from scenarios.stereo_follow.presets import StereoFollow
-from scenarios.stereo_follow.robot import HandDriver, Robot
+from scenarios.stereo_follow.robot import Robot
 from scenarios.stereo_follow.sight import is_in_sight, seen_frames
 from scenarios.stereo_follow.sight_driver import SightDriver
 from scenarios.stereo_follow.target_way import targets_way
-from scenarios.stereo_follow.walks import STEP_M, at_distance, changing_pace, steady_pace
+from scenarios.stereo_follow.walks import at_distance, changing_pace
 from scenarios.stereo_follow.whims import draw_whims
-from trackers.types import CameraCommand
 
 _TRIES = 40
-_HEAD_START_M = 2.4
-_FOLLOWED_FROM_M, _FOLLOWED_UP_TO_M = 1.3, 5.5
 _HEAD_STARTS_M, _SPEEDS_MPS = (1.8, 3.8), (0.6, 1.6)
 _ASIDE_AT_FIRST_RAD = 0.25
 NEAREST_M = 1.1
@@ -38,7 +35,7 @@ class Pursuit:
         way_m: (S, 2) the target's path from the robot's start. along_m: (F,) his distance along it.
         target_m: (F, 2) his places.
         robot_m, robot_heading_rad: (F, 2) and (F,) of the robot.
-        drive: returns the robot's drive among other people, places (N, F, 2); None if they make no difference to it.
+        drive: returns the robot's drive among other people, places (N, F, 2).
     """
 
     way_m: NDArray[np.float64]
@@ -46,7 +43,7 @@ class Pursuit:
     target_m: NDArray[np.float64]
     robot_m: NDArray[np.float64]
     robot_heading_rad: NDArray[np.float64]
-    drive: Callable[[NDArray[np.float64]], Drive] | None
+    drive: Callable[[NDArray[np.float64]], Drive]
 
     @property
     def nearest_m(self) -> float:
@@ -55,45 +52,23 @@ class Pursuit:
 
     def among(self, others_m: Sequence[NDArray[np.float64]]) -> Pursuit:
         """Return the pursuit among other people, each (F, 2). It is the same until one of them hides the target."""
-        if self.drive is None:
-            return self
         robot_m, heading_rad = self.drive(np.array(others_m))
         return replace(self, robot_m=robot_m, robot_heading_rad=heading_rad)
 
 
 def draw_pursuit(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) -> Pursuit:
     """Draw the target's path and the drive after him without other people."""
-    draw, off = (_driven_by_truth, _out_of_reach_m) if preset.edition == 1 else (_driven_by_sight, _too_near_m)
     tried = []
     for _ in range(_TRIES):
-        pursuit = draw(preset, plan, rng)
-        tried.append((off(pursuit, plan), pursuit))
+        pursuit = _driven_by_sight(preset, plan, rng)
+        tried.append((_too_near_m(pursuit, plan), pursuit))
         if tried[-1][0] <= 0:
             break
     return min(tried, key=lambda pair: pair[0])[1]
 
 
-def _driven_by_truth(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) -> Pursuit:
-    """Draw a target that walks steadily, and a driver who always knows where it is (edition 1)."""
-    pace_m = _HEAD_START_M + steady_pace(
-        preset.frame_count, preset.rate_hz, rng.uniform(0.95, 1.25), rng, preset.pauses
-    )
-    way_m = targets_way(preset, plan, pace_m[-1], rng)
-    target_m = at_distance(way_m, pace_m)
-    robot = Robot(plan, way_m[0], _direction_rad(way_m[0], way_m[int(_HEAD_START_M / STEP_M)]), preset.rate_hz)
-    driver = HandDriver(plan, rng.uniform(1.3, 2.0), rng)
-    drive = _driven(robot, target_m, lambda _, place_m: driver.command(robot, place_m))
-    return Pursuit(way_m, pace_m, target_m, *drive, drive=None)
-
-
-def _out_of_reach_m(pursuit: Pursuit, plan: FloorPlan) -> float:
-    """Return by how much the target's distance leaves its range (edition 1)."""
-    distance_m = np.linalg.norm(pursuit.target_m - pursuit.robot_m, axis=1)
-    return float(max(_FOLLOWED_FROM_M - distance_m.min(), distance_m.max() - _FOLLOWED_UP_TO_M))
-
-
 def _driven_by_sight(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) -> Pursuit:
-    """Draw a target that walks at changing speeds, and a driver who knows what the picture shows him (edition 2)."""
+    """Draw a target that walks at changing speeds, and a driver who knows what the picture shows him."""
     frames, rate_hz = preset.frame_count, preset.rate_hz
     pace_m = rng.uniform(*_HEAD_STARTS_M) + changing_pace(frames, rate_hz, _SPEEDS_MPS, rng, preset.pauses)
     way_m = targets_way(preset, plan, pace_m[-1], rng)
@@ -116,17 +91,18 @@ def drive_by_sight(
     others_m: NDArray[np.float64],
 ) -> Drive:
     """Return the drive of a driver who is told of the target (F, 2) where it is in sight among others (N, F, 2)."""
-
-    def command(frame: int, place_m: NDArray[np.float64]) -> CameraCommand:
+    driven_m, headings_rad = [], []
+    for frame, place_m in enumerate(target_m):
+        driven_m.append(robot.place_m)
+        headings_rad.append(robot.heading_rad)
         among_m = others_m[:, frame]
         is_seen = is_in_sight(robot.place_m, robot.heading_rad, place_m, among_m, plan.openings_m)
-        return driver.command(robot, place_m if is_seen else None, among_m)
-
-    return _driven(robot, target_m, command)
+        robot.drive(driver.command(robot, place_m if is_seen else None, among_m))
+    return np.array(driven_m), np.array(headings_rad)
 
 
 def _too_near_m(pursuit: Pursuit, plan: FloorPlan) -> float:
-    """Return by how much the target comes too near, infinite if it is not seen at first (edition 2).
+    """Return by how much the target comes too near, infinite if it is not seen at first.
 
     It is infinite too where the path begins too near a wall, in a corner that it cuts: the robot could not move there.
     """
@@ -140,18 +116,6 @@ def _too_near_m(pursuit: Pursuit, plan: FloorPlan) -> float:
     )
     can_move = plan.is_free(pursuit.robot_m[0])
     return NEAREST_M - pursuit.nearest_m if can_move and is_seen.all() else np.inf
-
-
-def _driven(
-    robot: Robot, target_m: NDArray[np.float64], command: Callable[[int, NDArray[np.float64]], CameraCommand]
-) -> Drive:
-    """Return the drive of a robot that obeys ``command(frame, target's place)``."""
-    driven_m, headings = [], []
-    for frame, place_m in enumerate(target_m):
-        driven_m.append(robot.place_m)
-        headings.append(robot.heading_rad)
-        robot.drive(command(frame, place_m))
-    return np.array(driven_m), np.array(headings)
 
 
 def _direction_rad(from_m: NDArray[np.float64], to_m: NDArray[np.float64]) -> float:

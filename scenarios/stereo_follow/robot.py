@@ -1,4 +1,4 @@
-"""The robot that carries the camera, and the driver that follows the target where no controller does."""
+"""The robot that carries the camera."""
 
 from __future__ import annotations
 
@@ -20,10 +20,6 @@ ROBOT = Carrier(
     "ahead",
 )
 """The limits are those of its motors."""
-_TURN_GAIN, _SPEED_GAIN = 2.2, 1.1
-_REACTION_FRAMES = 4
-_TRAIL_FRAMES, _TRAIL_STEP_FRAMES = 75, 5
-_ALONG_LINE = np.linspace(0.0, 1.0, 20)
 
 
 class Robot:
@@ -107,41 +103,3 @@ def is_straight_way(from_m: NDArray[np.float64], to_m: NDArray[np.float64], free
         if not _is_free(free_m, x_m, y_m):
             return False
     return True
-
-
-class HandDriver:
-    """A human driver who follows the target with a delay of about a quarter of a second.
-
-    The robot turns in proportion to the target's bearing and keeps a distance, both with random errors. Behind a wall
-    the driver steers for the target's trail.
-    """
-
-    def __init__(self, plan: FloorPlan, distance_m: float, rng: np.random.Generator) -> None:
-        self._plan = plan
-        self._distance_m = distance_m
-        self._rng = rng
-        self._seen: list[NDArray[np.float64]] = []
-        self._unsteady = np.zeros(2)
-
-    def command(self, robot: Robot, target_m: NDArray[np.float64]) -> CameraCommand:
-        """Return the command for the next frame; ``target_m`` (2,) is the target's current place."""
-        self._seen.append(np.array(target_m, dtype=float))
-        seen_m = self._seen[max(len(self._seen) - 1 - _REACTION_FRAMES, 0)]
-        ahead_m = self._steered_for(robot.place_m) - robot.place_m
-        bearing_rad = np.arctan2(ahead_m[1], ahead_m[0]) - robot.heading_rad
-        bearing_rad = (bearing_rad + np.pi) % (2 * np.pi) - np.pi
-        distance_m = float(np.hypot(*(seen_m - robot.place_m)))
-        self._unsteady = 0.95 * self._unsteady + self._rng.normal(0.0, (0.02, 0.03))
-        wanted_mps = _SPEED_GAIN * (distance_m - self._distance_m) * max(np.cos(bearing_rad), 0.0)
-        return CameraCommand(
-            forward_mps=float(np.clip(wanted_mps + self._unsteady[0], 0.0, FASTEST_MPS)),
-            yaw_rate_rad_s=float(_TURN_GAIN * bearing_rad + self._unsteady[1]),
-        )
-
-    def _steered_for(self, place_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the target's latest seen place (2,) that a straight free line reaches."""
-        latest = max(len(self._seen) - 1 - _REACTION_FRAMES, 0)
-        trail_m = np.array(self._seen[max(latest - _TRAIL_FRAMES, 0) : latest + 1][::-_TRAIL_STEP_FRAMES])
-        lines_m = place_m + _ALONG_LINE[:, None, None] * (trail_m - place_m)
-        is_straight = self._plan.is_free(lines_m).all(axis=0)
-        return trail_m[is_straight.argmax()]

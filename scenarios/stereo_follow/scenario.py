@@ -10,7 +10,7 @@ from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.lighting import LitBuilding, build
 from scenarios.stereo_follow.pictureless.bank import StereoPictureless
 from scenarios.stereo_follow.plan import building_of, make_plan
-from scenarios.stereo_follow.presets import PRESETS, PRESETS_V1, StereoFollow
+from scenarios.stereo_follow.presets import PRESETS, StereoFollow
 from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.truth import PeopleTruth
 from scenarios.truth import TruthExtent
@@ -31,7 +31,7 @@ class StereoFollowScenario:
     carrier: Carrier = ROBOT
     pictureless: Pictureless | None = field(default_factory=StereoPictureless)
     presets: dict[str, StereoFollow] = field(default_factory=lambda: dict(PRESETS))
-    world_fields: tuple[str, ...] = ("edition",)
+    world_fields: tuple[str, ...] = ()
 
     def episode(
         self,
@@ -59,7 +59,7 @@ class StereoFollowScenario:
 
     def keep_world(self, preset: StereoFollow, seed: int) -> KeptWorld:
         """Build the building of the seed's episode, and its light; see ``KeepsWorlds``."""
-        building = building_of(episode_seed(seed, self.id, 0), preset.edition)
+        building = building_of(episode_seed(seed, self.id, 0))
         world = World()
         baked = build(world, building)
         return KeptWorld(world, len(world.bodies), LitBuilding(building, baked))
@@ -81,4 +81,3 @@ class StereoFollowScenario:
 
 
 STEREO_FOLLOW = StereoFollowScenario()
-STEREO_FOLLOW_V1 = StereoFollowScenario(id="stereo-follow-v1", presets=PRESETS_V1)

@@ -11,7 +11,6 @@ from scenarios.stereo_follow.walks import STEP_M, rounded_way
 
 _TRIES = 40
 _NEAR_PASSAGE_M = 8.0
-_LEG_M, _CHANGES_ROOM = 3.5, 0.8
 _SHARPEST_COSINE = -0.2
 
 Leg = tuple[str, NDArray[np.float64]]
@@ -22,7 +21,6 @@ def targets_way(
     preset: StereoFollow, plan: FloorPlan, length_m: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Draw the path (S, 2) from the robot's start on, longer than ``length_m``."""
-    leg, shortest_m = (_leg_anywhere, _LEG_M) if preset.edition == 1 else (_leg_round_corner, preset.leg_m[0])
     rooms = list(plan.rooms)
     room = rooms[rng.integers(len(rooms))]
     stop_m = plan.free_area(room).draw(rng)
@@ -31,27 +29,17 @@ def targets_way(
     way_m = rounded_way(np.array([stop_m, stop_m]))
     while (left_m := length_m + 1.0 - STEP_M * (len(way_m) - 1)) > 0:
         for _ in range(_TRIES):
-            next_room, corners_m = leg(preset, plan, room, way_m, rng)
+            next_room, corners_m = _leg(preset, plan, room, way_m, rng)
             is_dead_end = next_room == "corridor" and left_m > plan.corridor.x1 - plan.corridor.x0
-            if not is_dead_end and _goes_on(way_m, corners_m, shortest_m):
+            if not is_dead_end and _goes_on(way_m, corners_m, preset.leg_m[0]):
                 break
         room = next_room
         way_m = rounded_way(np.concatenate([way_m[:-1], corners_m]))
     return way_m
 
 
-def _leg_anywhere(
-    preset: StereoFollow, plan: FloorPlan, room: str, way_m: NDArray[np.float64], rng: np.random.Generator
-) -> Leg:
-    """Draw a leg to a random place, more often than not in another room (edition 1)."""
-    next_room = _neighbour(plan, room, rng) if rng.random() < _CHANGES_ROOM else room
-    return next_room, plan.way(np.array([way_m[-1], plan.free_area(next_room).draw(rng)]), rng)
-
-
-def _leg_round_corner(
-    preset: StereoFollow, plan: FloorPlan, room: str, way_m: NDArray[np.float64], rng: np.random.Generator
-) -> Leg:
-    """Draw a straight leg round a corner in the same room, or a leg into another one (edition 2)."""
+def _leg(preset: StereoFollow, plan: FloorPlan, room: str, way_m: NDArray[np.float64], rng: np.random.Generator) -> Leg:
+    """Draw a straight leg round a corner in the same room, or a leg into another one."""
     here_m, before_m = way_m[-1], way_m[-1 - min(int(1.0 / STEP_M), len(way_m) - 1)]
     ahead_rad = np.arctan2(*(here_m - before_m)[::-1]) if len(way_m) > 2 else rng.uniform(-np.pi, np.pi)
     for _ in range(_TRIES * (rng.random() < preset.stays)):

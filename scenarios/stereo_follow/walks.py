@@ -72,20 +72,6 @@ def walk_of(place_m: NDArray[np.float64], rate_hz: float, first_heading_rad: flo
     return Walk(place_m, turned, speed_mps)
 
 
-def steady_pace(
-    frames: int, rate_hz: float, speed_mps: float, rng: np.random.Generator, pauses: int
-) -> NDArray[np.float64]:
-    """Return distances (F,) walked since frame 0 at a speed that varies, with pauses of one to two seconds."""
-    seconds = np.arange(frames) / rate_hz
-    waver = 1.0 + 0.12 * np.sin(2 * np.pi * seconds / rng.uniform(5.0, 9.0) + rng.uniform(0, 2 * np.pi))
-    going = np.ones(frames)
-    for _ in range(pauses):
-        begin = int(rng.uniform(0.15, 0.85) * frames)
-        going[begin : begin + int(rng.uniform(1.0, 2.0) * rate_hz)] = 0.0
-    going = gaussian_filter1d(going, 0.3 * rate_hz, mode="nearest")
-    return np.concatenate([[0.0], np.cumsum(speed_mps * waver * going)[:-1]]) / rate_hz
-
-
 def changing_pace(
     frames: int, rate_hz: float, speeds_mps: tuple[float, float], rng: np.random.Generator, pauses: int
 ) -> NDArray[np.float64]:

@@ -11,6 +11,7 @@ from trackers.kernels.histogram import bhattacharyya
 from trackers.types import CameraRegisters
 
 LARGEST_WHITE_BALANCE = 1023
+"""Of R and B."""
 LARGEST_SHUTTER_STEP, LARGEST_GAIN_STEP = 177, 342
 """S_max and G_max."""
 _SHUTTER_STEP, _GAIN_STEP = 4, 2
@@ -25,14 +26,18 @@ def shutter_and_gain(registers: CameraRegisters) -> tuple[int, int]:
     return int(registers.shutter / _SHUTTER_STEP + 0.5), int(registers.gain / _GAIN_STEP + 0.5)
 
 
-def colour_change(now: CameraRegisters, then: CameraRegisters) -> float:
-    """Return ``P_c = 0.4 (|R - R'| + |B - B'|)`` in [0, 0.8] (equation 9).
+def white_balance_change(now: CameraRegisters, then: CameraRegisters) -> int:
+    """Return ``|R - R'| + |B - B'|`` in register values."""
+    return abs(now.red - then.red) + abs(now.blue - then.blue)
 
-    Reading: the paper gives no units; gains are shares of their range. As register values, a change by three of 1,023
-    would give P_c = 1.2.
+
+def colour_change(white_balance_change: float, unit: float) -> float:
+    """Return ``P_c = 0.4 (|R - R'| + |B - B'|) / unit``, at most 1 (equation 9; its unit: ``StereoColourParameters``).
+
+    Args:
+        white_balance_change, unit: register values.
     """
-    change = abs(now.red - then.red) + abs(now.blue - then.blue)
-    return _COLOUR_WEIGHT * change / LARGEST_WHITE_BALANCE
+    return min(_COLOUR_WEIGHT * white_balance_change / unit, 1.0)
 
 
 def brightness_change(now: CameraRegisters, then: CameraRegisters) -> float:

@@ -17,7 +17,13 @@ from trackers.kernels.boxes import box_centre
 from trackers.kernels.histogram import histogram_of, hs_bins
 from trackers.paper_b.candidates import Candidate, CandidateParameters, candidate_in_box
 from trackers.paper_b.first_mounting import first_mounting, usual_depth_m
-from trackers.paper_b.light_change import LightTrend, brightness_change, colour_change, dissimilarity
+from trackers.paper_b.light_change import (
+    LightTrend,
+    brightness_change,
+    colour_change,
+    dissimilarity,
+    white_balance_change,
+)
 from trackers.paper_b.matching import StereoMatcher, baseline_m
 from trackers.paper_b.occlusion import Occlusion, OcclusionParameters, OcclusionState, OtherPeople, share_before
 from trackers.paper_b.person_kalman import PersonKalman
@@ -54,12 +60,23 @@ def combined_dissimilarity(
 class StereoColourParameters:
     """Settings of both methods that the paper does not give.
 
+    The unit of equation 9, ``P_c = 0.4 (|R - R'| + |B - B'|)``:
+
+    * Read from the paper: the factor; gains from 0 to 1,023 (Table 1); ``0 <= P_c <= 1`` (section 3.2.2). It gives no
+      unit: in equation 10 S and G are shares of their range, in equation 9 R and B are not.
+    * Ours: how a camera's gains become registers. As register values P_c would be at 1 after a change by 3; as shares
+      of the range it would not pass 0.13 in the whole of experiment I, and the older method would be colour alone.
+    * Fitted: 128, an eighth of the range, so that P_c has its whole range in experiment I, from 0 at the greatest
+      illuminance to nearly 1 at the least (0.97 to 0.99 on development seeds). B1 shows P_c there, B3 what other units
+      would change.
+
     Attributes:
         threshold: largest dissimilarity D of the target.
         acceleration_mps2: standard deviation of a person's acceleration in the robot's frame.
         place_noise_m: standard deviation of a candidate's position.
         predicted_s: how long a target that is not found and not occluded is predicted; then it is lost.
         predicted_hidden_s: the same while the state of occlusion is not ``NONE``. A lost target's position stays.
+        white_balance_unit: change of R and B together, in register values, that equation 9 has as 1.
     """
 
     threshold: float = tunable(0.62, 0.2, 0.9)
@@ -67,6 +84,7 @@ class StereoColourParameters:
     place_noise_m: float = tunable(0.1, 0.02, 0.5, log=True)
     predicted_s: float = tunable(1.0, 0.2, 5.0, log=True)
     predicted_hidden_s: float = tunable(3.0, 0.5, 10.0, log=True)
+    white_balance_unit: float = tunable(128.0, 1.0, 1023.0, log=True)
 
 
 class StereoColour(ABC):
@@ -74,8 +92,8 @@ class StereoColour(ABC):
     when the robot turns.
 
     The paper's numbers: those of equations 4 to 10 (``light_change``, k = 1 m⁻¹). Fitted on development seeds, alike
-    for both methods: ``StereoColourParameters``, of which the threshold so that the methods score about as in the
-    paper. All else are readings:
+    for both methods: ``StereoColourParameters``, of which the threshold so that the methods scored about as in the
+    paper in the scene's first edition, and the unit of the white balance by experiment I. All else are readings:
 
     * Colours are compared in 16 bins of hue times 8 of saturation over all pixels of a candidate; a new template
       replaces the old one.
@@ -210,7 +228,9 @@ class StereoColour(ABC):
         if not self._template.any():
             return by_place
         by_colour = np.array([dissimilarity(histogram, self._template) for histogram in histograms])
-        colour, brightness = colour_change(registers, self._learnt_at), brightness_change(registers, self._learnt_at)
+        change = white_balance_change(registers, self._learnt_at)
+        colour = colour_change(change, self._parameters.white_balance_unit)
+        brightness = brightness_change(registers, self._learnt_at)
         weight = 0.0 if self._lost else self.weight(colour, brightness, self._learnt)
         return combined_dissimilarity(weight, by_colour, by_place)
 

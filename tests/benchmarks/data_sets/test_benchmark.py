@@ -21,7 +21,7 @@ from tests.benchmarks.data_sets.small import MODULES, made, tiny
 
 SUITES = {
     "frame-out": ("road-town-v2", "colour_pf"),
-    "stereo": ("stereo-follow-v1", "stereo_wb"),
+    "stereo": ("stereo-follow-v2", "stereo_wb"),
     "fish": ("fish-tank-v1", "ca_kalman"),
     "harbour": ("harbour-v1", "harbour_mog2"),
 }

@@ -20,7 +20,7 @@ from trackers.registry import NoParameters
 from trackers.types import CameraCommand, CameraModel, Estimate, Observation
 
 SMALL = {"frame_count": 12, "width_px": 96, "height_px": 72}
-SETTINGS = FollowSettings("stereo-follow-v1", "hold", preset="quick", changes=SMALL)
+SETTINGS = FollowSettings("stereo-follow-v2", "hold", preset="quick", changes=SMALL)
 
 
 def test_runs_are_written_once_and_fitted(tmp_path: Path) -> None:
@@ -88,10 +88,10 @@ def test_repeats_are_averaged_for_each_episode(tmp_path: Path) -> None:
 
 
 def test_speed_without_pictures_is_an_entry_of_a_summary(tmp_path: Path) -> None:
-    [entry] = measure_pictureless("frameout/StereoFollow-v1", "quick", range(2), tmp_path)
+    [entry] = measure_pictureless("frameout/StereoFollow-v2", "quick", range(2), tmp_path)
     assert (entry["metric"], entry["scenario"], entry["n"]) == (
         "env_steps_per_s_without_pictures",
-        "stereo-follow-v1",
+        "stereo-follow-v2",
         2,
     )
     assert 0 < entry["ci_low"] <= entry["mean"] <= entry["ci_high"] < np.inf

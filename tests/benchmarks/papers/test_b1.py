@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.papers import b1
 from benchmarks.papers.b1 import CONDITIONS, CURVES, EXPERIMENT
 from benchmarks.papers.camera_experiment import CameraExperiment, photograph
 from benchmarks.papers.repeat import findings, repeat
@@ -37,6 +38,28 @@ def test_rows_hold_every_curve_and_claim(block):
     # The template is the brightest picture itself.
     assert values["I_dissimilarity"][0] == pytest.approx(0.0, abs=1e-6)
     assert max(values["II_gain"]) == max(values["III_white_balance"]) == 0.0
+
+
+@pytest.mark.parametrize("unit", [1.0, 1023.0])
+def test_a_wrong_scale_of_p_c_is_noticed(unit: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(b1, "_UNIT", unit)
+    found = {each.claim.metric: each.agrees for each in findings(EXPERIMENT, EXPERIMENT.block(3, "raster"))}
+    if unit > b1.StereoColourParameters().white_balance_unit:
+        assert found["I_change_follows"], "a rank correlation does not notice"
+    assert not (found["I_colour_change_largest"] and found["II_colour_change_off"])
+
+
+def test_p_c_and_p_l_are_shown_at_every_illuminance(tmp_path: Path, block: list[Row]) -> None:
+    table = EXPERIMENT.sensitivity(tmp_path, block, range(3, 4), "raster")
+    assert table is not None
+    _, dissimilarity, brightness, colour, as_registers, as_shares = (
+        [float(value) for value in column] for column in zip(*table.rows, strict=True)
+    )
+    assert len(table.rows) == ILLUMINANCES
+    assert colour == sorted(colour)
+    assert (colour[0], brightness[0], dissimilarity[0]) == (0.0, 0.0, 0.0)
+    assert 0.9 < colour[-1] <= brightness[-1] == as_registers[1] == 1.0
+    assert as_shares[-1] < 0.13
 
 
 def test_conditions_differ_in_what_the_camera_holds_alone():
@@ -86,6 +109,7 @@ def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
     assert "Paper B, a person followed with a stereo camera" in page
     for claim in EXPERIMENT.claims:
         assert claim.words in page
+    assert "P_c and P_l at each illuminance" in page
     assert page.count("<svg") == len(CONDITIONS)
     height, width = cv2.imread(str(tmp_path / "pictures" / "paper-b1-raster.jpg")).shape[:2]
     assert width / ILLUMINANCES > height / len(CONDITIONS)
@@ -120,7 +144,7 @@ def test_a_folder_with_other_seeds_is_refused_and_left_alone(tmp_path: Path, blo
 
 
 @pytest.mark.parametrize(
-    "stranger", [{"suite": "frame-out"}, {"preset": "standard"}, {"scenario": "stereo-follow-v1"}, {"controller": "x"}]
+    "stranger", [{"suite": "frame-out"}, {"preset": "standard"}, {"scenario": "stereo-follow-v2"}, {"controller": "x"}]
 )
 def test_rows_of_something_else_stay_in_the_folder_and_count_for_nothing(
     tmp_path: Path, block: list[Row], stranger: Row

@@ -42,6 +42,8 @@ def row(experiment: TrackerExperiment, tracker: str, metric: str, value: float, 
 @pytest.mark.parametrize("experiment", [*EXPERIMENTS, b3.EXPERIMENT], ids=lambda each: each.name)
 def test_an_experiment_names_what_exists(experiment: TrackerExperiment) -> None:
     preset = catalog.scenario(experiment.scenario).presets[experiment.preset]
+    for name in experiment.presets:
+        assert catalog.scenario(experiment.scenario).presets[name].frame_count == preset.frame_count
     assert experiment.scenario in catalog.names()
     assert preset.closed_loop == (experiment.controller is not None)
     assert experiment.controller is None or experiment.controller in controllers("helicopter")
@@ -230,3 +232,27 @@ def test_trackers_beside_run_in_the_same_episodes_and_are_counted_without_a_verd
     ]
     assert {each.claim.words for each in found} == {"not in the paper"}
     assert [(each.value, each.agrees) for each in found[:2]] == [("–", None), ("100.0 %", None)]
+
+
+def test_a_variant_runs_beside_and_its_rows_are_counted_apart(tmp_path: Path) -> None:
+    experiment = replace(a3.EXPERIMENT, beside=("colour_pf",), variants={"standard": "elsewhere"})
+    assert experiment.runs(range(2), "raster", 1).presets == ("paper-a3", "standard")
+    for preset, kept in (("paper-a3", 1), ("standard", 4)):
+        for tracker in ("background_pf", "colour_pf"):
+            for seed in range(5):
+                made = {"tracker": tracker, "seed": seed, "preset": preset}
+                kept_row = row(experiment, metric="kept", value=float(seed < kept), frame_out={"kind": "road"}, **made)
+                append_block(tmp_path, [kept_row, row(experiment, metric="frames", value=160.0, **made)])
+    assert len(experiment.rows_in(tmp_path)) == 2 * 2 * 5 * 2
+    found = {
+        (each.claim.preset, each.claim.tracker): (each.mean, each.claim.counted)
+        for each in findings(experiment, experiment.rows_in(tmp_path))
+        if each.claim.metric == "road_kept_rate"
+    }
+    counted = next(claim.counted for claim in experiment.claims if claim.metric == "road_kept_rate")
+    assert found == {
+        ("", "background_pf"): (pytest.approx(0.2), counted),
+        ("", "colour_pf"): (pytest.approx(0.2), counted),
+        ("standard", "background_pf"): (pytest.approx(0.8), f"elsewhere: {counted}"),
+        ("standard", "colour_pf"): (pytest.approx(0.8), f"elsewhere: {counted}"),
+    }

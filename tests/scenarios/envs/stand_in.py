@@ -15,9 +15,9 @@ from scenarios.stereo_follow.robot import ROBOT
 from tests.fakes_scenario import FAKE_TOWN
 from tests.fakes_trackers import Knowing, NoParameters
 
-IDS = ("frameout/RoadTownFollow-v2", "frameout/StereoFollow-v1")
+IDS = ("frameout/RoadTownFollow-v2", "frameout/StereoFollow-v2")
 FRAMES = 40
-FLOWN, DRIVEN = replace(FAKE_TOWN, id="road-town-v2"), replace(FAKE_TOWN, id="stereo-follow-v1", carrier=ROBOT)
+FLOWN, DRIVEN = replace(FAKE_TOWN, id="road-town-v2"), replace(FAKE_TOWN, id="stereo-follow-v2", carrier=ROBOT)
 
 
 @pytest.fixture

@@ -60,8 +60,8 @@ def test_a_command_is_an_action_times_its_limits(a: float, b: float, c: float, d
 
 
 def test_the_robot_takes_two_numbers() -> None:
-    assert action_count(FollowSettings("stereo-follow-v1", "hold"), ROBOT) == 2
-    stereo = steering(FollowSettings("stereo-follow-v1", "hold"), ROBOT)
+    assert action_count(FollowSettings("stereo-follow-v2", "hold"), ROBOT) == 2
+    stereo = steering(FollowSettings("stereo-follow-v2", "hold"), ROBOT)
     assert stereo.command(np.array([1.0, -0.5]), *latest()) == CameraCommand(forward_mps=1.6, yaw_rate_rad_s=-0.8)
 
 

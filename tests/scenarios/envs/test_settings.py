@@ -112,7 +112,7 @@ def test_what_is_wrong_is_named(name: str, value: Any, expected: str) -> None:
 )
 def test_what_is_wrong_with_a_person_to_follow_is_named_too(changes: dict[str, Any], expected: str) -> None:
     with pytest.raises(ValueError, match=expected):
-        FollowSettings("stereo-follow-v1", "hold", changes=changes)
+        FollowSettings("stereo-follow-v2", "hold", changes=changes)
 
 
 def test_numbers_of_numpy_and_lists_are_taken() -> None:

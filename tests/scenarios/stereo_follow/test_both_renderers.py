@@ -46,7 +46,7 @@ def test_an_episode_is_the_same_to_look_at_by_either():
 
 
 def _first_frame(renderer: RendererName) -> Frame:
-    episode = scenario("stereo-follow-v1").episode("quick", 3, renderer=renderer)
+    episode = scenario("stereo-follow-v2").episode("quick", 3, renderer=renderer)
     frame = episode.step()
     episode.close()
     return frame

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
+import gymnasium
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -36,7 +37,7 @@ RATE_HZ = 15.0
 
 @lru_cache(maxsize=8)
 def building_of(seed: int) -> Building:
-    return draw_building(draw_floor_plan(np.random.default_rng(seed)), np.random.default_rng(seed), 2)
+    return draw_building(draw_floor_plan(np.random.default_rng(seed)), np.random.default_rng(seed))
 
 
 def first_panels(
@@ -220,6 +221,13 @@ def test_the_papers_experiment_has_as_many_frames():
 def test_presets_refuse_nonsense(nonsense, message):
     with pytest.raises(ValueError, match=message):
         replace(PRESETS["quick"], **nonsense)
+
+
+def test_the_deleted_version_names_its_successor():
+    with pytest.raises(ValueError, match="expected stereo-follow-v2, which took its place, got 'stereo-follow-v1'"):
+        scenario("stereo-follow-v1")
+    with pytest.raises(gymnasium.error.DeprecatedEnv, match="Please use `frameout/StereoFollow-v2` instead"):
+        gymnasium.make("frameout/StereoFollow-v1")
 
 
 def test_unknown_presets_and_negative_seeds_are_refused():

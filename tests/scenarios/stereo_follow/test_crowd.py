@@ -14,25 +14,21 @@ from numpy.typing import NDArray
 from scenarios.stereo_follow.crowd import Crowd, draw_crowd
 from scenarios.stereo_follow.floor_plan import FloorPlan, draw_floor_plan
 from scenarios.stereo_follow.odometry import Odometry
-from scenarios.stereo_follow.presets import PRESETS, PRESETS_V1
-from scenarios.stereo_follow.robot import FASTEST_MPS, FASTEST_TURN_RAD_S, HandDriver, Robot
+from scenarios.stereo_follow.presets import PRESETS
+from scenarios.stereo_follow.robot import FASTEST_MPS, FASTEST_TURN_RAD_S, Robot
 from scenarios.stereo_follow.sight import seen_frames
-from scenarios.stereo_follow.walks import STEP_M, at_distance, rounded_way, sideways, steady_pace, walk_of
+from scenarios.stereo_follow.walks import STEP_M, at_distance, rounded_way, sideways, walk_of
 from trackers.types import CameraCommand
 
 RATE_HZ = 15.0
 SEEDS = st.integers(0, 10_000)
 SOME = settings(max_examples=12, deadline=None)
-EDITIONS = st.sampled_from([1, 2])
-EDITION_1_ENDS_M = ((7.6299, 5.3307), (22.7042, 9.2285), (9.186, 3.0088), (17.3829, 3.5492))
-"""The robot's last place in the first episodes, as commit e4d3254 drew them."""
 
 
 @lru_cache(maxsize=64)
-def crowd_of(seed: int, preset: str = "standard", edition: int = 2) -> tuple[FloorPlan, Crowd]:
+def crowd_of(seed: int, preset: str = "standard") -> tuple[FloorPlan, Crowd]:
     plan = draw_floor_plan(np.random.default_rng(seed))
-    presets = PRESETS_V1 if edition == 1 else PRESETS
-    return plan, draw_crowd(presets[preset], plan, np.random.default_rng(seed + 1))
+    return plan, draw_crowd(PRESETS[preset], plan, np.random.default_rng(seed + 1))
 
 
 def _off_walls_m(plan: FloorPlan, place_m: NDArray[np.float64]) -> float:
@@ -46,10 +42,10 @@ def _off_walls_m(plan: FloorPlan, place_m: NDArray[np.float64]) -> float:
 
 
 @SOME
-@given(seed=SEEDS, preset=st.sampled_from(["standard", "hard", "quick"]), edition=EDITIONS)
-@example(seed=548, preset="standard", edition=2)
-def test_people_keep_off_each_other_walls_and_robot(seed, preset, edition):
-    plan, crowd = crowd_of(seed, preset, edition)
+@given(seed=SEEDS, preset=st.sampled_from(["standard", "hard", "quick"]))
+@example(seed=548, preset="standard")
+def test_people_keep_off_each_other_walls_and_robot(seed, preset):
+    plan, crowd = crowd_of(seed, preset)
     places_m = np.array([walk.place_m for walk in crowd.walks])
     assert crowd.kinds[0] == "target"
     assert len(crowd.kinds) == len(crowd.walks) >= 3
@@ -66,9 +62,9 @@ def test_people_keep_off_each_other_walls_and_robot(seed, preset, edition):
 
 
 @SOME
-@given(seed=SEEDS, edition=EDITIONS)
-def test_nobody_hides_the_target_when_a_tracker_is_told_of_him(seed, edition):
-    _, crowd = crowd_of(seed, edition=edition)
+@given(seed=SEEDS)
+def test_nobody_hides_the_target_when_a_tracker_is_told_of_him(seed):
+    _, crowd = crowd_of(seed)
     for walk in crowd.walks[1:]:
         for frame in range(10):
             sight_m = crowd.walks[0].place_m[frame] - crowd.robot_m[frame]
@@ -78,9 +74,9 @@ def test_nobody_hides_the_target_when_a_tracker_is_told_of_him(seed, edition):
 
 
 @SOME
-@given(seed=SEEDS, edition=EDITIONS)
-def test_people_walk_as_people_do(seed, edition):
-    _, crowd = crowd_of(seed, edition=edition)
+@given(seed=SEEDS)
+def test_people_walk_as_people_do(seed):
+    _, crowd = crowd_of(seed)
     for walk in crowd.walks:
         step_mps = np.linalg.norm(np.diff(walk.place_m, axis=0), axis=1) * RATE_HZ
         assert step_mps.max(initial=0.0) < 2.0
@@ -92,18 +88,7 @@ def test_people_walk_as_people_do(seed, edition):
     assert np.linalg.norm(np.ptp(target.place_m, axis=0)) > 5.0
 
 
-def test_the_hand_of_edition_1_keeps_the_target_in_reach_in_most_episodes():
-    kept = []
-    for seed in range(16):
-        _, crowd = crowd_of(seed, edition=1)
-        distance_m = np.linalg.norm(crowd.walks[0].place_m - crowd.robot_m, axis=1)
-        ahead = np.column_stack([np.cos(crowd.robot_heading_rad), np.sin(crowd.robot_heading_rad)])
-        in_front = np.einsum("fk,fk->f", ahead, crowd.walks[0].place_m - crowd.robot_m) / distance_m
-        kept.append(distance_m.min() >= 1.3 and distance_m.max() <= 5.5 and (in_front > np.cos(0.6)).mean() > 0.8)
-    assert np.mean(kept) >= 0.8
-
-
-def test_the_target_of_edition_2_is_in_sight_among_people_most_of_the_time():
+def test_the_target_is_in_sight_among_people_most_of_the_time():
     shares = []
     for seed in range(16):
         plan, crowd = crowd_of(seed)
@@ -114,7 +99,7 @@ def test_the_target_of_edition_2_is_in_sight_among_people_most_of_the_time():
     assert 0.7 < np.mean(shares) < 0.95
 
 
-def test_targets_of_edition_2_change_speed_and_stop():
+def test_targets_change_speed_and_stop():
     speeds_mps = np.concatenate([crowd_of(seed)[1].walks[0].speed_mps for seed in range(16)])
     slow_mps, fast_mps = np.percentile(speeds_mps, [10, 95])
     assert slow_mps < 0.7
@@ -122,23 +107,16 @@ def test_targets_of_edition_2_change_speed_and_stop():
     assert 0.02 < (speeds_mps < 0.1).mean() < 0.2
 
 
-def test_edition_1_ends_where_it_ended_when_it_was_published():
-    for seed, end_m in enumerate(EDITION_1_ENDS_M):
-        assert crowd_of(seed, edition=1)[1].robot_m[-1] == pytest.approx(end_m, abs=1e-3)
-
-
-@pytest.mark.parametrize("edition", [1, 2])
 @pytest.mark.parametrize("kind", ["crosser", "oncomer", "follower", "walker", "stander"])
-def test_every_kind_of_people_comes_in_many_episodes(kind, edition):
-    there = [kind in crowd_of(seed, edition=edition)[1].kinds for seed in range(16)]
+def test_every_kind_of_people_comes_in_many_episodes(kind):
+    there = [kind in crowd_of(seed)[1].kinds for seed in range(16)]
     assert np.mean(there) >= 0.6
 
 
-@pytest.mark.parametrize("edition", [1, 2])
-def test_crossers_come_between_robot_and_target_and_followers_are_close_behind_him(edition):
+def test_crossers_come_between_robot_and_target_and_followers_are_close_behind_him():
     crossed, followed = [], []
     for seed in range(16):
-        _, crowd = crowd_of(seed, edition=edition)
+        _, crowd = crowd_of(seed)
         target_m, robot_m = crowd.walks[0].place_m, crowd.robot_m
         for walk, kind in zip(crowd.walks, crowd.kinds, strict=True):
             if kind == "crosser":
@@ -177,11 +155,6 @@ def test_ways_are_walked_as_told():
         np.array([way_m[0], (2.1, 0.0), way_m[-1]]), abs=0.1
     )
     assert sideways(way_m)[10] == pytest.approx([0.0, 1.0], abs=1e-6)
-    pace_m = steady_pace(300, RATE_HZ, 1.1, np.random.default_rng(0), pauses=1)
-    assert pace_m[0] == 0.0
-    assert (np.diff(pace_m) >= -1e-9).all()
-    assert 0.7 * 22.0 < pace_m[-1] < 22.0
-    assert (np.diff(pace_m) * RATE_HZ < 0.3).sum() >= 8
 
 
 def test_who_stands_looks_where_he_is_told_or_where_he_will_go():
@@ -224,20 +197,6 @@ def test_robot_stops_at_walls_and_goes_nowhere_sideways():
     before_m = robot.place_m
     robot.drive(CameraCommand(forward_mps=1.0))
     assert np.array_equal(robot.place_m, before_m)
-
-
-def test_the_driver_turns_to_the_target_and_waits_at_his_distance():
-    plan = draw_floor_plan(np.random.default_rng(2))
-    hall = plan.free_area("hall")
-    start_m = np.array([hall.x0 + 1.0, hall.y0 + 1.0])
-    target_m = np.array([hall.x1, hall.y1])
-    robot = Robot(plan, start_m, -0.8, RATE_HZ)
-    driver = HandDriver(plan, 1.6, np.random.default_rng(0))
-    for _ in range(180):
-        robot.drive(driver.command(robot, target_m))
-    sight_m = target_m - robot.place_m
-    assert np.hypot(*sight_m) == pytest.approx(1.6, abs=0.5)
-    assert abs((np.arctan2(*sight_m[::-1]) - robot.heading_rad + np.pi) % (2 * np.pi) - np.pi) < 0.3
 
 
 @SOME

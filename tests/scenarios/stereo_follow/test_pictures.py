@@ -1,4 +1,4 @@
-"""What a first look at the pictures of the second edition must not find: torn bricks, shadows apart from their feet."""
+"""What a first look at the pictures must not find: torn bricks, shadows apart from their feet."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _bricks_per_m(piece: Panel) -> np.ndarray:
 def test_the_pieces_of_a_wall_show_one_texture_that_runs_on_over_their_seams(name):
     for seed in range(4):
         plan = draw_floor_plan(np.random.default_rng(seed))
-        pieces = [p for p in draw_building(plan, np.random.default_rng(seed), 2).panels if p.name == name]
+        pieces = [p for p in draw_building(plan, np.random.default_rng(seed)).panels if p.name == name]
         assert len(pieces) == 3
         assert len({id(piece.texture) for piece in pieces}) == 1
         # Where the texture's lower left corner would lie, seen from each piece.
@@ -44,19 +44,19 @@ def test_the_pieces_of_a_wall_show_one_texture_that_runs_on_over_their_seams(nam
 
 
 def test_shadows_begin_at_the_shoes():
-    """Beside the feet, the floor is darker than by the first edition's light, in which shadows begin some way off."""
+    """Beside the feet, the floor is darker than with raised panels, on which shadows begin some way off."""
     episode = scenario("stereo-follow").episode("quick", SEED)
     frame, world, light = episode.step(), episode.world, episode._baked_light
-    first = BakedLightShader(world, light._baked)
-    set_light(first, episode.plan.light, 0)
+    raised = BakedLightShader(world, light._baked)
+    set_light(raised, episode.plan.light, 0)
     camera, T_world_camera = frame.camera, frame.truth.T_world_camera
     gbuffer = Raster(world).gbuffer(camera, T_world_camera)
-    lux, first_lux = (shader.shade(gbuffer, camera, T_world_camera)[:, 1] for shader in (light, first))
+    lux, raised_lux = (shader.shade(gbuffer, camera, T_world_camera)[:, 1] for shader in (light, raised))
     names = np.array([*(body.name for body in world.bodies), "sky"])[gbuffer.instance_id]
     episode.close()
     feet = np.char.endswith(names.astype(str), "foot").astype(np.uint8)
     beside = (cv2.dilate(feet, np.ones((7, 7), np.uint8)) > 0) & (names == "paving")
     apart = cv2.dilate(feet, np.ones((99, 99), np.uint8)) == 0
     assert feet.sum() > 100
-    assert (lux[beside] < 0.7 * first_lux[beside]).mean() > 0.1
-    assert (np.abs(lux[apart] / np.maximum(first_lux[apart], 1e-9) - 1.0) < 0.01).mean() > 0.9
+    assert (lux[beside] < 0.7 * raised_lux[beside]).mean() > 0.1
+    assert (np.abs(lux[apart] / np.maximum(raised_lux[apart], 1e-9) - 1.0) < 0.01).mean() > 0.9

@@ -7,7 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from trackers.paper_b.light_change import LightTrend, brightness_change, colour_change, dissimilarity, shutter_and_gain
+from trackers.paper_b.light_change import (
+    LightTrend,
+    brightness_change,
+    colour_change,
+    dissimilarity,
+    shutter_and_gain,
+    white_balance_change,
+)
+from trackers.paper_b.stereo_colour import StereoColourParameters
 from trackers.types import CameraRegisters
 
 AT_REST = CameraRegisters(red=400, blue=600, shutter=200, gain=0)
@@ -23,20 +31,26 @@ def test_the_papers_largest_steps():
 
 def test_by_hand():
     now = CameraRegisters(red=300, blue=700, shutter=220, gain=20)
-    assert colour_change(now, AT_REST) == pytest.approx(0.4 * 200 / 1023)
+    assert white_balance_change(now, AT_REST) == 200
+    assert colour_change(200, unit=1023.0) == pytest.approx(0.4 * 200 / 1023)
+    assert colour_change(200, unit=40.0) == 1.0
     assert brightness_change(now, AT_REST) == pytest.approx(6.0 * 5 / 177 + 0.9 * 10 / 342)
+
+
+def _colour_change(now: CameraRegisters, then: CameraRegisters) -> float:
+    return colour_change(white_balance_change(now, then), StereoColourParameters().white_balance_unit)
 
 
 @given(REGISTERS, REGISTERS)
 def test_changes_are_shares_and_the_same_both_ways(one, other):
-    for change in (colour_change, brightness_change):
+    for change in (_colour_change, brightness_change):
         assert change(one, one) == 0.0
         assert 0.0 <= change(one, other) <= 1.0
         assert change(one, other) == change(other, one)
 
 
 def test_only_white_balance_tells_of_colour_and_only_shutter_and_gain_of_brightness():
-    assert colour_change(CameraRegisters(400, 600, 707, 683), AT_REST) == 0.0
+    assert white_balance_change(CameraRegisters(400, 600, 707, 683), AT_REST) == 0
     assert brightness_change(CameraRegisters(0, 1023, 200, 0), AT_REST) == 0.0
 
 

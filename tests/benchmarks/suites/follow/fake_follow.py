@@ -141,7 +141,7 @@ class FakeFollowEpisode:
 
     def map_of(self) -> Building:
         """Return some building; the people ignore it."""
-        return draw_building(draw_floor_plan(np.random.default_rng(0)), np.random.default_rng(0), 2)
+        return draw_building(draw_floor_plan(np.random.default_rng(0)), np.random.default_rng(0))
 
     def larger_view(self, scale: float) -> NDArray[np.uint8]:
         """Return a blank picture."""

@@ -39,8 +39,8 @@ def instant_at(frame: int, estimate: Estimate | None = None) -> Instant:
 
 
 def test_each_scenario_is_drawn_in_its_own_way():
-    assert isinstance(drawing_of("stereo-follow-v1", episode()), StereoDrawing)
-    assert isinstance(drawing_of("stereo-follow-v12", episode()), StereoDrawing)
+    assert isinstance(drawing_of("stereo-follow-v2", episode()), StereoDrawing)
+    assert isinstance(drawing_of("stereo-follow-v22", episode()), StereoDrawing)
     assert isinstance(drawing_of("road-town-v2", FakeEpisode()), InLargerView)
     assert isinstance(drawing_of("another-scenario-v1", FakeEpisode()), InLargerView)
 
@@ -62,7 +62,7 @@ def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, mo
 
 
 def test_what_is_rendered_is_what_the_command_asks_for(tmp_path: Path):
-    job = Job("stereo", "stereo-follow-v1", "quick", "raster", 0, None, ("stereo_wb",))
+    job = Job("stereo", "stereo-follow-v2", "quick", "raster", 0, None, ("stereo_wb",))
     shown: list[tuple[int, ...]] = []
     assert render_episode(job, tmp_path / "x.mp4", frames=2, progress=lambda *counts: shown.append(counts)) == []
     assert shown == [(0, 2), (1, 2), (2, 2)]
@@ -165,7 +165,7 @@ def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Pat
     monkeypatch.setattr(
         picture, "_rows", lambda *about: drawn.append(about) or [[("words", np.zeros((24, 64, 3), np.uint8))]]
     )
-    condition = ("stereo", "stereo-follow-v1", "quick", "raster", "")
+    condition = ("stereo", "stereo-follow-v2", "quick", "raster", "")
     heading = dict(zip(("suite", "scenario", "preset", "renderer"), condition, strict=False)) | {"controller": None}
     told = {"seed": 4, "metric": "recovered", "event": event("occlusion", 20, 6, 28), "editions": "now"}
     rows = {name: [{**heading, "tracker": name, **told}] for name in ("stereo_people", "stereo_wb")}

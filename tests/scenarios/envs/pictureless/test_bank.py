@@ -15,7 +15,7 @@ from scenarios.road_town.plan import make_plan as road_plan
 from scenarios.stereo_follow.plan import make_plan as stereo_plan
 from sim.rng import episode_seed
 
-PLANS: dict[str, Any] = {"road-town-v2": road_plan, "stereo-follow-v1": stereo_plan}
+PLANS: dict[str, Any] = {"road-town-v2": road_plan, "stereo-follow-v2": stereo_plan}
 
 
 @pytest.mark.parametrize("scenario", PLANS)
@@ -37,15 +37,15 @@ def test_banks_hold_the_rendered_episodes_plans(scenario: str, tmp_path: Path) -
 
 
 def test_other_configurations_are_kept_apart(tmp_path: Path) -> None:
-    preset = catalog.scenario("stereo-follow-v1").presets["quick"]
+    preset = catalog.scenario("stereo-follow-v2").presets["quick"]
     for count in (40, 50):
-        made = episode_bank("stereo-follow-v1", dataclasses.replace(preset, frame_count=count), [1], tmp_path)
+        made = episode_bank("stereo-follow-v2", dataclasses.replace(preset, frame_count=count), [1], tmp_path)
         assert made.arrays["target_m"].shape == (1, count, 2)
     assert len(list(tmp_path.iterdir())) == 2
 
 
 def test_episodes_that_measure_nothing_are_refused() -> None:
-    for scenario, changes in (("road-town-v2", {"ego": None}), ("stereo-follow-v1", {"odometry": False})):
+    for scenario, changes in (("road-town-v2", {"ego": None}), ("stereo-follow-v2", {"odometry": False})):
         preset = dataclasses.replace(catalog.scenario(scenario).presets["quick"], **changes)
         with pytest.raises(ValueError, match=r"preset: expected one with .*, got neither"):
             episode_bank(scenario, preset, [1])
