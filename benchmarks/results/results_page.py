@@ -101,7 +101,9 @@ class _Page:
         # A headline metric that no row has, such as one of steered runs alone, has no column.
         kinds = sorted({" | ".join(map(head, board.columns)) for board in boards})
         check("table", len(kinds) == 1, f"the same columns in {', '.join(names)}", "; ".join(kinds))
-        several, lines, beside = len(shown) > 1, [], []
+        several = len(shown) > 1
+        lines: list[list[str]] = []
+        beside: list[list[str]] = []
         for each, board in zip(shown, boards, strict=True):
             preset = [f"`{each['summary'][0]['preset']}`"] if several else []
             for line in board.lines:
