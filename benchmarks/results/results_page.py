@@ -9,7 +9,7 @@ is prose with calls in double braces (Jinja's):
                                                  several tables stand below each other; by default the suite's headline
                                                  metrics, and all roles
 ``paper(NAME)``                                  a paper's claims beside our figures
-``agreed(NAME)``                                 ``3 of 4``: how many of a paper's claims our figures agree with
+``agreed(NAME)``                                 ``3 of 4``: how many of the paper's claims our figures agree with
 ``fitted(EXPERIMENT)``                           what of it was set so that it agrees, in its own words
 ``figures(NAME)``                                all metrics of a speed, a line for each
 ``value(NAME, CONTESTANT, METRIC)``              ``94.2 (89.3–98.3)``: a number with its interval, fractions in per cent
@@ -134,7 +134,10 @@ class _Page:
 
     def agreed(self, name: str) -> str:
         """See the module."""
-        judged = [found["agrees"] for found in self._read(name)["findings"] if found["agrees"] is not None]
+        findings = self._read(name)["findings"]
+        # Aims of ours stand among the paper's claims, marked so.
+        claims = (found for found in findings if "not in the paper" not in found["paper"])
+        judged = [found["agrees"] for found in claims if found["agrees"] is not None]
         check("agreed", bool(judged), "a table with claims that can be judged", repr(name))
         return f"{sum(judged)} of {len(judged)}"
 
