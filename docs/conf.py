@@ -9,16 +9,18 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import re
+from collections.abc import Callable
 from pathlib import Path
 
 from sphinx.application import Sphinx
 
 from benchmarks.gallery.page import gallery_page
 from benchmarks.gallery.pictures import write_pictures
+from benchmarks.report.envs_page import envs_page
+from benchmarks.report.reference import reference_page
 from benchmarks.run.cores import cores
 
 _ROOT = Path(__file__).resolve().parents[1]
-_GALLERY = "docs/gallery"
 
 project = "Frameout"
 copyright = "the Frameout authors. Licence: MIT"
@@ -28,8 +30,18 @@ language = "en"
 extensions = ["myst_nb"]
 root_doc = "docs/index"
 # Every Markdown file at the top is a page, but README.md, whose parts are in the pages of this folder.
-include_patterns = ["*.md", "docs/*.md", "examples/*.ipynb"]
-exclude_patterns = ["README.md", ".*", "build", "results", "tests", "benchmarks", "scenarios", "sim"]
+include_patterns = ["*.md", "docs/*.md", "docs/results/*.md", "examples/*.ipynb"]
+exclude_patterns = [
+    "README.md",
+    "**/*.template.md",
+    ".*",
+    "build",
+    "results",
+    "tests",
+    "benchmarks",
+    "scenarios",
+    "sim",
+]
 myst_enable_extensions = ["colon_fence"]
 myst_heading_anchors = 4
 nb_execution_mode = "off"
@@ -50,17 +62,29 @@ def _lead_from_the_root(app: Sphinx, path: Path, page: str, content: list[str]) 
     )
 
 
-def _add_gallery(app: Sphinx, page: str, content: list[str]) -> None:
-    """Append the scenes to the gallery's page; pictures are kept beside the parsed pages."""
-    if page == _GALLERY:
-        pictures = Path(app.doctreedir).parent / "gallery"
-        write_pictures(pictures, cores(None))
-        content[0] += gallery_page(os.path.relpath(pictures, _ROOT / "docs"))
+def _with_scenes(app: Sphinx, text: str) -> str:
+    """Return the gallery's page with the scenes at its end; pictures are kept beside the parsed pages."""
+    pictures = Path(app.doctreedir).parent / "gallery"
+    write_pictures(pictures, cores(None))
+    return text + gallery_page(os.path.relpath(pictures, _ROOT / "docs"))
+
+
+_MADE: dict[str, Callable[[Sphinx, str], str]] = {
+    "docs/gallery": _with_scenes,
+    "docs/reference": lambda *_: reference_page(),
+    "docs/envs": lambda *_: envs_page(),
+}
+"""Pages that are made from the code, in the place of their file's text or behind it."""
+
+
+def _make(app: Sphinx, page: str, content: list[str]) -> None:
+    if page in _MADE:
+        content[0] = _MADE[page](app, content[0])
 
 
 def setup(app: Sphinx) -> None:
     """Connect what the pages of this folder need."""
     app.connect("include-read", _lead_from_the_root)
-    app.connect("source-read", _add_gallery)
-    # It follows the catalogue, whose changes Sphinx does not see.
-    app.connect("env-get-outdated", lambda *_: [_GALLERY])
+    app.connect("source-read", _make)
+    # They follow the code, whose changes Sphinx does not see.
+    app.connect("env-get-outdated", lambda *_: [*_MADE])

@@ -1,4 +1,4 @@
-"""The blocks of README, RESULTS and CONTRIBUTING, and how their commands are run."""
+"""The blocks of README, CONTRIBUTING and the pages of results, and how their commands are run."""
 
 from __future__ import annotations
 
@@ -10,6 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+RESULTS = (
+    "RESULTS.md",
+    *sorted(
+        f"docs/results/{each.name}" for each in (ROOT / "docs/results").glob("*.md") if ".template" not in each.name
+    ),
+)
+"""RESULTS.md and what stands behind it."""
 MAKE = {"make demo", "make test"}
 """Tested in a fresh clone, see tests/test_setup.py; the second would run itself."""
 

@@ -1,4 +1,4 @@
-"""RESULTS and CONTRIBUTING are followed word for word: files are written as shown, commands are run."""
+"""CONTRIBUTING and the pages of results are followed word for word: files are written as shown, commands are run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cli import main
-from tests.documents import ROOT, blocks_of, commands, in_one_process, succeeds
+from tests.documents import RESULTS, ROOT, blocks_of, commands, in_one_process, succeeds
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,9 @@ def test_the_scenes_that_contributing_shows_run_in_a_checkout(tmp_path: Path) ->
     assert (tmp_path / "belt.mp4").exists()
 
 
-@pytest.mark.parametrize("command", sorted({*commands("README.md", "long"), *commands("RESULTS.md", "long")}))
+@pytest.mark.parametrize(
+    "command", sorted({each for page in ("README.md", *RESULTS) for each in commands(page, "long")})
+)
 def test_long_commands_are_understood(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -86,10 +88,10 @@ def test_python_about_results_in_contributing_runs(tmp_path: Path) -> None:
 
 
 def test_files_that_the_documents_point_to_exist() -> None:
-    for name in ("README.md", "RESULTS.md", "CONTRIBUTING.md"):
+    for name in ("README.md", "CONTRIBUTING.md", *RESULTS):
         text = (ROOT / name).read_text()
         for target in re.findall(r"\]\(([^)#:]+)", text):
-            assert (ROOT / target).is_file(), target
+            assert (ROOT / name).parent.joinpath(target).is_file(), target
         for path in re.findall(r"`((?:sim|trackers|scenarios|benchmarks|tests)/[\w/.]+)`", text):
             assert "NAME" in path or (ROOT / path).exists(), path
 
@@ -97,5 +99,6 @@ def test_files_that_the_documents_point_to_exist() -> None:
 def test_the_documents_have_the_blocks_that_are_followed() -> None:
     assert len(commands("README.md", "")) >= 5
     assert "frameout train frameout/RoadTownFollow-v2" in commands("README.md", "long")
-    assert {"frameout paper A2 --renderer pybullet", "frameout speed"} <= set(commands("RESULTS.md", "long"))
+    long = {each for page in RESULTS for each in commands(page, "long")}
+    assert {"frameout paper A2 --renderer pybullet", "frameout speed"} <= long
     assert len((ROOT / "README.md").read_text().splitlines()) <= 150

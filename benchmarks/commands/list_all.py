@@ -43,10 +43,10 @@ class List(WithModules):
         json: print JSON instead of tables.
         metrics: print the definitions of all metrics instead: formula, range, unit, better direction, conditions and
             source.
-        reference: print the definitions of everything instead, as Markdown (the page REFERENCE.md): truth, metrics,
-            columns of results, settings of presets.
-        envs: print the reference of the envs instead, as Markdown (the page ENVS.md): ids, keywords, observation,
-            actions, reward, `changes` and `randomise`, links, `info` keys, costs.
+        reference: print the definitions of everything instead, as Markdown: truth, metrics, columns of results,
+            settings of presets.
+        envs: print the reference of the envs instead, as Markdown: ids, keywords, observation, actions,
+            reward, `changes` and `randomise`, links, `info` keys, costs.
     """
 
     measure: bool = False

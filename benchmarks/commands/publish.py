@@ -1,4 +1,4 @@
-"""``frameout publish``: make the published tables, check them, and put them into RESULTS.md."""
+"""``frameout publish``: make the published tables, check them, and put them into RESULTS.md and docs/results."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from benchmarks.results import ledger
 from benchmarks.results.checking import differences, other_versions, runs_to_check
 from benchmarks.results.durations import Duration, duration_of
 from benchmarks.results.published import PublishedTable, tables_named
-from benchmarks.results.results_page import results_page
+from benchmarks.results.results_page import results_pages
 from benchmarks.results.table_files import committed_rows, read_table, table_file, write_table
 from benchmarks.results.table_runs import TableRun, run_of
 from benchmarks.run.arithmetic import calculates_like_published
@@ -58,7 +58,7 @@ class Publish:
         check: make the tables anew in a temporary folder instead, and compare all figures but times with the published
             ones; exit status 1 if one differs.
         episodes: with --check, make only this number of each table's first seeds.
-        render: make RESULTS.md from benchmarks/results/RESULTS.template.md and the published tables instead.
+        render: make RESULTS.md and the pages of docs/results from their templates and the published tables instead.
         out: folder for the rows (default: results/published).
         workers: number of worker processes; 0 = run in this process.
     """
@@ -139,7 +139,7 @@ class Publish:
                 print(f"error: {table.name}: {failure['contestant']} failed on seed {failure['seed']}", file=sys.stderr)
             status = max(status, int(bool(failures)))
             print(_left(durations, number, time.monotonic() - started, self._cores), flush=True)
-        print("RESULTS.md is made by: frameout publish --render")
+        print("RESULTS.md and docs/results are made by: frameout publish --render")
         return status
 
     def _check_all(self) -> int:
@@ -204,9 +204,9 @@ def _has_other_rows(folder: Path, digest: str) -> bool:
 
 
 def _render() -> int:
-    page = ledger.RESULTS
-    write_atomic(page, results_page())
-    print(page)
+    for path, text in results_pages().items():
+        write_atomic(path, text)
+        print(path)
     return 0
 
 

@@ -58,7 +58,7 @@ class Train(WithModules):
         controller_values: values of the controller's parameters in place of the tuned ones, e.g. gain_per_s 0.8.
         corrects: when the policy corrects: always, or while the tracker does not see the target (unseen).
         correction_share: the largest correction, as a share of the command's limit.
-        reward: weights of the reward's terms, see ENVS.md.
+        reward: weights of the reward's terms, see `frameout list --envs`.
         pictures: train with pictures.
         worlds: number of worlds (towns, buildings) that each env with pictures keeps and uses again, about 210 MB a
             town and 80 MB a building (default: 2 where the scenario can keep worlds, otherwise none).

@@ -124,6 +124,7 @@ class DimmedLamp(CameraExperiment):
 
 EXPERIMENT = DimmedLamp(
     name="B1",
+    edition=2,
     title="Paper B, experiment I: the camera's settings as a measure of the light",
     setting="A green sheet on a white wall under a light bulb that is dimmed from 609 to 19 lx. Condition I: white "
     "balance, shutter and gain are automatic; II: shutter and gain stay as at 609 lx; III: white balance does.",

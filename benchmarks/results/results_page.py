@@ -1,35 +1,40 @@
-"""RESULTS.md, made from its template and the published tables.
+"""RESULTS.md and the pages of docs/results, made from their templates and the published tables.
 
-The template, ``RESULTS.template.md``, is prose with calls in double braces (Jinja's):
+``RESULTS.template.md``, here, gives RESULTS.md; ``docs/results/NAME.template.md`` gives NAME.md beside it. A template
+is prose with calls in double braces (Jinja's):
 
 ================================================  ======================================================================
 ``table(NAME, …, columns=[…], roles=[…])``       a line for each contestant with a number in the columns, the best in
-                                                 the first column first; several tables stand below each other; by
-                                                 default the suite's headline metrics, and all roles
+                                                 the first column first, and below them those that are blind or oracles;
+                                                 several tables stand below each other; by default the suite's headline
+                                                 metrics, and all roles
 ``paper(NAME)``                                  a paper's claims beside our figures
+``agreed(NAME)``                                 ``3 of 4``: how many of the paper's claims our figures agree with
+``fitted(EXPERIMENT)``                           what of it was set so that it agrees, in its own words
 ``figures(NAME)``                                all metrics of a speed, a line for each
 ``value(NAME, CONTESTANT, METRIC)``              ``94.2 (89.3–98.3)``: a number with its interval, fractions in per cent
 ``difference(NAME, CONTESTANT, OTHER, METRIC)``  the same of a paired difference; of two pairs that differ in one name,
                                                  OTHER is that name if CONTESTANT is ours, else the pair
-``change(NAME, OTHER, CONTESTANT, METRIC)``      the same of one contestant: table NAME minus OTHER, paired over
-                                                 the seeds that both have
+``origin(NAME, …)``                             the line below a table, for one that a template writes itself
 ================================================  ======================================================================
 
-A contestant is a tracker, or CONTROLLER+TRACKER. Tables end with a line that names their command, commit and seeds.
-All that one page shows was made at one commit.
+A contestant is a tracker, or CONTROLLER+TRACKER. The line below a table names its command, seeds, commit and editions,
+which may be others than those of the next table.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+import importlib
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, StrictUndefined, TemplateError
 
 from benchmarks.report.markdown import head, markdown_table, names_and_cells, short
 from benchmarks.report.numbers import interval_text, number_text, unit_sign
-from benchmarks.report.tables import NO_NUMBER, leaderboard
+from benchmarks.report.tables import NO_NUMBER, UNRANKED_ROLES, leaderboard
 from benchmarks.results import ledger
 from benchmarks.results.table_files import TableFile, label, read_rows_of, read_table
 from benchmarks.run.records import Row
@@ -37,41 +42,47 @@ from benchmarks.scores.summary import paired
 from benchmarks.suites.registry import suite
 from sim.checks import check
 
+NOT_CONTESTANTS = "*not contestants:*"
+"""Heads the part of a table with the lines of blind contestants and oracles."""
+_OF_CONTESTANTS = ("tracker", "controller")
+"""Parts of editions: a name, its edition and a digest."""
 
-def results_page() -> str:
-    """Return RESULTS.md.
+
+def results_pages() -> dict[Path, str]:
+    """Return the text of each page by its path.
 
     Raises:
-        ValueError: for a template that cannot be read, an unknown table, contestant or metric, a table of several seeds
-            or budgets, and tables of several commits.
+        ValueError: for a template that cannot be read, an unknown table, contestant or metric, and for one table of
+            several seeds or budgets.
     """
+    folder = ledger.RESULTS.parent / "docs" / "results"
+    templates = {ledger.RESULTS: ledger.TEMPLATE} | {
+        each.with_name(each.name.replace(".template", "")): each for each in sorted(folder.glob("*.template.md"))
+    }
     page = _Page()
     environment = Environment(undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False)
-    calls = (page.table, page.paper, page.figures, page.value, page.difference, page.change)
+    calls = (page.table, page.paper, page.agreed, page.fitted, page.figures, page.value, page.difference, page.origin)
     environment.globals |= {each.__name__: each for each in calls}
-    try:
-        text = environment.from_string(ledger.TEMPLATE.read_text()).render()
-    except TemplateError as error:
-        raise ValueError(f"template: expected one that can be read, got {ledger.TEMPLATE.name}: {error}") from None
-    check_one_commit(page.tables.values())
-    return text
+    pages = {}
+    for path, template in templates.items():
+        try:
+            pages[path] = environment.from_string(template.read_text()).render()
+        except TemplateError as error:
+            raise ValueError(f"template: expected one that can be read, got {template.name}: {error}") from None
+    return pages
 
 
 class _Page:
-    """The calls of the template, see the module.
-
-    Attributes:
-        tables: that they have read, by name.
-    """
+    """The calls of the templates, see the module."""
 
     def __init__(self) -> None:
-        self.tables: dict[str, TableFile] = {}
+        self._tables: dict[str, TableFile] = {}
         self._rows: dict[str, list[Row]] = {}
 
     def _read(self, name: str) -> TableFile:
-        if name not in self.tables:
-            self.tables[name] = read_table(name)
-        return self.tables[name]
+        if name not in self._tables:
+            self._tables[name] = read_table(name)
+        return self._tables[name]
 
     def table(self, *names: str, columns: Sequence[str] = (), roles: Sequence[str] = ()) -> str:
         """See the module."""
@@ -90,15 +101,20 @@ class _Page:
         # A headline metric that no row has, such as one of steered runs alone, has no column.
         kinds = sorted({" | ".join(map(head, board.columns)) for board in boards})
         check("table", len(kinds) == 1, f"the same columns in {', '.join(names)}", "; ".join(kinds))
-        several, lines = len(shown) > 1, []
+        several = len(shown) > 1
+        lines: list[list[str]] = []
+        beside: list[list[str]] = []
         for each, board in zip(shown, boards, strict=True):
             preset = [f"`{each['summary'][0]['preset']}`"] if several else []
-            # A contestant without any number here, such as one of another protocol, has no line.
-            told = (line for line in board.lines if any(cell.text != NO_NUMBER for cell in line.cells))
-            lines += [[*preset, *names_and_cells(line)] for line in told]
+            for line in board.lines:
+                # A contestant without any number here, such as one of another protocol, has no line.
+                if any(cell.text != NO_NUMBER for cell in line.cells):
+                    (beside if line.role in UNRANKED_ROLES else lines).append([*preset, *names_and_cells(line)])
         texts = [*(["preset"] if several else []), *scores.contestants, "role"]
         heads = [*texts, *map(head, boards[0].columns)]
-        return f"{markdown_table(heads, lines, words=len(texts))}\n\n{_origin(shown)}"
+        if lines and beside:
+            lines.append([NOT_CONTESTANTS, *[""] * (len(heads) - 1)])
+        return f"{markdown_table(heads, lines + beside, words=len(texts))}\n\n{self.origin(*names)}"
 
     def paper(self, name: str) -> str:
         """See the module."""
@@ -114,7 +130,16 @@ class _Page:
         heads = ["method", "counted", "the paper", "here", "expected"]
         if not any(method for method, *_ in lines):
             heads, lines = heads[1:], [line[1:] for line in lines]
-        return f"{markdown_table(heads, lines, words=len(heads))}\n\n{_varied(shown)}{_origin([shown])}"
+        return f"{markdown_table(heads, lines, words=len(heads))}\n\n{_varied(shown)}{self.origin(name)}"
+
+    def agreed(self, name: str) -> str:
+        """See the module."""
+        findings = self._read(name)["findings"]
+        # Aims of ours stand among the paper's claims, marked so.
+        claims = (found for found in findings if "not in the paper" not in found["paper"])
+        judged = [found["agrees"] for found in claims if found["agrees"] is not None]
+        check("agreed", bool(judged), "a table with claims that can be judged", repr(name))
+        return f"{sum(judged)} of {len(judged)}"
 
     def figures(self, name: str) -> str:
         """See the module."""
@@ -122,33 +147,43 @@ class _Page:
         lines = [
             [each["metric"].replace("_", " "), unit_sign(each["unit"]), _number(each)] for each in shown["summary"]
         ]
-        return f"{markdown_table(['', 'unit', 'mean'], lines, words=2)}\n\n{_origin([shown])}"
+        return f"{markdown_table(['', 'unit', 'mean'], lines, words=2)}\n\n{self.origin(name)}"
 
     def value(self, name: str, contestant: str, metric: str) -> str:
         """See the module."""
-        return _number(_entry(self._read(name), "summary", contestant, metric))
+        found = _found(self._read(name)["summary"], contestant, metric)
+        check("value", len(found) == 1, f"one number of {contestant} in {metric} in {name}", len(found))
+        return _number(found[0])
 
     def difference(self, name: str, contestant: str, other: str, metric: str) -> str:
         """See the module."""
-        if not any(_is_of(each, contestant) for each in self._read(name)["comparisons"]):
-            # Only comparisons of ours are kept.
-            return self._paired((name, contestant), (name, other), metric)
-        entry = _entry(self._read(name), "comparisons", contestant, metric, other)
+        kept = _found(self._read(name)["comparisons"], contestant, metric, other)
+        if not kept:
+            # Only comparisons of ours, and in some metrics, are kept.
+            return self._paired(name, contestant, other, metric)
+        (entry,) = kept
         return _number({**entry, "mean": entry["difference"], "unit": suite(entry["suite"]).metric(metric).unit})
 
-    def change(self, name: str, other: str, contestant: str, metric: str) -> str:
+    def fitted(self, experiment: str) -> str:
         """See the module."""
-        return self._paired((name, contestant), (other, contestant), metric)
+        module = importlib.import_module(f"benchmarks.papers.{experiment.lower()}")
+        return str(module.EXPERIMENT.fitted) or "not said."
 
-    def _paired(self, first: tuple[str, str], second: tuple[str, str], metric: str) -> str:
+    def origin(self, *names: str) -> str:
+        """See the module."""
+        made: dict[str, list[str]] = {}
+        for each in map(self._read, names):
+            made.setdefault(f"seeds {each['seeds']}, commit {each['commit']}{_editions(each)}", []).append(each.name)
+        told = [f"{', '.join(of)}: {how}" if len(made) > 1 else how for how, of in made.items()]
+        return f"Made by `frameout publish {' '.join(names)}`: {'; '.join(told)}."
+
+    def _paired(self, name: str, contestant: str, other: str, metric: str) -> str:
         """Return a contestant of a table minus another one, paired over the seeds that both have."""
-        judged = suite(self._read(first[0])["summary"][0]["suite"]).metric(metric)
-        mine, others = (
-            [row for row in self._rows_of(name) if label(row) == contestant] for name, contestant in (first, second)
-        )
+        judged = suite(self._read(name)["summary"][0]["suite"]).metric(metric)
+        mine, others = ([row for row in self._rows_of(name) if label(row) == each] for each in (contestant, other))
         found = paired(mine, others, judged)
         if found is None:
-            both = " and ".join(f"{contestant} in {name}" for name, contestant in (first, second))
+            both = f"{contestant} and {other} in {name}"
             raise ValueError(f"difference: expected rows with {metric} on common seeds of {both}, got none")
         return _number(
             {"mean": found.difference, "ci_low": found.ci_low, "ci_high": found.ci_high, "unit": judged.unit}
@@ -175,29 +210,17 @@ def check_one_run(shown: Sequence[TableFile]) -> None:
         check("table", len(found) <= 1, f"{kind} of {names} tuned with one budget", "; ".join(found))
 
 
-def check_one_commit(shown: Iterable[TableFile]) -> None:
-    """Raise ValueError for tables of a page, also of numbers in its prose, that were made at several commits."""
-    made: dict[str, list[str]] = {}
-    for each in shown:
-        made.setdefault(each["commit"], []).append(each.name)
-    found = [f"{commit} of {', '.join(sorted(names))}" for commit, names in sorted(made.items())]
-    check("page", len(found) <= 1, "tables of one commit", "; ".join(found))
-
-
-def _entry(shown: TableFile, key: str, contestant: str, metric: str, other: str | None = None) -> Mapping[str, Any]:
-    found = [
+def _found(
+    entries: Sequence[Mapping[str, Any]], contestant: str, metric: str, other: str | None = None
+) -> list[Mapping[str, Any]]:
+    """Return the entries of a contestant, a tracker or CONTROLLER+TRACKER, against ``other`` if there is one."""
+    return [
         entry
-        for entry in shown[key]
-        if entry["metric"] == metric and _is_of(entry, contestant) and entry.get("other") == other
+        for entry in entries
+        if entry["metric"] == metric
+        and entry.get("other") == other
+        and contestant in (entry["tracker"], f"{entry.get('controller')}+{entry['tracker']}")
     ]
-    wanted = f"one number of {contestant}{f' against {other}' if other else ''} in {metric}"
-    check("value", len(found) == 1, f"{wanted} in {shown.name}", len(found))
-    entry: Mapping[str, Any] = found[0]
-    return entry
-
-
-def _is_of(entry: Mapping[str, Any], contestant: str) -> bool:
-    return contestant in (entry["tracker"], f"{entry.get('controller')}+{entry['tracker']}")
 
 
 def _number(entry: Mapping[str, Any], *, sign: bool = False) -> str:
@@ -215,6 +238,12 @@ def _varied(shown: TableFile) -> str:
     return f"{varied['words']}\n\n{markdown_table(varied['heads'], varied['rows'], words=1)}\n\n"
 
 
-def _origin(shown: Sequence[TableFile]) -> str:
-    names = " ".join(each.name for each in shown)
-    return f"Made by `frameout publish {names}` at commit {shown[0]['commit']}, seeds {shown[0]['seeds']}."
+def _editions(shown: TableFile) -> str:
+    """Return the editions of a table's rows in words, without digests of parameters; nothing for one without rows."""
+    editions = shown.contents.get("editions")
+    if not editions or "scene" not in editions["shared"]:
+        return ""
+    scene, judge = editions["shared"]["scene"].split()[0], editions["shared"]["judge"]
+    made = (parts[part] for parts in editions["contestants"].values() for part in _OF_CONTESTANTS if part in parts)
+    raised = sorted({" ".join(each.split()[:2]) for each in made if each.split()[1] != "1"})
+    return f", editions {', '.join([scene, judge, *raised, 'all others 1'])}"

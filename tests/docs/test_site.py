@@ -20,13 +20,15 @@ from sphinx.cmd.build import build_main
 
 from benchmarks.gallery import pictures
 from benchmarks.gallery.pictures import ShownPreset, shown_presets, write_pictures
-from benchmarks.suites.registry import suites
 from scenarios import catalog
 
 ROOT = Path(__file__).parents[2]
 DRAWN = ShownPreset("fish-tank-v1", "quick", seed=2)
 LOADED = {"img": "src", "script": "src", "link": "href", "source": "src", "iframe": "src", "object": "data"}
-OPENED = ("docs/index", "docs/gallery", "docs/researcher", "REFERENCE", "RESULTS", "examples/a_bench_in_python")
+OPENED = (
+    *("docs/index", "docs/gallery", "docs/researcher", "docs/reference", "docs/envs", "docs/results/papers"),
+    *("RESULTS", "examples/a_bench_in_python"),
+)
 
 
 def build(folder: Path) -> None:
@@ -51,9 +53,6 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """Build it with one picture that is drawn, and grey ones in place of the others, which take minutes."""
     folder = tmp_path_factory.mktemp("docs")
     with pytest.MonkeyPatch.context() as patch:
-        # Suites that other tests register are not on the committed page of definitions.
-        ours = {name: suite for name, suite in suites().items() if suite.judge.__module__.startswith("benchmarks.")}
-        patch.setattr("benchmarks.gallery.page.suites", lambda: ours)
         (folder / "gallery").mkdir()
         for shown in shown_presets():
             if shown != DRAWN:
@@ -131,9 +130,21 @@ def test_every_page_at_the_top_and_every_way_in_is_in_the_contents(
     start = pages[site / "docs/index.html"]
     listed = {found["href"] for found in start.select(".sidebar-tree a")}
     tops = {f"../{path.stem}.html" for path in ROOT.glob("*.md") if path.name != "README.md"}
-    assert tops >= {"../RESULTS.html", "../REFERENCE.html", "../CONTRIBUTING.html", "../CHANGELOG.html"}
-    assert listed >= {"researcher.html", "engineer.html", "student.html", "gallery.html", *tops}
+    assert tops >= {"../RESULTS.html", "../CONTRIBUTING.html", "../CHANGELOG.html"}
+    pages_of_results = {
+        f"results/{path.stem}.html" for path in ROOT.glob("docs/results/*.md") if path.stem[-9:] != ".template"
+    }
+    assert len(pages_of_results) >= 8
+    made = {"gallery.html", "reference.html", "envs.html"}
+    assert listed >= {"researcher.html", "engineer.html", "student.html", *made, *tops, *pages_of_results}
     assert "url=docs/index.html" in (site / "index.html").read_text()
+
+
+def test_definitions_stand_on_pages_of_their_own(site: Path, pages: dict[Path, BeautifulSoup]) -> None:
+    reference, envs = (pages[site / f"docs/{name}.html"] for name in ("reference", "envs"))
+    assert reference.find(id="metrics-of-suite-frame-out") is not None
+    assert "offscreen_error_30_m" in reference.article.get_text()
+    assert "frameout/RoadTownFollow-v2" in envs.article.get_text()
 
 
 def test_no_section_of_the_readme_is_left_out(pages: dict[Path, BeautifulSoup]) -> None:

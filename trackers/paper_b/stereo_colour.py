@@ -255,6 +255,7 @@ class StereoColour(ABC):
     role="as-written",
     summary="stereo; colour and position weighted by the white balance (the older method of paper B)",
     suites=("stereo",),
+    edition=2,
 )
 class StereoWb(StereoColour):
     """The older method: ``W = P_c``. Source: paper B, see ``trackers.papers``."""
@@ -269,6 +270,7 @@ class StereoWb(StereoColour):
     role="as-written",
     summary="stereo; colour and position weighted by white balance, shutter and gain (paper B)",
     suites=("stereo",),
+    edition=2,
 )
 class StereoWbShutterGain(StereoColour):
     """The paper's method: W by equation 7. Source: paper B, see ``trackers.papers``."""

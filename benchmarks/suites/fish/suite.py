@@ -102,6 +102,7 @@ _GAP_NAMES = tuple(metric.name for count in GAP_FRAMES for metric in _gap_metric
 
 FISH = Suite(
     name="fish",
+    edition=2,
     summary="fish in a tank from above: are lost pieces of track bridged, and does every fish keep its name?",
     heading="Does every fish keep its name?",
     scenes=(

@@ -23,6 +23,7 @@ def _share(name: str, summary: str) -> Metric:
 
 FOLLOW = Suite(
     name="follow",
+    edition=2,
     summary="a controller steers the camera by a tracker's estimate: is the target kept in view?",
     heading="Is it kept in view?",
     scenes=(

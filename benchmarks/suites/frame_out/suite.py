@@ -56,6 +56,7 @@ _CURVES = ("precision_curve", "recall_curve")
 
 FRAME_OUT = Suite(
     name="frame-out",
+    edition=2,
     summary="a car seen from a helicopter: where is it while outside the picture, and is it found again?",
     heading="What happens outside the picture",
     scenes=(Scene("road-town", tuned_on=TuningEpisodes(seeds=range(300, 308), fresh=16)),),

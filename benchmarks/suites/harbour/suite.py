@@ -97,6 +97,7 @@ def _size_metrics() -> Iterator[Metric]:
 
 HARBOUR = Suite(
     name="harbour",
+    edition=2,
     summary="a harbour through a thermal camera: which intruders are found, and how often is it a false alarm?",
     heading="Who comes into the harbour?",
     scenes=(

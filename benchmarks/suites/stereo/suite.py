@@ -33,6 +33,7 @@ def _error(name: str, summary: str) -> Metric:
 
 STEREO = Suite(
     name="stereo",
+    edition=2,
     summary="a stereo camera follows a person among others under changing light: is it still the same person?",
     heading="Is it still the same person?",
     scenes=(Scene("stereo-follow", drawing=StereoDrawing.of), Scene("paper-sheet", drawing=StereoDrawing.of)),

@@ -1,4 +1,4 @@
-"""RESULTS.md comes from its template and the published tables, and no table of it mixes runs."""
+"""RESULTS.md and docs/results come from their templates and the published tables, and no table mixes runs."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ from typing import Any
 import pytest
 
 from benchmarks.cli import main
+from benchmarks.papers import c
 from benchmarks.results import ledger, table_files
 from benchmarks.results.figures_hash import hash_of_figures
-from benchmarks.results.results_page import results_page
+from benchmarks.results.results_page import NOT_CONTESTANTS, results_pages
 from benchmarks.results.tuning_budgets import budgets_of
 from benchmarks.run.records import FILE_NAME
 from benchmarks.scores.summary import write_summary
@@ -25,6 +26,7 @@ from tests.benchmarks.fake_rows import write_rows
 from trackers import registry
 
 ROOT = Path(__file__).parents[3]
+PAGES = [ROOT / "RESULTS.md", *(each for each in (ROOT / "docs/results").glob("*.md") if ".template" not in each.name)]
 COLUMNS = "columns=['recovery_rate', 'offscreen_error_30_m']"
 
 
@@ -60,7 +62,7 @@ def keep(name: str, contents: dict[str, Any], **other: Any) -> None:
 
 def rendered(template: str) -> str:
     ledger.TEMPLATE.write_text(template)
-    return results_page()
+    return results_pages()[ledger.RESULTS]
 
 
 def entry(contents: dict[str, Any], tracker: str, metric: str) -> dict[str, Any]:
@@ -77,20 +79,27 @@ def test_a_table_stands_where_the_template_names_it(published: dict[str, Any]) -
     assert lines[:2] == ["# Head", ""]
     assert lines[2] == "| tracker | role | recovery rate (%) ↑ | offscreen error 30 (m) ↓ |"
     assert lines[3] == "| --- | --- | ---: | ---: |"
-    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[4:10]]
-    assert {cell[0] for cell in cells} == {f"`{each['tracker']}`" for each in published["summary"]}
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[4:9]]
+    contestants = {f"`{each['tracker']}`" for each in published["summary"] if each["role"] != "oracle"}
+    assert {cell[0] for cell in cells} == contestants
+    assert lines[9].startswith(f"| {NOT_CONTESTANTS} |")
+    assert lines[10].startswith("| `oracle_map` | oracle | ")
+    assert {line.count("|") for line in lines[2:11]} == {5}
     recovered = [float(cell[2].split(" ")[0]) for cell in cells]
     assert recovered == sorted(recovered, reverse=True)
     (mine,) = [cell for cell in cells if cell[0] == "`sharp`"]
     assert mine[1:3] == ["ours", percents(entry(published, "sharp", "recovery_rate"))]
-    assert lines[10:] == [
+    assert lines[11:] == [
         "",
-        "Made by `frameout publish first` at commit 0123456789, seeds 10000:10008.",
+        "Made by `frameout publish first`: seeds 10000:10008, commit 0123456789.",
         "",
         "words",
     ]
     chosen = rendered(f"{{{{ table('first', {COLUMNS}, roles=['ours', 'oracle']) }}}}\n")
     assert chosen.count("\n| `") == 2
+    alone = rendered(f"{{{{ table('first', {COLUMNS}, roles=['oracle']) }}}}\n")
+    assert NOT_CONTESTANTS not in alone
+    assert alone.count("\n| `") == 1
 
 
 def test_a_metric_without_rows_has_no_column(published: dict[str, Any]) -> None:
@@ -138,43 +147,14 @@ def test_numbers_in_prose_come_from_the_tables(published: dict[str, Any], tmp_pa
     assert rendered(call) == kept
 
 
-def test_a_contestant_is_compared_between_tables_on_their_common_seeds(
-    published: dict[str, Any], tmp_path: Path
-) -> None:
-    keep("second", published)
-    for name, seeds in (("first", range(10_000, 10_008)), ("second", range(10_004, 10_012))):
-        write_rows(tmp_path / name, seeds)
-    rows = [json.loads(line) for line in (tmp_path / "second" / FILE_NAME).read_text().splitlines()]
-    common = [
-        (row["value"], row["weight"])
-        for row in rows
-        if row["tracker"] == "sharp" and row["metric"] == "offscreen_error_30_m" and row["seed"] < 10_008
-    ]
-    mean = sum(value * weight for value, weight in common) / sum(weight for _, weight in common)
-    for row in rows:
-        row["value"] = 3.0 * row["value"] if row["metric"] == "offscreen_error_30_m" else row["value"]
-    (tmp_path / "second" / FILE_NAME).write_text("".join(f"{json.dumps(row)}\n" for row in rows))
-    for name in ("first", "second"):
-        packed = lzma.compress((tmp_path / name / FILE_NAME).read_bytes())
-        table_files.rows_file(name).write_bytes(packed)
-    text = rendered("{{ change('second', 'first', 'sharp', 'offscreen_error_30_m') }}")
-    found, low, high = map(float, re.findall(r"[\d.]+", text))
-    assert found == pytest.approx(2.0 * mean, rel=0.005)
-    assert 0.0 < low < found < high
-    with pytest.raises(
-        ValueError,
-        match="difference: expected rows with recovery_rate on common seeds of nix in second and nix in first",
-    ):
-        rendered("{{ change('second', 'first', 'nix', 'recovery_rate') }}")
-
-
 def test_tables_of_one_run_stand_below_each_other(published: dict[str, Any]) -> None:
     harder = [{**each, "preset": "hard"} for each in published["summary"]]
     keep("second", published, summary=harder)
     lines = rendered(f"{{{{ table('first', 'second', {COLUMNS}) }}}}\n").splitlines()
     assert lines[0].startswith("| preset | tracker | role | recovery rate")
-    assert [line.split("|")[1].strip() for line in lines[2:14]] == ["`standard`"] * 6 + ["`hard`"] * 6
-    assert lines[-1].startswith("Made by `frameout publish first second`")
+    shown = ["`standard`"] * 5 + ["`hard`"] * 5 + [NOT_CONTESTANTS, "`standard`", "`hard`"]
+    assert [line.split("|")[1].strip() for line in lines[2:15]] == shown
+    assert lines[-1] == "Made by `frameout publish first second`: seeds 10000:10008, commit 0123456789."
 
 
 @pytest.mark.parametrize(
@@ -200,16 +180,23 @@ def test_a_table_does_not_mix_runs(other: dict[str, Any], message: str, publishe
     assert rendered("{{ value('second', 'sharp', 'recovery_rate') }}")
 
 
-def test_a_page_is_of_one_commit_also_in_its_prose(published: dict[str, Any]) -> None:
-    keep("second", published, commit="fedcba9876")
-    other = "{{ value('second', 'sharp', 'recovery_rate') }}"
-    assert rendered(other)
-    message = "page: expected tables of one commit, got 0123456789 of first; fedcba9876 of second"
-    for mine in ("{{ table('first') }}", "{{ difference('first', 'sharp', 'blunt', 'recovery_rate') }}"):
-        with pytest.raises(ValueError, match=message):
-            rendered(f"{mine} {other}")
-    with pytest.raises(ValueError, match=message):
-        rendered("{{ table('first', 'second') }}")
+def test_each_table_says_its_commit_and_editions(published: dict[str, Any]) -> None:
+    shared = {"numpy": "2.4.6", "scene": "road-town-v2 3f0a9c1b52", "judge": "frame-out 2"}
+    contestants = {
+        "sharp": {"tracker": "sharp 1 aa"},
+        "centre+hold": {"tracker": "hold 3 bb", "controller": "centre 2 cc"},
+    }
+    keep("second", published, commit="fedcba9876", editions={"shared": shared, "contestants": contestants})
+    keep("third", published, commit="fedcba9876", editions={"shared": {}, "contestants": {}})
+    made = "seeds 10000:10008, commit fedcba9876"
+    editions = "editions road-town-v2, frame-out 2, centre 2, hold 3, all others 1"
+    page = rendered("{{ table('first') }}\n\n{{ table('second') }}\n\n{{ origin('third') }}")
+    assert "Made by `frameout publish first`: seeds 10000:10008, commit 0123456789.\n" in page
+    assert f"Made by `frameout publish second`: {made}, {editions}.\n" in page
+    assert page.endswith(f"Made by `frameout publish third`: {made}.")
+    both = rendered("{{ table('first', 'second') }}").splitlines()[-1]
+    mine = "first: seeds 10000:10008, commit 0123456789"
+    assert both == f"Made by `frameout publish first second`: {mine}; second: {made}, {editions}."
 
 
 def test_a_tuned_tracker_beside_one_that_could_be_tuned_is_refused(
@@ -262,29 +249,59 @@ def test_what_the_template_asks_for_in_vain_is_named(template: str, message: str
 def test_a_paper_stands_beside_our_figures(published: dict[str, Any]) -> None:
     found = {"tracker": "hold", "minus": "", "metric": "kept_rate", "counted": "kept", "paper": "it is lost"}
     numbers = {"mean": 0.08, "ci_low": 0.02, "ci_high": 0.16, "n": 8, "unit": "fraction"}
-    keep("second", published, findings=[{**found, **numbers, "expected": "at most 30 %", "agrees": True}])
+    aim = {**found, **numbers, "paper": "not in the paper; less", "expected": "below 1 %", "agrees": False}
+    keep("second", published, findings=[{**found, **numbers, "expected": "at most 30 %", "agrees": True}, aim])
     assert "| `hold` | kept | it is lost | 8.0 % (2.0–16.0) | at most 30 %: yes |" in rendered("{{ paper('second') }}")
     varied = {"title": "", "words": "Varied.", "heads": ["varied", "hold: kept (%)"], "rows": [["gate × 2", "9.0"]]}
     keep("third", published, findings=[{**found, **numbers, "expected": "–", "agrees": None}], varied=varied)
+    assert rendered("{{ agreed('second') }}") == "1 of 1"
+    with pytest.raises(ValueError, match=r"agreed: expected a table with claims that can be judged, got 'third'"):
+        rendered("{{ agreed('third') }}")
     page = rendered("{{ paper('third') }}")
     assert page.index("it is lost") < page.index("Varied.") < page.index("| gate × 2 | 9.0 |") < page.index("01234567")
 
 
-def test_the_command_writes_the_page(published: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_was_fitted_is_told_in_the_words_of_the_experiment(
+    published: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert rendered("{{ fitted('C') }}") == c.EXPERIMENT.fitted != ""
+    monkeypatch.setattr(c, "EXPERIMENT", replace(c.EXPERIMENT, fitted=""))
+    assert rendered("{{ fitted('C') }}") == "not said."
+
+
+def test_the_command_writes_all_pages(published: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
     ledger.TEMPLATE.write_text("{{ value('first', 'sharp', 'recovery_rate') }}\n")
+    folder = ledger.RESULTS.parent / "docs" / "results"
+    folder.mkdir(parents=True)
+    (folder / "earlier.md").write_text("as it was\n")
+    (folder / "town.template.md").write_text("{{ value('first', 'hold', 'recovery_rate') }}\n")
     assert main(["publish", "--render"]) == 0
     assert ledger.RESULTS.read_text() == f"{percents(entry(published, 'sharp', 'recovery_rate'))}\n"
+    assert (folder / "town.md").read_text() == f"{percents(entry(published, 'hold', 'recovery_rate'))}\n"
+    assert (folder / "earlier.md").read_text() == "as it was\n"
+    assert capsys.readouterr().out.splitlines() == [str(ledger.RESULTS), str(folder / "town.md")]
 
 
-def test_the_committed_page_is_what_the_template_gives() -> None:
+def test_the_committed_pages_are_what_the_templates_give() -> None:
     """In a process of its own: other tests register suites and metrics here."""
-    script = "from benchmarks.results.results_page import results_page; print(results_page(), end='')"
+    script = (
+        "import json; from benchmarks.results.results_page import results_pages; "
+        "print(json.dumps({str(path): text for path, text in results_pages().items()}))"
+    )
     done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
-    assert done.stdout == (ROOT / "RESULTS.md").read_text(), "make it anew: frameout publish --render"
+    pages = json.loads(done.stdout)
+    assert len(pages) >= 8
+    for path, text in pages.items():
+        assert text == Path(path).read_text(), f"make {path} anew: frameout publish --render"
 
 
-def test_tables_of_the_committed_page_end_before_its_prose() -> None:
-    lines = (ROOT / "RESULTS.md").read_text().splitlines()
+def test_the_page_of_results_is_short() -> None:
+    assert (ROOT / "RESULTS.md").stat().st_size <= 25_000
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_tables_of_the_committed_pages_end_before_their_prose(page: Path) -> None:
+    lines = page.read_text().splitlines()
     swallowed = [after for row, after in itertools.pairwise(lines) if row.startswith("|") and after[:1] not in "|"]
     assert swallowed == []
 
