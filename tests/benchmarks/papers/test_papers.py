@@ -173,7 +173,8 @@ def test_a_run_leaves_rows_figures_and_page(
     preset = catalog.scenario(experiment.scenario).presets[experiment.preset]
     assert frames == dict.fromkeys((*experiment.trackers, "hold"), preset.frame_count)
     assert {(row["preset"], row["seed"]) for row in rows} == {(experiment.preset, 0)}
-    assert found == findings(experiment, experiment.rows_in(tmp_path))
+    # Of one episode the intervals are NaN.
+    assert repr(found) == repr(findings(experiment, experiment.rows_in(tmp_path)))
     page = (tmp_path / "paper.html").read_text()
     for each in found:
         assert each.claim.words in page
@@ -185,10 +186,11 @@ def test_a_run_leaves_rows_figures_and_page(
     # As many pictures beside each other as the paper shows, as many rows as methods; 4:3 each, and a strip of words.
     shape = (width / len(experiment.frames)) / (height / len(experiment.trackers))
     assert 1.2 < shape < 4 / 3
+    cell_px = height // len(experiment.trackers), width // len(experiment.frames)
     cells = [
-        cell
-        for row in np.array_split(picture, len(experiment.trackers))
-        for cell in np.array_split(row, len(experiment.frames), axis=1)
+        picture[i * cell_px[0] : (i + 1) * cell_px[0], j * cell_px[1] : (j + 1) * cell_px[1]]
+        for i in range(len(experiment.trackers))
+        for j in range(len(experiment.frames))
     ]
     # Each shows something, and each something else.
     assert min(cell.std() for cell in cells) > 15
