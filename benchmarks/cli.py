@@ -39,7 +39,7 @@ _COMMANDS = {
     "publish": (
         "publish",
         "Publish",
-        "make the published tables, check them, put them into RESULTS.md and docs/results",
+        "make the published tables, check them, write RESULTS.md and docs/results",
     ),
     "render": ("render", "Render", "write an episode as an MP4"),
     "report": ("report", "Report", "make the report of a result folder again from its rows"),

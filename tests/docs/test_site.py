@@ -49,17 +49,16 @@ def put_grey_picture(folder: Path, shown: ShownPreset) -> None:
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build it with one picture that is drawn, and grey ones in place of the others, which take minutes."""
     folder = tmp_path_factory.mktemp("docs")
-    with pytest.MonkeyPatch.context() as patch:
-        (folder / "gallery").mkdir()
-        for shown in shown_presets():
-            if shown != DRAWN:
-                put_grey_picture(folder, shown)
-        assert write_pictures(folder / "gallery", workers=0) == 1
-        build(folder)
-        yield folder / "site"
+    (folder / "gallery").mkdir()
+    for shown in shown_presets():
+        if shown != DRAWN:
+            put_grey_picture(folder, shown)
+    assert write_pictures(folder / "gallery", workers=0) == 1
+    build(folder)
+    return folder / "site"
 
 
 @pytest.fixture(scope="module")
