@@ -36,11 +36,7 @@ _COMMANDS = {
     "generate": ("generate", "Generate", "make a data set: pictures with all their truth"),
     "verify": ("verify", "Verify", "check a data set: is it whole"),
     "play": ("play", "Play", "steer a camera by hand, scored like a controller"),
-    "publish": (
-        "publish",
-        "Publish",
-        "make the published tables, check them, put them into RESULTS.md and docs/results",
-    ),
+    "publish": ("publish", "Publish", "make the published tables, check them, write the pages of results"),
     "render": ("render", "Render", "write an episode as an MP4"),
     "report": ("report", "Report", "make the report of a result folder again from its rows"),
     "show": ("show", "Show", "make a page about a data set"),
