@@ -19,7 +19,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -28,6 +28,7 @@ from benchmarks.speed.rendering import UNTIMED_FRAMES, bare_cpu_s, entries_of, t
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.processes import EnvProcesses
+from sim.bullet import TinyRenderer
 from sim.checks import check
 
 ENV_ID, SCENARIO = catalog.DEFAULT_ENV, catalog.envs()[catalog.DEFAULT_ENV][0]
@@ -83,16 +84,14 @@ def measure_env_steps(preset: str, seed: int, steps: int) -> EnvSpeedSample:
             began = time.thread_time()
             env.reset(options={"episode_seed": seed})
             reset_s = time.thread_time() - began
-            _bare_call(env)
+            reference = TinyRenderer(cast(Any, env.episode.episode).world)
+            bare_cpu_s(reference, env.episode.frame)
             for _ in range(UNTIMED_FRAMES):
                 env.step(still)
-            step_s, bare_s = timed(partial(env.step, still), partial(_bare_call, env), steps)
+            step_s, bare_s = timed(
+                partial(env.step, still), lambda reference=reference: bare_cpu_s(reference, env.episode.frame), steps
+            )
     return EnvSpeedSample(tuple(step_s), tuple(bare_s), reset_s)
-
-
-def _bare_call(env: FollowEnv) -> float:
-    episode: Any = env.episode.episode
-    return bare_cpu_s(episode.world, env.episode.frame)
 
 
 def seconds_in_turns(actors: Sequence[Callable[[], object]], times: int) -> list[float]:
