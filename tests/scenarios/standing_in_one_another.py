@@ -69,4 +69,5 @@ def count(scenario: str, preset: str, seeds: range = SEEDS) -> tuple[int, int, f
 if __name__ == "__main__":
     for name in sys.argv[2:]:
         total, with_pair, deep_m, what = count(sys.argv[1], name)
-        print(f"{sys.argv[1]} {name}: {with_pair} of {total} instants, at most {deep_m:.2f} m; {dict(what)}", flush=True)
+        kinds = ", ".join(f"{pair} {times}" for pair, times in what.most_common())
+        print(f"{sys.argv[1]} {name}: {with_pair} of {total} instants, at most {deep_m:.2f} m; {kinds}", flush=True)

@@ -65,5 +65,8 @@ def test_an_env_imports_no_pybullet_where_there_is_one(tmp_path: Path) -> None:
 def test_commands_import_no_pybullet_in_any_process(program: str, tmp_path: Path) -> None:
     """Workers are other processes, so that an import in one would fail there."""
     (tmp_path / "pybullet.py").write_text("raise ImportError('pybullet was imported')\n")
-    run(f"import os; os.environ['PYTHONPATH'] = {str(tmp_path)!r} + ':' + {str(Path(__file__).parents[2])!r}\n"
-        f"sys.path.insert(0, {str(tmp_path)!r})\n{program}\nassert 'pybullet' not in sys.modules", tmp_path)
+    run(
+        f"import os; os.environ['PYTHONPATH'] = {str(tmp_path)!r} + ':' + {str(Path(__file__).parents[2])!r}\n"
+        f"sys.path.insert(0, {str(tmp_path)!r})\n{program}\nassert 'pybullet' not in sys.modules",
+        tmp_path,
+    )

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.speed import rendering
 from benchmarks.speed.rendering import UNTIMED_FRAMES, measure, measure_scenario
 from scenarios.scenario import Frame
 from tests.benchmarks import fake_episode
