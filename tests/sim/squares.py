@@ -25,7 +25,7 @@ def square(side_m: float, rgb: Any) -> TexturedMesh:
 def block(size_m: tuple[float, float, float], rgb: Any = (200, 30, 30)) -> TexturedMesh:
     """Return a box of one colour that stands on its origin."""
     shape = trimesh.creation.box(size_m)
-    corners = [*shape.triangles.reshape(-1, 3), 0, 0, 0.5 * size_m[2]]
+    corners = shape.triangles.reshape(-1, 3) + np.array([0, 0, 0.5 * size_m[2]])
     return TexturedMesh(
         corners.astype(np.float32),
         np.repeat(shape.face_normals, 3, axis=0).astype(np.float32),
