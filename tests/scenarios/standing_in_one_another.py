@@ -18,6 +18,8 @@ from scenarios import catalog
 from sim import bullet
 
 SEEDS, INSTANTS, DEEPER_M = range(20), 6, 0.02
+_AWAY_BELOW_M = -100.0
+"""Scenes put bodies that are not in the world far below it."""
 _LEFT_OUT = ("sea", "rope")
 
 
@@ -29,7 +31,8 @@ def thing_of(name: str) -> str:
 def pairs_in_one_another(client: bullet.Client, world: Any) -> dict[tuple[str, str], float]:
     """Return the depth in metres at which pairs of things stand in one another now, by their names."""
     client.push()
-    movers = [body for body in world.bodies if body.movable and body.category not in _LEFT_OUT]
+    present = world.poses[:, 2, 3] > _AWAY_BELOW_M
+    movers = [b for b in world.bodies if b.movable and present[b.index] and b.category not in _LEFT_OUT]
     low, high = [], []
     for body in movers:
         T = world.poses[body.index]
