@@ -51,6 +51,6 @@ class KeepsWorlds(Protocol):
     ) -> Episode:
         """Build the seed's episode, in closed loop, in another seed's world.
 
-        It is over when another one begins there. ``close`` leaves the world, which its keeper closes.
+        It is over when another one begins there.
         """
         ...

@@ -81,7 +81,7 @@ class Episode(Protocol):
         ...
 
     def close(self) -> None:
-        """Free the world."""
+        """Free what Python does not free by itself, e.g. files or another simulator."""
         ...
 
 

@@ -34,12 +34,9 @@ class Stage(ABC):
         frame_count: int,
         rate_hz: float,
         closed_loop: bool,
-        world_is_kept: bool = False,
     ) -> None:
-        """Stand before a world; if ``world_is_kept``, ``close`` leaves it to other episodes."""
         self.world, self.frame_count, self.rate_hz, self.closed_loop = world, frame_count, rate_hz, closed_loop
         self._rig = rig
-        self._world_is_kept = world_is_kept
         self._frame = -1
         self._T_world_camera = np.eye(4)
         self._exits: Exits | None = None
@@ -99,10 +96,8 @@ class Stage(ABC):
         """Return the normals (H, W, 3) of what the camera sees now; see ``Episode.normals``."""
         return self._rig.normals(self._T_world_camera)
 
-    def close(self) -> None:
-        """Free the world, unless it is kept."""
-        if not self._world_is_kept:
-            self.world.close()
+    def close(self) -> None:  # noqa: B027
+        """Do nothing: what an episode holds goes with it; see ``Episode.close``."""
 
     def _seen(
         self,

@@ -72,3 +72,27 @@ def browser() -> Iterator[Any]:
         browser = started.chromium.launch(executable_path=found)
         yield browser
         browser.close()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup() -> Any:
+    """Skip a test whose fixtures ask for PyBullet where there is none; see ``sim.bullet``."""
+    try:
+        return (yield)
+    except ImportError as error:
+        _skip_without_pybullet(error)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Any:
+    """Skip a test that asks for PyBullet where there is none."""
+    try:
+        return (yield)
+    except ImportError as error:
+        _skip_without_pybullet(error)
+
+
+def _skip_without_pybullet(error: ImportError) -> None:
+    if error.name != "pybullet":
+        raise error
+    pytest.skip(str(error))

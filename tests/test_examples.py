@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from benchmarks import Results
@@ -43,3 +45,16 @@ def test_the_notebook_is_small_and_has_its_pictures() -> None:
     assert {"image/jpeg", "image/png", "image/svg+xml", "text/html"} <= set(kinds)
     assert "error" not in kinds
     assert all(cell["outputs"] for cell in cells if cell["cell_type"] == "code")
+
+
+def test_the_robot_is_in_the_picture_and_does_not_pass_through_the_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("pybullet")
+    monkeypatch.syspath_prepend(str(NOTEBOOK.parent))
+    driven = importlib.import_module("a_robot_in_the_building").drive()
+    assert driven.way_m[60:, 0].max() > driven.way_m[0, 0] + 1.0, "it drives"
+    # Its bumper is 0.5 m ahead of its middle.
+    assert driven.way_m[:, 0].max() < driven.wall_x_m - 0.3
+    assert np.ptp(driven.way_m[-30:, 0]) < 0.1, "the wall, or what stands before it, holds it"
+    assert 0.02 < driven.is_robot.mean() < 0.5
+    robot, around = driven.picture_rgb[driven.is_robot], driven.picture_rgb[~driven.is_robot]
+    assert np.abs(robot.mean(axis=0) - around.mean(axis=0)).max() > 20, "a dark robot in a bright hall"

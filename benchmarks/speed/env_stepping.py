@@ -20,7 +20,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import cv2
 import numpy as np
@@ -29,6 +29,7 @@ from benchmarks.speed.rendering import UNTIMED_FRAMES, bare_cpu_s, entries_of, t
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.processes import EnvProcesses
+from sim.bullet import TinyRenderer
 from sim.checks import check
 
 ENV_ID, SCENARIO = catalog.DEFAULT_ENV, catalog.envs()[catalog.DEFAULT_ENV][0]
@@ -85,10 +86,13 @@ def measure_env_steps(preset: str, seed: int, steps: int) -> EnvSpeedSample:
             # In another town: what the scenario keeps of its latest one must not help.
             env.reset(options={"episode_seed": seed + 1})
             reset_s = _reset_s(env, seed)
-            _bare_call(env)
+            reference = TinyRenderer(cast(Any, env.episode.episode).world)
+            bare_cpu_s(reference, env.episode.frame)
             for _ in range(UNTIMED_FRAMES):
                 env.step(still)
-            step_s, bare_s = timed(partial(env.step, still), partial(_bare_call, env), steps)
+            step_s, bare_s = timed(
+                partial(env.step, still), lambda reference=reference: bare_cpu_s(reference, env.episode.frame), steps
+            )
         cached_reset_s = _reset_s(env, seed)
     return EnvSpeedSample(tuple(step_s), tuple(bare_s), reset_s, cached_reset_s)
 
@@ -98,11 +102,6 @@ def _reset_s(env: FollowEnv, seed: int) -> float:
     began = time.thread_time()
     env.reset(options={"episode_seed": seed})
     return time.thread_time() - began
-
-
-def _bare_call(env: FollowEnv) -> float:
-    episode: Any = env.episode.episode
-    return bare_cpu_s(episode.world, env.episode.frame)
 
 
 def seconds_in_turns(actors: Sequence[Callable[[], object]], times: int) -> list[float]:

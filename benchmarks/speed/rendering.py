@@ -26,6 +26,7 @@ import numpy as np
 from benchmarks.scores.statistics import PooledRatios, bootstrap_interval
 from scenarios import catalog
 from scenarios.scenario import Frame
+from sim.bullet import TinyRenderer
 from sim.checks import check
 from sim.world import World
 
@@ -54,7 +55,7 @@ class Subject(Protocol):
         ...
 
     def close(self) -> None:
-        """Free the world."""
+        """Free what it holds."""
         ...
 
 
@@ -94,8 +95,9 @@ def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
     """
     cv2.setNumThreads(1)
     episode, frame = _rehearsed(build, frames)
+    reference = TinyRenderer(episode.world)
     for shadows in (True, False):
-        bare_calls(episode.world, frame, shadows)
+        bare_calls(reference, frame, shadows)
     picture_s, shadowless_s, wall_s = _time_pictures(episode), [], 0.0
 
     def step() -> None:
@@ -105,8 +107,8 @@ def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
         wall_s += time.perf_counter() - began
 
     def bare_call() -> float:
-        shadowless_s.append(bare_cpu_s(episode.world, frame, shadows=False))
-        return bare_cpu_s(episode.world, frame)
+        shadowless_s.append(bare_cpu_s(reference, frame, shadows=False))
+        return bare_cpu_s(reference, frame)
 
     frame_s, bare_s = timed(step, bare_call, frames)
     episode.close()
@@ -147,11 +149,11 @@ def timed(step: Callable[[], object], bare_call: Callable[[], float], count: int
     return step_s, bare_s
 
 
-def bare_cpu_s(world: World, frame: Frame, shadows: bool = True) -> float:
+def bare_cpu_s(reference: TinyRenderer, frame: Frame, shadows: bool = True) -> float:
     """Return the CPU seconds of the bare calls of a frame; textures and poses are handed over before."""
-    world.hand_over()
+    reference.hand_over()
     began = time.thread_time()
-    bare_calls(world, frame, shadows)
+    bare_calls(reference, frame, shadows)
     return time.thread_time() - began
 
 
@@ -168,13 +170,13 @@ def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Fram
     return episode, frame
 
 
-def bare_calls(world: World, frame: Frame, shadows: bool) -> None:
+def bare_calls(reference: TinyRenderer, frame: Frame, shadows: bool) -> None:
     """Draw a frame's views, of a stereo pair both, with TinyRenderer, and drop the pictures."""
     aside_m = frame.observation.camera.baseline_m
     for shift_m in (0.0,) if aside_m is None else (0.0, aside_m):
         T_world_camera = frame.truth.T_world_camera.copy()
         T_world_camera[:3, 3] += shift_m * T_world_camera[:3, 0]
-        world.camera_image(frame.camera, T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=shadows, lit=True)
+        reference.camera_image(frame.camera, T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=shadows, lit=True)
 
 
 def process_throughput(scenario: str, preset: str, seed: int, frames: int, processes: int) -> float:

@@ -49,17 +49,16 @@ class WorldBank:
         """
         fields = tuple(getattr(preset, name) for name in self._scenario.world_fields)
         if seed in self._built and (anew or self._built[seed][0] != fields):
-            self._built.pop(seed)[1].world.close()
+            del self._built[seed]
         if seed not in self._built:
             self._built[seed] = fields, self._scenario.keep_world(preset, seed)
         return self._built[seed][1]
 
     def tidy(self) -> None:
-        """Close the worlds that no drawn episode can have any more."""
+        """Let go of the worlds that no drawn episode can have any more."""
         for other in set(self._built) - set(self._seeds):
-            self._built.pop(other)[1].world.close()
+            del self._built[other]
 
     def close(self) -> None:
-        """Free all worlds."""
-        while self._built:
-            self._built.popitem()[1][1].world.close()
+        """Let go of all worlds."""
+        self._built.clear()

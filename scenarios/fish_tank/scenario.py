@@ -1,4 +1,8 @@
-"""The scenario ``fish-tank-v1``: a shoal in a tank, seen from above through rippled water."""
+"""The scenario ``fish-tank-v1``: a shoal in a tank, seen from above through rippled water.
+
+By Bullet's closest points no two fish stand deeper in one another than 2 cm at any of 120 instants of ``quick`` (seeds
+0 to 19, ``python -m tests.scenarios.standing_in_one_another fish-tank quick``).
+"""
 
 from __future__ import annotations
 

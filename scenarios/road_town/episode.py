@@ -55,7 +55,6 @@ class RoadTownEpisode(Stage):
             frame_count=preset.frame_count,
             rate_hz=preset.rate_hz,
             closed_loop=plan.closed_loop,
-            world_is_kept=kept is not None,
         )
         self.plan = plan
         self._names = tuple(body.name for body in self._cars)

@@ -53,7 +53,6 @@ class StereoFollowEpisode(Stage):
             frame_count=preset.frame_count,
             rate_hz=preset.rate_hz,
             closed_loop=plan.closed_loop,
-            world_is_kept=kept is not None,
         )
         self._odometry = Odometry(generator(plan.seed, "odometry")) if preset.odometry else None
         shake = generator(plan.seed, "shake").normal(0.0, NOD_RAD, (preset.frame_count, 2))

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from sim.bullet import TinyRenderer
 from sim.gbuffer import SKY, GBuffer
 from sim.optics import PinholeCamera
 from sim.render.visibility import NEAR_M
@@ -22,14 +23,14 @@ class PybulletRenderer:
     """
 
     def __init__(self, world: World) -> None:
-        self._world = world
+        self._drawing = TinyRenderer(world)
 
     def gbuffer(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
     ) -> GBuffer:
         """Draw the world as it is now; see ``sim.render.protocol.Renderer``."""
         near_m, far_m = NEAR_M, _FAR_M
-        colour_rgb, buffer, instance_id = self._world.camera_image(
+        colour_rgb, buffer, instance_id = self._drawing.camera_image(
             camera, T_world_camera, near_m=near_m, far_m=far_m, pixel_offset=pixel_offset
         )
         # OpenGL: buffer = (far / (far - near)) (1 - near / depth).

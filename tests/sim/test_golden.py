@@ -23,8 +23,7 @@ VIEWS = {
 
 @pytest.fixture(scope="module")
 def town():
-    with build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20) as world:
-        yield world
+    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
 def _picture(town, name: str) -> np.ndarray:

@@ -46,12 +46,11 @@ def _drawn(place, camera_pose, extra=()):
 @pytest.mark.parametrize("yaw", [0.0, 0.7, 2.0])
 def test_box_is_that_of_the_drawn_ids(yaw):
     pose = look_down_pose(np.array([0, 0, 40.0]), 0.3, 0.2, -0.1)
-    world, car, gbuffer = _drawn(_pose(5, 3, yaw), pose)
+    _, car, gbuffer = _drawn(_pose(5, 3, yaw), pose)
     rows, columns = np.nonzero(gbuffer.instance_id == car.index)
     box = amodal_box(CAMERA, pose, CAR, _pose(5, 3, yaw))
     drawn = [columns.min(), rows.min(), columns.max() + 1, rows.max() + 1]
     np.testing.assert_allclose(box, drawn, atol=1.0)
-    world.close()
 
 
 def test_boxes_of_many_are_those_of_each_to_the_last_bit():
@@ -75,8 +74,7 @@ def test_fraction_whole_cut_hidden_and_outside():
     pose = look_down_pose(np.array([0, 0, 40.0]), 0.0, 0.0, 0.0)
 
     def fraction(place, extra=()):
-        world, car, gbuffer = _drawn(place, pose, extra)
-        world.close()
+        _, car, gbuffer = _drawn(place, pose, extra)
         return visible_fraction(gbuffer, CAMERA, pose, CAR, place, car.index, amodal_box(CAMERA, pose, CAR, place))
 
     assert fraction(_pose(2, 1, 0.4)) == 1.0
@@ -97,7 +95,7 @@ def test_fraction_whole_cut_hidden_and_outside():
 def test_fraction_is_that_of_drawing_it_alone_on_a_large_picture():
     pose = look_down_pose(np.array([0, 0, 40.0]), 0.2, 0.1, 0.1)
     place = _pose(12.5, 10, 0.5)
-    world, car, gbuffer = _drawn(place, pose, [_pose(10, 11.5, 1.4)])
+    _, car, gbuffer = _drawn(place, pose, [_pose(10, 11.5, 1.4)])
     large = PinholeCamera(3 * 320, 3 * 240, CAMERA.focal_px)
     world_alone, car_alone, _ = _drawn(place, pose)
     alone = Raster(world_alone).gbuffer(large, pose)
@@ -106,8 +104,6 @@ def test_fraction_is_that_of_drawing_it_alone_on_a_large_picture():
     box = amodal_box(CAMERA, pose, CAR, place)
     measured = visible_fraction(gbuffer, CAMERA, pose, CAR, place, car.index, box)
     assert measured == pytest.approx(expected, abs=0.01)
-    world.close()
-    world_alone.close()
 
 
 def test_homography_takes_ground_pixels_along():
@@ -126,7 +122,6 @@ def test_flow_of_everything_at_rest_is_zero():
     flow = backward_flow(gbuffer, CAMERA, pose, pose, world.poses, world.poses)
     # float32 depth of 40 m is good to 4 µm, a pixel to 0.1 m.
     assert np.abs(flow).max() < 1e-3
-    world.close()
 
 
 def test_flow_leads_to_the_same_surface_in_the_frame_before():
@@ -148,7 +143,6 @@ def test_flow_leads_to_the_same_surface_in_the_frame_before():
     now, _ = project(CAMERA, after_pose, (world.poses[car.index] @ roof)[:3])
     then, _ = project(CAMERA, before_pose, (poses_before[car.index] @ roof)[:3])
     np.testing.assert_allclose(flow[int(now[1]), int(now[0])], then - now, atol=0.15)
-    world.close()
 
 
 def test_ground_flow_is_the_homographys():
@@ -161,4 +155,3 @@ def test_ground_flow_is_the_homographys():
     moved = np.stack([columns, rows, np.ones_like(rows)], axis=-1) @ H.T
     expected = moved[..., :2] / moved[..., 2:] - np.stack([columns, rows], axis=-1)
     np.testing.assert_allclose(flow, expected, atol=2e-3)
-    world.close()

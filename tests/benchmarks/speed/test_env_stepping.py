@@ -51,6 +51,7 @@ def fake_keywords(preset: str) -> dict[str, Any]:
 @pytest.fixture(autouse=True)
 def _stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(FakeEpisode, "world", FakeWorld(), raising=False)
+    monkeypatch.setattr(env_speed, "TinyRenderer", lambda world: world)
     for module in (env_speed, soak):
         monkeypatch.setattr(module, "env_keywords", fake_keywords)
     FakeWorld.calls = 0

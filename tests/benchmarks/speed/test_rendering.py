@@ -72,8 +72,9 @@ class Town(fake_episode.FakeEpisode):
 
 
 @pytest.fixture(autouse=True)
-def _fresh_process() -> None:
+def _fresh_process(monkeypatch: pytest.MonkeyPatch) -> None:
     Town.compiled, Town.built, FakeWorld.calls = False, [], 0
+    monkeypatch.setattr(rendering, "TinyRenderer", lambda world: world)
 
 
 def test_a_kernel_that_a_late_frame_needs_first_is_not_timed():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Any
@@ -16,6 +17,7 @@ from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.truth_info import OWN_WORLD
 from scenarios.envs.world_bank import WorldBank
 from scenarios.kept_world import KeepsWorlds, KeptWorld
+from sim.world import World
 from tests.scenarios.envs.compared import assert_same
 
 SCENES: dict[str, tuple[str, dict[str, Any]]] = {
@@ -28,17 +30,20 @@ STEPS = 4
 
 @dataclass
 class Keeper:
-    """Builds worlds that are numbers; ``open`` are those that are not closed."""
+    """Builds empty worlds; ``open`` are the seeds of those that somebody still holds."""
 
     world_fields: tuple[str, ...] = ("size",)
-    open: list[int] = field(default_factory=list)
+    alive: weakref.WeakValueDictionary[int, World] = field(default_factory=weakref.WeakValueDictionary)
     built: list[int] = field(default_factory=list)
 
     def keep_world(self, preset: Any, seed: int) -> KeptWorld:
-        self.open.append(seed)
         self.built.append(seed)
-        world: Any = SimpleNamespace(close=lambda: self.open.remove(seed))
+        world = self.alive[seed] = World()
         return KeptWorld(world, 0, preset.size)
+
+    @property
+    def open(self) -> list[int]:
+        return sorted(self.alive)
 
     def episode_in(self, kept: KeptWorld, preset: Any, seed: int, **options: Any) -> Any:
         raise NotImplementedError
@@ -91,6 +96,7 @@ def test_a_world_is_built_again_if_asked_or_for_another_kind():
     seed = bank.draw(np.random.default_rng(0))
     one = bank.world(PRESET, seed)
     assert bank.world(SimpleNamespace(size=1, cars=3), seed) is one
+    del one
     other = bank.world(SimpleNamespace(size=2), seed)
     assert other.content == 2
     assert bank.world(SimpleNamespace(size=2), seed, anew=True) is not other

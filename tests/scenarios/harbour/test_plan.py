@@ -245,7 +245,6 @@ def test_true_sizes_vary_by_a_fifth_to_either_side() -> None:
         plan, conditions = draw_plan(preset, rng_of(seed)), draw_conditions(preset, rng_of(seed))
         coming = Intruders(world, plan, conditions, np.array([0.0, 2.0]), rng_of(seed))
         boats_m += [size for kind, size in zip(coming.kinds, coming.size_m, strict=True) if kind == "boat"]
-        world.close()
     # A launch's engine hangs behind its stern.
     lengths_m = np.array([each[0] - 0.42 * (each[2] < 3.0) for each in boats_m])
     shares = [statures_m / 1.72, np.array([each.build for each in people]), *np.transpose(factors)]

@@ -58,4 +58,3 @@ def test_what_an_engine_heats_changes_on_every_frame_and_stone_in_steps(monkeypa
     changes = np.abs(np.diff(stone, axis=0)).max(axis=1)
     assert set(np.flatnonzero(changes) + 1) == {15, 30, 45}
     assert changes.max() < 0.06
-    world.close()

@@ -39,9 +39,9 @@ def test_the_way_is_even_and_turns_once_to_the_left():
 
 @pytest.fixture(scope="module")
 def world() -> Iterator[World]:
-    with World() as built:
-        carried_sheet._build(built, np.random.default_rng(0))
-        yield built
+    built = World()
+    carried_sheet._build(built, np.random.default_rng(0))
+    return built
 
 
 def _views(count: int) -> Iterator[tuple[PinholeCamera, np.ndarray]]:

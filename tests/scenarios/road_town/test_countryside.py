@@ -21,11 +21,11 @@ CAMERA = PinholeCamera.from_field_of_view(64, 48, np.deg2rad(50))
 
 @pytest.fixture(scope="module")
 def world():
-    with World() as world:
-        town = ground(EXTENT_M, Texture(np.full((4, 4, 3), 90, np.uint8)))
-        world.add(town, np.eye(4), name="ground", category="ground")
-        add_countryside(world, EXTENT_M, generator(5, "town"))
-        yield world
+    world = World()
+    town = ground(EXTENT_M, Texture(np.full((4, 4, 3), 90, np.uint8)))
+    world.add(town, np.eye(4), name="ground", category="ground")
+    add_countryside(world, EXTENT_M, generator(5, "town"))
+    return world
 
 
 def test_there_is_land_in_all_directions_up_to_the_horizon(world):

@@ -36,8 +36,7 @@ def layout() -> Layout:
 
 @pytest.fixture(scope="module")
 def world(layout):
-    with build_town(layout, generator(3, "town")) as world:
-        yield world
+    return build_town(layout, generator(3, "town"))
 
 
 def _corners_world_m(world: World, index: int) -> np.ndarray:
@@ -99,7 +98,8 @@ def test_no_dark_dots_along_kerbs(layout, monkeypatch):
     """Kerbs in the sun and the ground beside them are nowhere as dark as the upright sides of a plain kerb."""
     darkest = {}
     for name, changes in (("shipped", {}), ("plain", {"_KERB_SIZE_M": (0.2, 0.12), "_KERB_BEVEL_M": 0.0})):
-        with World() as world, monkeypatch.context() as patch:
+        world = World()
+        with monkeypatch.context() as patch:
             for constant, value in changes.items():
                 patch.setattr(town, constant, value)
             world.add(ground(layout.extent_m, PLAIN), np.eye(4), name="ground", category="ground")
@@ -184,19 +184,19 @@ def test_every_lane_is_free_for_driving(world, layout):
 
 
 def test_same_generator_same_world(world, layout):
-    with build_town(layout, generator(3, "town")) as again:
-        assert len(again.bodies) == len(world.bodies)
-        np.testing.assert_array_equal(again.poses, world.poses)
-        for first, second in zip(world.bodies, again.bodies, strict=True):
-            assert (first.name, first.category) == (second.name, second.category)
-            np.testing.assert_array_equal(first.mesh.vertices_m, second.mesh.vertices_m)
-            np.testing.assert_array_equal(first.mesh.uv, second.mesh.uv)
-            np.testing.assert_array_equal(first.mesh.texture.rgb, second.mesh.texture.rgb)
+    again = build_town(layout, generator(3, "town"))
+    assert len(again.bodies) == len(world.bodies)
+    np.testing.assert_array_equal(again.poses, world.poses)
+    for first, second in zip(world.bodies, again.bodies, strict=True):
+        assert (first.name, first.category) == (second.name, second.category)
+        np.testing.assert_array_equal(first.mesh.vertices_m, second.mesh.vertices_m)
+        np.testing.assert_array_equal(first.mesh.uv, second.mesh.uv)
+        np.testing.assert_array_equal(first.mesh.texture.rgb, second.mesh.texture.rgb)
 
 
 def test_a_car_that_moves(layout):
-    with World() as world:
-        body = add_vehicle(world, "target", "sedan", (176, 24, 26))
-        world.move(body, pose_on_ground(3.0, -4.0, 0.5))
-        assert body.category == "vehicle"
-        np.testing.assert_allclose(world.poses[body.index] @ [1, 0, 0, 1], [3 + np.cos(0.5), -4 + np.sin(0.5), 0, 1])
+    world = World()
+    body = add_vehicle(world, "target", "sedan", (176, 24, 26))
+    world.move(body, pose_on_ground(3.0, -4.0, 0.5))
+    assert body.category == "vehicle"
+    np.testing.assert_allclose(world.poses[body.index] @ [1, 0, 0, 1], [3 + np.cos(0.5), -4 + np.sin(0.5), 0, 1])

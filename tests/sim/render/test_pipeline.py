@@ -22,8 +22,7 @@ PATH = [look_down_pose(np.array([2.0 * k, 8.0 - k, 60.0]), 0.3 + 0.02 * k, 0.05 
 
 @pytest.fixture(scope="module")
 def town():
-    with build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20) as world:
-        yield world
+    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
 def _parts(town, renderer="raster"):

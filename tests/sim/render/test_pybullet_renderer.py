@@ -29,8 +29,7 @@ VIEWS = {
 
 @pytest.fixture(scope="module")
 def town():
-    with build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20) as world:
-        yield world
+    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
 def _both(world, view, pixel_offset):
@@ -80,12 +79,12 @@ def test_normals_from_depth_are_those_of_the_faces(town):
 def test_an_enlarged_texture_has_its_texels_at_the_same_places():
     texture = ground_texture(np.random.default_rng(1), 64)
     T_world_camera = look_down_pose(np.array([0, 0, 12.0]), 0.4, 0.0, 0.0)
-    with World() as world:
-        world.add(ground(40.0, texture), np.eye(4), name="plane", category="ground")
-        smooth, nearest = (
-            create_renderer(name, world).gbuffer(CAMERA, T_world_camera).base_colour_rgb.astype(int)
-            for name in ("raster", "pybullet")
-        )
+    world = World()
+    world.add(ground(40.0, texture), np.eye(4), name="plane", category="ground")
+    smooth, nearest = (
+        create_renderer(name, world).gbuffer(CAMERA, T_world_camera).base_colour_rgb.astype(int)
+        for name in ("raster", "pybullet")
+    )
     # At the middle of a texel both show that texel: the interpolated picture crosses each of its values.
     flat = (np.abs(np.diff(nearest, axis=1, prepend=-1)).sum(-1) == 0) & (smooth == nearest).all(-1)
     assert flat.mean() > 0.02
@@ -94,15 +93,16 @@ def test_an_enlarged_texture_has_its_texels_at_the_same_places():
 
 def test_unlit_colours_do_not_depend_on_the_direction_of_faces():
     texture = palette(np.random.default_rng(0))
-    with World() as world:
-        world.add(box((4, 4, 4), texture), np.eye(4), name="box", category="building")
-        side_on = look_down_pose(np.array([-6, -6, 7.0]), np.pi / 4, 0.9, 0.0)
-        gbuffer = create_renderer("pybullet", world).gbuffer(CAMERA, side_on)
+    world = World()
+    world.add(box((4, 4, 4), texture), np.eye(4), name="box", category="building")
+    side_on = look_down_pose(np.array([-6, -6, 7.0]), np.pi / 4, 0.9, 0.0)
+    gbuffer = create_renderer("pybullet", world).gbuffer(CAMERA, side_on)
     colours = np.unique(gbuffer.base_colour_rgb[gbuffer.instance_id == 0], axis=0)
     assert {tuple(colour) for colour in colours} <= {tuple(colour) for colour in texture.rgb[0]}
     assert len(colours) >= 3
 
 
 def test_unknown_renderer_is_named():
-    with World() as world, pytest.raises(ValueError, match="renderer: expected one of raster, pybullet, got 'gl'"):
+    world = World()
+    with pytest.raises(ValueError, match="renderer: expected one of raster, pybullet, got 'gl'"):
         create_renderer("gl", world)

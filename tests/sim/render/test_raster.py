@@ -27,8 +27,7 @@ VIEWS = {
 
 @pytest.fixture(scope="module")
 def town():
-    with build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20) as world:
-        yield world
+    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -88,9 +87,9 @@ def test_a_tiled_plane_has_no_cracks(tiled_plane, position_m, yaw, pitch, roll):
 
 @pytest.fixture(scope="module")
 def tiled_plane():
-    with World() as world:
-        world.add(ground(2000.0, GREY, cells=40), np.eye(4), name="plane", category="ground")
-        yield Raster(world)
+    world = World()
+    world.add(ground(2000.0, GREY, cells=40), np.eye(4), name="plane", category="ground")
+    return Raster(world)
 
 
 def test_grid_lines_through_pixel_centres_leave_no_cracks(tiled_plane):
@@ -101,18 +100,18 @@ def test_grid_lines_through_pixel_centres_leave_no_cracks(tiled_plane):
 
 
 def test_back_faces_are_not_drawn():
-    with World() as world:
-        world.add(ground(50.0, GREY), np.eye(4), name="plane", category="ground")
-        from_below = look_down_pose(np.array([0, 0, -10.0]), 0, np.pi, 0)
-        assert (Raster(world).gbuffer(CAMERA, from_below).instance_id == SKY).all()
+    world = World()
+    world.add(ground(50.0, GREY), np.eye(4), name="plane", category="ground")
+    from_below = look_down_pose(np.array([0, 0, -10.0]), 0, np.pi, 0)
+    assert (Raster(world).gbuffer(CAMERA, from_below).instance_id == SKY).all()
 
 
 def test_projected_corners_are_where_the_drawn_box_is():
     T_world_camera = look_down_pose(*VIEWS["tilted"])
-    with World() as world:
-        body = world.add(box((6, 3, 2), GREY), pose(-27, 36, 0.5), name="box", category="building")
-        gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
-        corners_m = body.mesh.vertices_m @ world.poses[0][:3, :3].T + world.poses[0][:3, 3]
+    world = World()
+    body = world.add(box((6, 3, 2), GREY), pose(-27, 36, 0.5), name="box", category="building")
+    gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
+    corners_m = body.mesh.vertices_m @ world.poses[0][:3, :3].T + world.poses[0][:3, 3]
     pixels, _ = project(CAMERA, T_world_camera, corners_m)
     row, column = np.nonzero(gbuffer.instance_id == 0)
     # A pixel is drawn if its centre is inside.
@@ -123,20 +122,20 @@ def test_projected_corners_are_where_the_drawn_box_is():
 def test_palette_colours_are_exact_and_smooth_normals_interpolate():
     rng = np.random.default_rng(2)
     texture = palette(rng)
-    with World() as world:
-        world.add(box((10, 10, 1), texture), np.eye(4), name="slab", category="building")
-        gbuffer = Raster(world).gbuffer(CAMERA, look_down_pose(np.array([0, 0, 5.0]), 0, 0, 0))
-        assert (gbuffer.base_colour_rgb == texture.rgb[4, 4 * 8 + 4]).all()
-        np.testing.assert_allclose(gbuffer.normal_world - [0, 0, 1], 0, atol=1e-6)
-    with World() as world:
-        world.add(cone(3.0, 2.0, GREY, sides=24), np.eye(4), name="cone", category="tree")
-        gbuffer = Raster(world).gbuffer(CAMERA, look_down_pose(np.array([0, 0, 9.0]), 0, 0, 0))
-        row, column = np.nonzero(gbuffer.instance_id == 0)
-        direction = rays(CAMERA, look_down_pose(np.zeros(3), 0, 0, 0), np.column_stack([column, row]) + 0.5)
-        aside = direction[:, :2] / np.linalg.norm(direction[:, :2], axis=1, keepdims=True)
-        outward = np.einsum("ij,ij->i", gbuffer.normal_world[row, column, :2], aside)
-        assert np.median(outward) > 0.8 * np.sin(np.arctan2(2.0, 3.0))
-        assert (gbuffer.normal_world[row, column, 2] > 0.3).all()
+    world = World()
+    world.add(box((10, 10, 1), texture), np.eye(4), name="slab", category="building")
+    gbuffer = Raster(world).gbuffer(CAMERA, look_down_pose(np.array([0, 0, 5.0]), 0, 0, 0))
+    assert (gbuffer.base_colour_rgb == texture.rgb[4, 4 * 8 + 4]).all()
+    np.testing.assert_allclose(gbuffer.normal_world - [0, 0, 1], 0, atol=1e-6)
+    world = World()
+    world.add(cone(3.0, 2.0, GREY, sides=24), np.eye(4), name="cone", category="tree")
+    gbuffer = Raster(world).gbuffer(CAMERA, look_down_pose(np.array([0, 0, 9.0]), 0, 0, 0))
+    row, column = np.nonzero(gbuffer.instance_id == 0)
+    direction = rays(CAMERA, look_down_pose(np.zeros(3), 0, 0, 0), np.column_stack([column, row]) + 0.5)
+    aside = direction[:, :2] / np.linalg.norm(direction[:, :2], axis=1, keepdims=True)
+    outward = np.einsum("ij,ij->i", gbuffer.normal_world[row, column, :2], aside)
+    assert np.median(outward) > 0.8 * np.sin(np.arctan2(2.0, 3.0))
+    assert (gbuffer.normal_world[row, column, 2] > 0.3).all()
 
 
 def _bilinear(texture: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -153,9 +152,9 @@ def _bilinear(texture: np.ndarray, u: np.ndarray, v: np.ndarray) -> np.ndarray:
 def test_smooth_textures_are_interpolated(size):
     picture = np.random.default_rng(3).integers(0, 256, (*size, 3), dtype=np.uint8)
     T_world_camera = look_down_pose(np.array([1.0, -2.0, 12.0]), 0.7, 0.2, 0.1)
-    with World() as world:
-        world.add(ground(40.0, Texture(picture, smooth=True)), np.eye(4), name="plane", category="ground")
-        gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
+    world = World()
+    world.add(ground(40.0, Texture(picture, smooth=True)), np.eye(4), name="plane", category="ground")
+    gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
     row, column = np.mgrid[: CAMERA.height_px, : CAMERA.width_px]
     directions = rays(CAMERA, T_world_camera, np.stack([column, row], axis=-1) + 0.5)
     points_m = T_world_camera[:3, 3] + directions * gbuffer.depth_m[..., None].astype(float)
@@ -169,9 +168,9 @@ def test_smooth_textures_are_interpolated(size):
 def test_far_away_a_fine_pattern_is_its_mean():
     checks = (np.indices((256, 256)).sum(0) % 2 * 200 + 20).astype(np.uint8)
     texture = Texture(np.repeat(checks[..., None], 3, axis=2), smooth=True)
-    with World() as world:
-        world.add(ground(100.0, texture), np.eye(4), name="plane", category="ground")
-        gbuffer = Raster(world).gbuffer(CAMERA, look_down_pose(np.array([0, 0, 90.0]), 0.3, 0, 0))
+    world = World()
+    world.add(ground(100.0, texture), np.eye(4), name="plane", category="ground")
+    gbuffer = Raster(world).gbuffer(CAMERA, look_down_pose(np.array([0, 0, 90.0]), 0.3, 0, 0))
     inside = away_from_edges(gbuffer.instance_id, 4) & (gbuffer.instance_id == 0)
     assert np.abs(gbuffer.base_colour_rgb[inside].astype(int) - 120).max() <= 2
 
@@ -195,12 +194,12 @@ def test_pictures_are_fresh_repeatable_and_follow_the_world(town):
 
 def test_bodies_may_be_added_and_moved_between_pictures():
     straight_down = look_down_pose(np.array([0, 0, 30.0]), 0, 0, 0)
-    with World() as world:
-        raster = Raster(world)
-        assert (raster.gbuffer(CAMERA, straight_down).instance_id == SKY).all()
-        body = world.add(box((2, 2, 2), GREY), pose(0, 0), name="box", category="vehicle", movable=True)
-        assert raster.gbuffer(CAMERA, straight_down).instance_id[60, 80] == 0
-        world.move(body, pose(8, 0))
-        moved = raster.gbuffer(CAMERA, straight_down).instance_id
-        assert moved[60, 80] == SKY
-        assert (moved == 0).any()
+    world = World()
+    raster = Raster(world)
+    assert (raster.gbuffer(CAMERA, straight_down).instance_id == SKY).all()
+    body = world.add(box((2, 2, 2), GREY), pose(0, 0), name="box", category="vehicle", movable=True)
+    assert raster.gbuffer(CAMERA, straight_down).instance_id[60, 80] == 0
+    world.move(body, pose(8, 0))
+    moved = raster.gbuffer(CAMERA, straight_down).instance_id
+    assert moved[60, 80] == SKY
+    assert (moved == 0).any()

@@ -116,8 +116,7 @@ class Counter:
 
 @pytest.fixture(scope="module")
 def town():
-    with build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20) as world:
-        yield world
+    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
 def test_one_band_goes_through_the_fast_path(town):

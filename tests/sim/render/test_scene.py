@@ -35,50 +35,50 @@ def add(world: World, meshes: Sequence[TexturedMesh], movable: bool) -> None:
 
 @pytest.mark.parametrize("renderer", ["raster", "pybullet"])
 def test_a_world_with_other_bodies_is_drawn_like_a_new_one(renderer: str) -> None:
-    with World() as kept:
-        add(kept, FIXED, movable=False)
-        for movers in (FEW, MORE, FEW, (), MORE):
-            kept.remove_after(len(FIXED))
-            add(kept, movers, movable=True)
-            with World() as new:
-                add(new, FIXED, movable=False)
-                add(new, movers, movable=True)
-                pictures = [create_renderer(renderer, world).gbuffer(CAMERA, VIEW) for world in (kept, new)]
-                for ours, theirs in zip(*pictures, strict=True):
-                    np.testing.assert_array_equal(ours, theirs)
-                if renderer == "raster":
-                    for ours, theirs in zip(pack_scene(kept), pack_scene(new), strict=True):
-                        for part, other in zip(ours, theirs, strict=True):
-                            np.testing.assert_array_equal(part, other)
-                            assert part.dtype == other.dtype
-            assert (pictures[0].instance_id >= len(FIXED)).any() == bool(movers)
+    kept = World()
+    add(kept, FIXED, movable=False)
+    for movers in (FEW, MORE, FEW, (), MORE):
+        kept.remove_after(len(FIXED))
+        add(kept, movers, movable=True)
+        new = World()
+        add(new, FIXED, movable=False)
+        add(new, movers, movable=True)
+        pictures = [create_renderer(renderer, world).gbuffer(CAMERA, VIEW) for world in (kept, new)]
+        for ours, theirs in zip(*pictures, strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+        if renderer == "raster":
+            for ours, theirs in zip(pack_scene(kept), pack_scene(new), strict=True):
+                for part, other in zip(ours, theirs, strict=True):
+                    np.testing.assert_array_equal(part, other)
+                    assert part.dtype == other.dtype
+        assert (pictures[0].instance_id >= len(FIXED)).any() == bool(movers)
 
 
 def test_what_remains_is_not_packed_again(monkeypatch: pytest.MonkeyPatch) -> None:
     packed: list[int] = []
-    with World() as world:
-        add(world, FIXED, movable=False)
-        add(world, MORE, movable=True)
-        shapes = pack_shapes(world)
-        assert pack_shapes(world) is shapes
-        pack_scene(world)
-        write = textures._write_mip_chain
-        monkeypatch.setattr(
-            textures, "_write_mip_chain", lambda texture, *rest: packed.append(id(texture)) or write(texture, *rest)
-        )
-        world.remove_after(len(FIXED))
-        add(world, FEW, movable=True)
-        pack_scene(world)
+    world = World()
+    add(world, FIXED, movable=False)
+    add(world, MORE, movable=True)
+    shapes = pack_shapes(world)
+    assert pack_shapes(world) is shapes
+    pack_scene(world)
+    write = textures._write_mip_chain
+    monkeypatch.setattr(
+        textures, "_write_mip_chain", lambda texture, *rest: packed.append(id(texture)) or write(texture, *rest)
+    )
+    world.remove_after(len(FIXED))
+    add(world, FEW, movable=True)
+    pack_scene(world)
     assert packed == [id(FEW[0].texture)]
 
 
 def test_a_removed_body_is_gone_and_indices_go_on_from_the_others() -> None:
-    with World() as world:
-        add(world, FIXED, movable=False)
-        add(world, MORE, movable=True)
-        world.move_all(world.bodies[2:], np.tile(np.eye(4), (3, 1, 1)))
-        world.remove_after(len(FIXED))
-        assert world.poses.shape == (2, 4, 4)
-        add(world, FEW, movable=True)
-        assert [body.index for body in world.bodies] == [0, 1, 2]
-        np.testing.assert_array_equal(world.poses[2], pose(-2.0, 0.0))
+    world = World()
+    add(world, FIXED, movable=False)
+    add(world, MORE, movable=True)
+    world.move_all(world.bodies[2:], np.tile(np.eye(4), (3, 1, 1)))
+    world.remove_after(len(FIXED))
+    assert world.poses.shape == (2, 4, 4)
+    add(world, FEW, movable=True)
+    assert [body.index for body in world.bodies] == [0, 1, 2]
+    np.testing.assert_array_equal(world.poses[2], pose(-2.0, 0.0))

@@ -50,18 +50,18 @@ def _add(world, panels, corner, side_a, side_b):
 def yard():
     """A roofed half and a sunny half, a bright area in the first, a box that moves."""
     panels: list[Panel] = []
-    with World() as world:
-        _add(world, panels, (0, 0, 0), 4 * X, 4 * Y)
-        _add(world, panels, (4, 0, 0), 6 * X, 4 * Y)
-        _add(world, panels, (0, 0, 3), 4 * Y, 4 * X)
-        _add(world, panels, (0, 4, 0), 4 * X, 3 * Z)
-        _add(world, panels, (4, 0, 0), -4 * X, 3 * Z)
-        _add(world, panels, (10, 4, 0), -4 * Y, Z)
-        area = BrightArea(len(world.bodies), np.array([1.5, 1.5, 2.99]), Y, X, 500.0, 4000.0)
-        world.add(_mesh(area.corner_m, area.side_a_m, area.side_b_m), np.eye(4), name="light", category="building")
-        world.add(box((0.4, 0.4, 1.6), GREY), pose(3.0, 2.5), name="walker", category="person", movable=True)
-        baked = bake_light(panels, {"light": [area], "sun": [SUN], "sky": [Sky(2000.0)]})
-        yield world, baked
+    world = World()
+    _add(world, panels, (0, 0, 0), 4 * X, 4 * Y)
+    _add(world, panels, (4, 0, 0), 6 * X, 4 * Y)
+    _add(world, panels, (0, 0, 3), 4 * Y, 4 * X)
+    _add(world, panels, (0, 4, 0), 4 * X, 3 * Z)
+    _add(world, panels, (4, 0, 0), -4 * X, 3 * Z)
+    _add(world, panels, (10, 4, 0), -4 * Y, Z)
+    area = BrightArea(len(world.bodies), np.array([1.5, 1.5, 2.99]), Y, X, 500.0, 4000.0)
+    world.add(_mesh(area.corner_m, area.side_a_m, area.side_b_m), np.eye(4), name="light", category="building")
+    world.add(box((0.4, 0.4, 1.6), GREY), pose(3.0, 2.5), name="walker", category="person", movable=True)
+    baked = bake_light(panels, {"light": [area], "sun": [SUN], "sky": [Sky(2000.0)]})
+    return world, baked
 
 
 def _radiance(world, shader, T_world_camera=INTO_YARD):
@@ -210,22 +210,22 @@ def test_things_that_move_cast_shadows_in_the_sun_and_darken_the_ground_they_sta
 def test_a_shoe_shades_the_floor_where_panels_are_not_raised():
     panels: list[Panel] = []
     beyond = look_down_pose(np.array([4.0, 2.0, 8.0]), 0.0, 0.0, 0.0)
-    with World() as world:
-        _add(world, panels, (0, 0, 0), 6 * X, 4 * Y)
-        shoe = world.add(box((0.1, 0.4, 0.12), GREY), pose(2.0, 2.0), name="shoe", category="person", movable=True)
-        baked = bake_light(panels, {"sun": [SUN]})
+    world = World()
+    _add(world, panels, (0, 0, 0), 6 * X, 4 * Y)
+    shoe = world.add(box((0.1, 0.4, 0.12), GREY), pose(2.0, 2.0), name="shoe", category="person", movable=True)
+    baked = bake_light(panels, {"sun": [SUN]})
 
-        def at_the_foot(x_m: float, *, panels_raised: bool) -> float:
-            # A coarse map, with a bias of more than the shoe's height.
-            shader = BakedLightShader(world, baked, shadow_texels=64, panels_raised=panels_raised)
-            world.move(shoe, pose(x_m, 2.0))
-            row = int(60 + (4.0 - 2.1) * CAMERA.focal_px / 8.0)
-            return float(_radiance(world, shader, beyond)[0][row, 1, 80])
+    def at_the_foot(x_m: float, *, panels_raised: bool) -> float:
+        # A coarse map, with a bias of more than the shoe's height.
+        shader = BakedLightShader(world, baked, shadow_texels=64, panels_raised=panels_raised)
+        world.move(shoe, pose(x_m, 2.0))
+        row = int(60 + (4.0 - 2.1) * CAMERA.focal_px / 8.0)
+        return float(_radiance(world, shader, beyond)[0][row, 1, 80])
 
-        sunny = at_the_foot(-50.0, panels_raised=False)
-        # The shoe ends at x = 2.05, and the sun stands behind it, 45 degrees high.
-        assert at_the_foot(2.0, panels_raised=False) < 0.3 * sunny
-        assert at_the_foot(2.0, panels_raised=True) > 0.9 * sunny
+    sunny = at_the_foot(-50.0, panels_raised=False)
+    # The shoe ends at x = 2.05, and the sun stands behind it, 45 degrees high.
+    assert at_the_foot(2.0, panels_raised=False) < 0.3 * sunny
+    assert at_the_foot(2.0, panels_raised=True) > 0.9 * sunny
 
 
 def test_illuminance_is_that_of_cubes_and_sun(yard):
@@ -242,14 +242,12 @@ def test_illuminance_is_that_of_cubes_and_sun(yard):
 
 def test_a_wall_keeps_light_from_what_stands_behind_it():
     panels: list[Panel] = []
-    with World() as world:
-        _add(world, panels, (0, 0, 0), 6 * X, 4 * Y)
-        _add(world, panels, (3.2, 0, 0), 4 * Y, 3 * Z)
-        _add(world, panels, (3.2, 4, 0), -4 * Y, 3 * Z)
-        baked = bake_light(panels, {"lamp": [Lamp((1.0, 2.0, 2.5), 2000.0, 4000.0)]})
-        lx = BakedLightShader(world, baked).illuminance_lx(
-            np.array([[3.1, 2.0, 1.0], [3.3, 2.0, 1.0]]), np.tile(Z, (2, 1))
-        )
+    world = World()
+    _add(world, panels, (0, 0, 0), 6 * X, 4 * Y)
+    _add(world, panels, (3.2, 0, 0), 4 * Y, 3 * Z)
+    _add(world, panels, (3.2, 4, 0), -4 * Y, 3 * Z)
+    baked = bake_light(panels, {"lamp": [Lamp((1.0, 2.0, 2.5), 2000.0, 4000.0)]})
+    lx = BakedLightShader(world, baked).illuminance_lx(np.array([[3.1, 2.0, 1.0], [3.3, 2.0, 1.0]]), np.tile(Z, (2, 1)))
     assert lx[0, 1] > 10.0
     # On the floor, one panel, a little light runs on beneath the wall.
     assert lx[1].max() < 1e-3 * lx[0, 1]

@@ -32,8 +32,7 @@ def _direction(elevation_deg: float, azimuth_rad: float = 0.8) -> tuple[float, f
 
 @pytest.fixture(scope="module")
 def town():
-    with build_town(np.random.default_rng(5), extent_m=150, houses=40, cars=12, trees=20) as world:
-        yield world
+    return build_town(np.random.default_rng(5), extent_m=150, houses=40, cars=12, trees=20)
 
 
 @pytest.mark.parametrize("name", SUNS)
@@ -68,12 +67,12 @@ def test_shadows_are_where_a_ray_to_the_sun_is_stopped(town, name):
 
 def test_level_ground_in_sun_and_shade_has_the_luminance_of_the_book():
     sun = Sun(_direction(40.0), 80_000.0, colour_rgb=(1, 1, 1))
-    with World() as world:
-        world.add(ground(400.0, GREY), np.eye(4), name="ground", category="ground")
-        world.add(box((20, 20, 12), GREY), pose(0, 0), name="block", category="building")
-        shader = DaylightShader(world, sun, 15_000.0, sky_colour_rgb=(1, 1, 1))
-        gbuffer = Raster(world).gbuffer(CAMERA, DOWN)
-        radiance = shader.shade(gbuffer, CAMERA, DOWN)
+    world = World()
+    world.add(ground(400.0, GREY), np.eye(4), name="ground", category="ground")
+    world.add(box((20, 20, 12), GREY), pose(0, 0), name="block", category="building")
+    shader = DaylightShader(world, sun, 15_000.0, sky_colour_rgb=(1, 1, 1))
+    gbuffer = Raster(world).gbuffer(CAMERA, DOWN)
+    radiance = shader.shade(gbuffer, CAMERA, DOWN)
     green = radiance[:, 1][(gbuffer.instance_id == 0) & away_from_edges(gbuffer.instance_id, 2)]
     in_sun = REFLECTANCE * (80_000 * np.sin(np.radians(40)) + 15_000) / np.pi
     in_shade = REFLECTANCE * 15_000 / np.pi
@@ -83,13 +82,13 @@ def test_level_ground_in_sun_and_shade_has_the_luminance_of_the_book():
 
 
 def test_shadow_of_a_block_has_the_length_of_the_sun_s_height():
-    with World() as world:
-        world.add(ground(400.0, GREY), np.eye(4), name="ground", category="ground")
-        world.add(box((4, 4, 10), GREY), pose(0, 0), name="block", category="building")
-        T_world_camera = look_down_pose(np.array([0, 0, 80.0]), 0, 0, 0)
-        shader = DaylightShader(world, Sun(_direction(45.0, np.pi), 1e5), 0.0)
-        gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
-        radiance = shader.shade(gbuffer, CAMERA, T_world_camera)
+    world = World()
+    world.add(ground(400.0, GREY), np.eye(4), name="ground", category="ground")
+    world.add(box((4, 4, 10), GREY), pose(0, 0), name="block", category="building")
+    T_world_camera = look_down_pose(np.array([0, 0, 80.0]), 0, 0, 0)
+    shader = DaylightShader(world, Sun(_direction(45.0, np.pi), 1e5), 0.0)
+    gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
+    radiance = shader.shade(gbuffer, CAMERA, T_world_camera)
     # The sun stands behind the picture's bottom; world x is up in the picture. The shadow ends at x = 2 + 10.
     column = radiance[:, 1, 160]
     dark = np.flatnonzero((gbuffer.instance_id[:, 160] == 0) & (column < 0.5 * column.max()))
@@ -126,73 +125,73 @@ def test_a_view_is_lit_alike_whatever_was_seen_before(town):
 
 
 def test_shadows_move_with_their_casters():
-    with World() as world:
-        world.add(ground(400.0, GREY), np.eye(4), name="ground", category="ground")
-        world.add(box((6, 6, 6), GREY), pose(-12, -12), name="block", category="building")
-        car = world.add(box((4, 2, 1.5), GREY), pose(-9, -3), name="car", category="vehicle", movable=True)
-        T_world_camera = look_down_pose(np.array([0, 0, 40.0]), 0, 0, 0)
-        raster, shader = Raster(world), DaylightShader(world, Sun(_direction(30), 1e5), 1e4)
-        for x in (-9.0, 0.0, 8.0, 300.0):
-            world.move(car, pose(x, -3))
-            gbuffer = raster.gbuffer(CAMERA, T_world_camera)
-            fresh = DaylightShader(world, Sun(_direction(30), 1e5), 1e4)
-            np.testing.assert_array_equal(
-                shader.shade(gbuffer, CAMERA, T_world_camera), fresh.shade(gbuffer, CAMERA, T_world_camera)
-            )
+    world = World()
+    world.add(ground(400.0, GREY), np.eye(4), name="ground", category="ground")
+    world.add(box((6, 6, 6), GREY), pose(-12, -12), name="block", category="building")
+    car = world.add(box((4, 2, 1.5), GREY), pose(-9, -3), name="car", category="vehicle", movable=True)
+    T_world_camera = look_down_pose(np.array([0, 0, 40.0]), 0, 0, 0)
+    raster, shader = Raster(world), DaylightShader(world, Sun(_direction(30), 1e5), 1e4)
+    for x in (-9.0, 0.0, 8.0, 300.0):
+        world.move(car, pose(x, -3))
+        gbuffer = raster.gbuffer(CAMERA, T_world_camera)
+        fresh = DaylightShader(world, Sun(_direction(30), 1e5), 1e4)
+        np.testing.assert_array_equal(
+            shader.shade(gbuffer, CAMERA, T_world_camera), fresh.shade(gbuffer, CAMERA, T_world_camera)
+        )
 
 
 def test_map_knows_its_highest_texels_and_keeps_its_border_empty():
     rng = np.random.default_rng(8)
-    with build_town(np.random.default_rng(5), extent_m=60, houses=40, cars=8, trees=10) as world:
-        caster = ShadowCaster(world, np.array(SUNS["low"]), size=128)
-        cars = [body for body in world.bodies if body.movable]
-        for _ in range(12):
-            for car in cars:
-                world.move(car, pose(*rng.uniform(-30, 30, 2), rng.uniform(0, 6)))
-            region = caster.region(*np.sort(rng.uniform(-8, 8, (2, 2)), axis=0))
-            shadow_map = caster.draw(region, np.ones_like(region.arrays.drawn))
-            height_m = shadow_map.height_m
-            for border in (height_m[0], height_m[-1], height_m[:, 0], height_m[:, -1]):
-                assert (border == NOTHING).all()
-            assert (height_m[1:-1, 1:-1] > NOTHING).mean() > 0.2
-            for i in range(128 // BLOCK):
-                for j in range(128 // BLOCK):
-                    block = height_m[i * BLOCK : (i + 1) * BLOCK + 1, j * BLOCK : (j + 1) * BLOCK + 1]
-                    assert shadow_map.highest_m[i, j] == block.max()
+    world = build_town(np.random.default_rng(5), extent_m=60, houses=40, cars=8, trees=10)
+    caster = ShadowCaster(world, np.array(SUNS["low"]), size=128)
+    cars = [body for body in world.bodies if body.movable]
+    for _ in range(12):
+        for car in cars:
+            world.move(car, pose(*rng.uniform(-30, 30, 2), rng.uniform(0, 6)))
+        region = caster.region(*np.sort(rng.uniform(-8, 8, (2, 2)), axis=0))
+        shadow_map = caster.draw(region, np.ones_like(region.arrays.drawn))
+        height_m = shadow_map.height_m
+        for border in (height_m[0], height_m[-1], height_m[:, 0], height_m[:, -1]):
+            assert (border == NOTHING).all()
+        assert (height_m[1:-1, 1:-1] > NOTHING).mean() > 0.2
+        for i in range(128 // BLOCK):
+            for j in range(128 // BLOCK):
+                block = height_m[i * BLOCK : (i + 1) * BLOCK + 1, j * BLOCK : (j + 1) * BLOCK + 1]
+                assert shadow_map.highest_m[i, j] == block.max()
 
 
 def test_tiles_drawn_as_they_are_wanted_are_those_of_the_whole_map():
     rng = np.random.default_rng(3)
-    with build_town(np.random.default_rng(5), extent_m=60, houses=40, cars=8, trees=10) as world:
-        bit_by_bit, at_once = (ShadowCaster(world, np.array(SUNS["low"]), size=256) for _ in range(2))
-        cars = [body for body in world.bodies if body.movable]
-        corners = np.array([[-9.0, -4.0], [6.0, 8.0]])
-        for _ in range(20):
-            for car in cars[: rng.integers(3)]:
-                world.move(car, pose(*rng.uniform(-30, 30, 2), rng.uniform(0, 6)))
-            low_m, high_m = corners + rng.uniform(0, 9)
-            regions = [caster.region(low_m, high_m) for caster in (bit_by_bit, at_once)]
-            wanted = rng.random(regions[0].arrays.drawn.shape) < 0.15
-            part = bit_by_bit.draw(regions[0], wanted)
-            whole = at_once.draw(regions[1], np.ones_like(wanted))
-            seen = np.repeat(np.repeat(wanted, TILE, axis=0), TILE, axis=1)
-            np.testing.assert_array_equal(part.height_m[seen], whole.height_m[seen])
-            for i, j in np.argwhere(wanted) * (TILE // BLOCK):
-                # Of the texels that are drawn: those of the next tiles are looked up through their own blocks.
-                inside = part.height_m[i * BLOCK : (i + 1) * BLOCK, j * BLOCK : (j + 1) * BLOCK]
-                assert part.highest_m[i, j] >= inside.max()
+    world = build_town(np.random.default_rng(5), extent_m=60, houses=40, cars=8, trees=10)
+    bit_by_bit, at_once = (ShadowCaster(world, np.array(SUNS["low"]), size=256) for _ in range(2))
+    cars = [body for body in world.bodies if body.movable]
+    corners = np.array([[-9.0, -4.0], [6.0, 8.0]])
+    for _ in range(20):
+        for car in cars[: rng.integers(3)]:
+            world.move(car, pose(*rng.uniform(-30, 30, 2), rng.uniform(0, 6)))
+        low_m, high_m = corners + rng.uniform(0, 9)
+        regions = [caster.region(low_m, high_m) for caster in (bit_by_bit, at_once)]
+        wanted = rng.random(regions[0].arrays.drawn.shape) < 0.15
+        part = bit_by_bit.draw(regions[0], wanted)
+        whole = at_once.draw(regions[1], np.ones_like(wanted))
+        seen = np.repeat(np.repeat(wanted, TILE, axis=0), TILE, axis=1)
+        np.testing.assert_array_equal(part.height_m[seen], whole.height_m[seen])
+        for i, j in np.argwhere(wanted) * (TILE // BLOCK):
+            # Of the texels that are drawn: those of the next tiles are looked up through their own blocks.
+            inside = part.height_m[i * BLOCK : (i + 1) * BLOCK, j * BLOCK : (j + 1) * BLOCK]
+            assert part.highest_m[i, j] >= inside.max()
 
 
 def test_what_lies_beyond_the_map_is_lit(monkeypatch):
-    with World() as world:
-        world.add(ground(400.0, GREY), np.eye(4), name="ground", category="ground")
-        world.add(box((300, 4, 30), GREY), pose(0, 0), name="wall", category="building")
-        T_world_camera = look_down_pose(np.array([0, -30.0, 60.0]), 0, 0, 0)
-        gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
-        shader = DaylightShader(world, Sun((0.0, 1.0, 1.0), 1e5, colour_rgb=(1, 1, 1)), 0.0)
-        # The map is made to cover the picture's top alone.
-        monkeypatch.setattr(daylight, "bounds_across", lambda depth_m, *rest: bounds_across(depth_m[:2], *rest))
-        radiance = shader.shade(gbuffer, CAMERA, T_world_camera)
+    world = World()
+    world.add(ground(400.0, GREY), np.eye(4), name="ground", category="ground")
+    world.add(box((300, 4, 30), GREY), pose(0, 0), name="wall", category="building")
+    T_world_camera = look_down_pose(np.array([0, -30.0, 60.0]), 0, 0, 0)
+    gbuffer = Raster(world).gbuffer(CAMERA, T_world_camera)
+    shader = DaylightShader(world, Sun((0.0, 1.0, 1.0), 1e5, colour_rgb=(1, 1, 1)), 0.0)
+    # The map is made to cover the picture's top alone.
+    monkeypatch.setattr(daylight, "bounds_across", lambda depth_m, *rest: bounds_across(depth_m[:2], *rest))
+    radiance = shader.shade(gbuffer, CAMERA, T_world_camera)
     sunny = REFLECTANCE * 1e5 * np.sqrt(0.5) / np.pi
     level = (gbuffer.instance_id == 0) & away_from_edges(gbuffer.instance_id, 2)
     green = radiance[:, 1]
@@ -225,5 +224,6 @@ def test_srgb_there_and_back():
     ],
 )
 def test_impossible_light_is_named(arguments, message):
-    with World() as world, pytest.raises(ValueError, match=message):
+    world = World()
+    with pytest.raises(ValueError, match=message):
         DaylightShader(world, *arguments)

@@ -59,9 +59,7 @@ def _lengths() -> NDArray[np.float64]:
 @pytest.fixture
 def yard() -> Iterator[_Yard]:
     """Yield a yard of black bodies at night."""
-    made = _Yard()
-    yield made
-    made.world.close()
+    return _Yard()
 
 
 @pytest.mark.parametrize("renderer", ["raster", "pybullet"])
@@ -98,7 +96,6 @@ def test_grey_bodies_mirror_sky_and_ground():
     own = 0.7 * band_radiance(GROUND_K) + 0.3 * sky
     wanted = passed * own + (1 - passed) * band_radiance(AIR.temperature_k)
     np.testing.assert_allclose(radiance[level], wanted, rtol=5e-4)
-    grey.world.close()
 
 
 def test_parts_have_their_own_temperatures_and_fine_variations():
@@ -115,7 +112,6 @@ def test_parts_have_their_own_temperatures_and_fine_variations():
     yard.shader.set_parts(warm, np.array([300.0]), np.array([300.0]), np.ones(1))
     radiance, ids, _ = yard.seen()
     np.testing.assert_allclose(radiance[ids == warm.index], band_radiance(300.0 + 64 * 4 / 127), rtol=1e-4)
-    yard.world.close()
 
 
 def test_sun_warms_what_faces_it_and_shadows_stay_cool(yard):
@@ -156,7 +152,6 @@ def test_movers_cast_no_thermal_shadow():
     after, ids, _ = yard.seen()
     others = ids != body.index
     np.testing.assert_array_equal(before[others], after[others])
-    yard.world.close()
 
 
 @pytest.mark.parametrize("weights", [[0.7, 0.3], [0.4, 0.6]])
@@ -217,7 +212,6 @@ def test_pictures_in_sequence_equal_those_of_a_new_shader():
         gbuffer = renderer.gbuffer(CAMERA, overview())
         whole, again = (each.shade(gbuffer, CAMERA, overview()) for each in (fresh, kept))
         assert whole.tobytes() == again.tobytes()
-    front.world.close()
 
 
 def test_rows_give_the_picture_that_stages_give():
@@ -231,7 +225,6 @@ def test_rows_give_the_picture_that_stages_give():
         by_stages = _sensor().expose(radiance, CAMERA, k)
         assert by_rows.picture.counts.tobytes() == by_stages.counts.tobytes()
         assert by_rows.picture.image_rgb.tobytes() == by_stages.image_rgb.tobytes()
-    front.world.close()
 
 
 def test_impossible_parts_are_refused(yard):

@@ -31,15 +31,15 @@ SEA_K, WALL_K = 290.0, 330.0
 
 def _seen(state: SeaState, *, wall: bool, level_m: float = 0.0) -> tuple[NDArray, NDArray]:
     """Return radiance (H, W) and ids of a sea, with a wall across it at x = 0."""
-    with World() as world:
-        sea = world.add(ground(900.0, plain(0)), _at(0.0, level_m), name="sea", category="ground", movable=True)
-        shader = ThermalShader(world, 50.0, AIR)
-        if wall:
-            body = world.add(box((2.0, 300.0, 12.0), plain(0)), _at(1.0, -8.0), name="wall", category="building")
-            shader.set_parts(body, np.array([WALL_K]), np.array([WALL_K]), np.ones(1))
-        shader.sea = Sea(sea, SeaWaves(state, np.random.default_rng(0)), SEA_K)
-        gbuffer = create_renderer("raster", world).gbuffer(CAMERA, overview())
-        return shader.shade(gbuffer, CAMERA, overview())[:, 0], gbuffer.instance_id
+    world = World()
+    sea = world.add(ground(900.0, plain(0)), _at(0.0, level_m), name="sea", category="ground", movable=True)
+    shader = ThermalShader(world, 50.0, AIR)
+    if wall:
+        body = world.add(box((2.0, 300.0, 12.0), plain(0)), _at(1.0, -8.0), name="wall", category="building")
+        shader.set_parts(body, np.array([WALL_K]), np.array([WALL_K]), np.ones(1))
+    shader.sea = Sea(sea, SeaWaves(state, np.random.default_rng(0)), SEA_K)
+    gbuffer = create_renderer("raster", world).gbuffer(CAMERA, overview())
+    return shader.shade(gbuffer, CAMERA, overview())[:, 0], gbuffer.instance_id
 
 
 def _at(x_m: float, z_m: float) -> NDArray[np.float64]:

@@ -112,7 +112,6 @@ def test_the_mean_sizes_are_the_scene_s() -> None:
         coming = Intruders(world, plan, conditions, np.zeros(1), generator(seed, "looks"))
         for kind, size_m in zip(coming.kinds, coming.size_m, strict=True):
             found[kind].append(size_m)
-        world.close()
     for kind, mean_m in MEAN_SIZE_M.items():
         np.testing.assert_allclose(np.mean(found[kind], axis=0), mean_m, atol=0.006)
 
