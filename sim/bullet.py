@@ -261,7 +261,7 @@ class Client:
 
         ``pull`` moves these. Show a body before shaders and renderers of the world are made.
         """
-        added = []
+        added: list[Body] = []
         for _, link, kind, size, file, position, quaternion, rgba in self.engine.getVisualShapeData(handle):
             mesh = self._mesh(kind, size, Path(file.decode()), rgba)
             body = self._world.add(mesh, np.eye(4), name=f"{name} {len(added)}", category=category, movable=True)
@@ -289,7 +289,7 @@ class Client:
     def _mesh(self, kind: int, size: Any, file: Path, rgba: Any) -> TexturedMesh:
         """Return a visual shape as flat-shaded triangles of one colour."""
         if kind == self.engine.GEOM_MESH:
-            shape = trimesh.load(file, force="mesh")
+            shape: Any = trimesh.load(file, force="mesh")
             shape.apply_scale(size)
         elif kind == self.engine.GEOM_BOX:
             shape = trimesh.creation.box(size)

@@ -20,6 +20,7 @@ A resumed run keeps the rows of the present editions and repeats the others.
 from __future__ import annotations
 
 import ast
+import contextlib
 import dataclasses
 import hashlib
 import importlib.metadata
@@ -44,8 +45,8 @@ if TYPE_CHECKING:
 Editions = dict[str, str]
 """Part of a row -> what made it."""
 _PACKAGES = {"numpy": "numpy", "numba": "numba", "opencv": "opencv-python-headless"}
-_DRAWING = {"pybullet": {"pybullet": "pybullet"}}
-"""Renderer -> packages that draw its pictures."""
+_PYBULLET = ("pybullet", "pybullet-arm64")
+"""Packages that bring it, of which one is installed."""
 _DIGITS = 10
 
 
@@ -115,8 +116,11 @@ def controller_edition(controller: ControllerEntry) -> Editions:
 @cache
 def package_versions(renderer: str = "raster") -> Editions:
     """Return the versions of the packages that frames and scores depend on."""
-    packages = _PACKAGES | _DRAWING.get(renderer, {})
-    return {name: importlib.metadata.version(package) for name, package in packages.items()}
+    found = {name: importlib.metadata.version(package) for name, package in _PACKAGES.items()}
+    for package in _PYBULLET if renderer == "pybullet" else ():
+        with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+            found["pybullet"] = importlib.metadata.version(package)
+    return found
 
 
 def digest_of(values: Any) -> str:

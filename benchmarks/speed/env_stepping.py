@@ -87,14 +87,16 @@ def measure_env_steps(preset: str, seed: int, steps: int) -> EnvSpeedSample:
             env.reset(options={"episode_seed": seed + 1})
             reset_s = _reset_s(env, seed)
             reference = TinyRenderer(cast(Any, env.episode.episode).world)
-            bare_cpu_s(reference, env.episode.frame)
+            _bare_call(reference, env)
             for _ in range(UNTIMED_FRAMES):
                 env.step(still)
-            step_s, bare_s = timed(
-                partial(env.step, still), lambda reference=reference: bare_cpu_s(reference, env.episode.frame), steps
-            )
+            step_s, bare_s = timed(partial(env.step, still), partial(_bare_call, reference, env), steps)
         cached_reset_s = _reset_s(env, seed)
     return EnvSpeedSample(tuple(step_s), tuple(bare_s), reset_s, cached_reset_s)
+
+
+def _bare_call(reference: TinyRenderer, env: FollowEnv) -> float:
+    return bare_cpu_s(reference, env.episode.frame)
 
 
 def _reset_s(env: FollowEnv, seed: int) -> float:

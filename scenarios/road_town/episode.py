@@ -40,7 +40,7 @@ class RoadTownEpisode(Stage):
         self, plan: Plan, renderer: RendererName, truth: TruthExtent = "all", kept: KeptWorld | None = None
     ) -> None:
         self._covers_all = covers_all(truth)
-        world = town_of(plan.preset, plan.seed, plan.layout) if kept is None else kept.vacated()
+        world = town_of(plan.seed, plan.layout) if kept is None else kept.vacated()
         self._cars = [
             add_vehicle(world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
             for car, look in enumerate(plan.looks)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,6 @@ from scenarios.road_town.countryside import add_countryside
 from scenarios.road_town.ground import paint_ground
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.palette import KERB, Rgb, draw_paint
-from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.road_map import road_area
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.ground import ground, kerb
@@ -32,20 +32,21 @@ _KERB_PIECE_M = 25.0
 _KERB_PIECE_CORNERS = 12
 _KINDS_OF_TREES = 12
 
-_latest: dict[tuple[RoadTown, int, tuple[str, ...]], list[tuple[Body, NDArray[np.float64]]]] = {}
-"""Static objects with their poses of the town that was drawn last."""
+_latest: dict[tuple[object, ...], list[tuple[Body, NDArray[np.float64]]]] = {}
+"""Static objects with their poses of the town that was drawn last, by what it was drawn from."""
 
 
-def town_of(preset: RoadTown, seed: int, layout: Layout) -> World:
+def town_of(seed: int, layout: Layout) -> World:
     """Return a new world of an episode's town.
 
-    Drawing it takes two thirds of the time before the first picture, so the latest town is kept: the same episode often
-    comes again at once, with another controller or for the report.
+    Drawing it takes two thirds of the time before the first picture, so the latest town is kept: the same seed often
+    comes again at once, with another controller or preset, or for the report.
 
     Args:
-        preset, seed: of the episode. layout: theirs.
+        seed: of the episode. layout: its streets, buildings and trees.
     """
-    key = preset, seed, tuple(VEHICLES)
+    # The bytes stand for the content: layouts hold arrays, which have no hash.
+    key = pickle.dumps(layout), seed, tuple(VEHICLES)
     if key not in _latest:
         forget_town()
         world = build_town(layout, generator(seed, "town"))
