@@ -87,14 +87,14 @@ def _beside() -> Iterator[Claim]:
         "detection_rate": "of those that can be seen: within 3 m over the ground too, one to one, chance taken off",
         "chance_rate": "found by tracks on nothing beside the truth of another time",
         "beyond_m": "how far behind the intruder a track lies as the camera sees it",
-        "froc_area": "detection rate, mean over the log of the false alarms, 1 to 100 an hour",
+        "froc_area_1_100": "detection rate, mean over the log of the false alarms, 1 to 100 an hour",
     }
     for tracker in (_WRITTEN, _OURS):
         for metric, counted in metrics.items():
             yield Claim(metric, counted, tracker=tracker)
     yield Claim("paper_detection_rate", "counted as in the paper", tracker=_OURS)
     yield Claim(
-        "froc_area",
+        "froc_area_1_100",
         f"the same, minus that of {_OURS} on the same episodes",
         "not in the paper; ours is to find more",
         "interval below",
