@@ -4,9 +4,9 @@ Confidences are compared with a fixed grid of thresholds, the same for all track
 up and are resampled together. ``counts`` (..., 2 K) hold for K thresholds, the lowest first, the share found, then the
 false alarms an hour. Neither has to fall with the threshold: a higher one may break one long alarm into several.
 
-The order of two trackers may turn with the range of the area: a share found at 50 alarms an hour counts as much as one at
-half an alarm where the range is wide. So areas are named by their ranges, over 0.1 to 10 alarms an hour, which somebody
-on watch can bear, and over 1 to 100, and the share found at one alarm an hour stands before both.
+The order of two trackers may turn with the range of the area. So areas are named by their ranges: over 0.1 to 10 alarms
+an hour, which somebody on watch can bear, and over 1 to 100. The share found at one alarm an hour, where both meet on a
+log axis, stands before them.
 """
 
 from __future__ import annotations

@@ -26,8 +26,8 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
             threshold, with at most so many false alarms an hour; over a range of them its mean on a log axis. The last
             two kinds of row are the alarms at each threshold and the hours watched.
         froc at a tenth: of a pair alone, see ``at_a_tenth``.
-        average precision: see ``scores.average_precision``, of the sums of boxes that are right, of all that count, both
-            at each threshold, and of true boxes.
+        average precision: see ``scores.average_precision``, of the sums of boxes that are right, of all that count,
+            both at each threshold, and of true boxes.
         geometric mean: root of the product of the means of two kinds of row.
         ratio of means: the mean of the first kind of row over that of the second.
         precision, recall, f: of the mean curves, at the confidence at which F is greatest.
