@@ -18,8 +18,9 @@ from scenarios.harbour.truth import HarbourTruth
 from sim.optics import PinholeCamera
 from trackers.baselines.ground_linker import CONFIDENCE_FILE, EVIDENCE
 from trackers.blind.harbour_blind import PLACES_FILE
+from trackers.protocols import begin
 from trackers.registry import entry
-from trackers.site.volume import WatchedVolume, place
+from trackers.site.volume import place
 from trackers.types import EgoPose
 
 TRACKERS = Path(__file__).resolve().parents[2] / "trackers"
@@ -69,10 +70,11 @@ def episode_samples(preset: str, seed: int) -> EpisodeSamples:
     start = episode.start
     trackers = [entry(name).create(np.random.default_rng(seed)) for name in BASELINES]
     for tracker in trackers:
-        tracker.start(start.background, start.camera)
+        begin(tracker, start)
     pose = start.background[0].ego
     assert isinstance(pose, EgoPose)
-    volume = place(WatchedVolume(), start.camera, pose.T_world_camera)
+    assert start.site is not None
+    volume = place(start.site, start.camera, pose.T_world_camera)
     camera = PinholeCamera(start.camera.width_px, start.camera.height_px, start.camera.focal_px)
     matchers = [Matcher() for _ in trackers]
     whose, evidence, found, identity = [], [], [], []

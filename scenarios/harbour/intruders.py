@@ -21,6 +21,7 @@ from scenarios.harbour.warmth import (
     car_materials,
     draw_clothes,
     heated_k,
+    level_ground,
     person_kelvins,
 )
 from sim.jointed_labels import JointedShape, SeenBody, joined, merge_parts, seen_body
@@ -47,7 +48,7 @@ class _Intruder:
     Attributes:
         bodies: its parts. shape: of its labels: of a boat, what is above its waterline.
         size_m: (3,). bones: of a person, None for others. clothes: likewise.
-        materials, sky_view, heated_k (F, P): of a car or boat; see ``warmth``.
+        materials, sky_view, heated_k (F, P): of a car or boat; see ``warmth``. is_cold: see ``Visit``.
     """
 
     bodies: list[Body]
@@ -58,6 +59,7 @@ class _Intruder:
     materials: tuple[str, ...] = ()
     sky_view: float = 0.0
     heated_k: NDArray[np.float64] | None = None
+    is_cold: bool = False
 
 
 class Intruders:
@@ -114,6 +116,7 @@ class Intruders:
             materials=materials,
             sky_view=CAR_VIEW,
             heated_k=heated,
+            is_cold=visit.is_cold,
         )
 
     def _boat(
@@ -202,6 +205,8 @@ class Intruders:
         one = self._all[k]
         if one.clothes is not None:
             return one.bodies, person_kelvins(one.clothes, warmth)
+        if one.is_cold:
+            return one.bodies, level_ground(warmth, len(one.materials))
         shaded, sunlit, emissivity = warmth.of(one.materials, one.sky_view)
         extra = np.zeros(len(shaded)) if one.heated_k is None else one.heated_k[frame]
         return one.bodies, (shaded + extra, sunlit + extra, emissivity)

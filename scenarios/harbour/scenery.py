@@ -47,11 +47,15 @@ class Surface:
     sky_view: float
 
 
+YARD, GROUND_VIEW = "asphalt", 0.95
+"""Material of the yard, on which cars park, and the share of sky that all ground sees."""
+
+
 def build_scenery(world: World, rng: np.random.Generator) -> list[Surface]:
     """Add the bodies; return them with their materials. The first is the quay's wall, see ``WALL_BANDS``."""
     surfaces = [_add(world, _wall(rng), "wall", "land", ("granite",) * (WALL_BANDS + 1), 0.5)]
     for name, mesh, material in _grounds(rng):
-        surfaces.append(_add(world, mesh, name, "land", (material,), 0.95))
+        surfaces.append(_add(world, mesh, name, "land", (material,), GROUND_VIEW))
     for k, one in enumerate(SHEDS):
         openings = [Opening(ShedPart.DOOR, y - one.y_m, 1.4, 0.0, 2.3) for y in one.doors_y_m]
         openings += [Opening(ShedPart.DOOR, y - one.y_m + 4.5, 3.2, 0.0, 3.0) for y in one.doors_y_m]
@@ -113,7 +117,7 @@ def _grounds(rng: np.random.Generator) -> list[tuple[str, TexturedMesh, str]]:
     return [
         ("coping", coping, "granite"),
         ("apron", level_plate((edge, -SPAN_M), (APRON_END_M, SPAN_M), 0.0, varied(0, apron), (4, 12)), "concrete"),
-        ("yard", level_plate((APRON_END_M, -SPAN_M), (75.0, SPAN_M), 0.0, varied(0, yard), (4, 8)), "asphalt"),
+        ("yard", level_plate((APRON_END_M, -SPAN_M), (75.0, SPAN_M), 0.0, varied(0, yard), (4, 8)), YARD),
         ("land", level_plate((75.0, -400.0), (900.0, 400.0), 0.0, varied(0, land), (4, 4)), "grass"),
     ]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +14,8 @@ from trackers.harbour_watch.site_model import LearntSite, ModelParameters, SiteM
 from trackers.harbour_watch.watch import Watch
 from trackers.registry import register, register_variant, tunable
 from trackers.site.model_file import load_model, save_model
-from trackers.site.quay import Quay
 from trackers.site.reading import Picture, reading_of
-from trackers.site.survey import Site, survey
-from trackers.site.view import SiteView
-from trackers.site.volume import WatchedVolume, place
+from trackers.site.survey import Site, Surveyed, placed
 from trackers.types import CameraModel, Observation, Track
 
 
@@ -27,8 +24,6 @@ class WatchParameters:
     """Parameters of ``harbour_watch``.
 
     Attributes:
-        volume: that is watched.
-        quay: survey of the site. How high the water stands is learnt.
         components: of the low-rank background beside the camera's gain and offset.
         remembered_frames, noise_frames: time constants of a pixel's slow residual and of its noise.
         least_score, piece_score: deviations of a region's best box, and of its pieces.
@@ -38,8 +33,6 @@ class WatchParameters:
         use_counts: False reads the picture after automatic gain control instead.
     """
 
-    volume: WatchedVolume = field(default_factory=WatchedVolume)
-    quay: Quay = field(default_factory=Quay)
     components: int = tunable(16, 2, 40)
     remembered_frames: float = tunable(60.0, 10.0, 600.0, log=True)
     noise_frames: float = tunable(80.0, 20.0, 400.0, log=True)
@@ -57,8 +50,8 @@ class WatchParameters:
     summary="low-rank background of the site, matched boxes, probability of existence",
     suites=("harbour",),
 )
-class HarbourWatch:
-    """A ``MultiTracker`` of people, cars and boats on a quay and the water before it.
+class HarbourWatch(Surveyed):
+    """A ``SiteTracker`` of people, cars and boats on a quay and the water before it, whose level it learns.
 
     Attributes:
         decides_at: see ``DecidingTracker``; the probability at which its settings were chosen, on development seeds.
@@ -76,7 +69,7 @@ class HarbourWatch:
         size = (camera.height_px, camera.width_px)
         shown = [reading_of(each, self._p.use_counts) for each in background]
         pictures = [each for each in shown if each.shape == size]
-        self._begin(pictures, survey(self._p.volume, camera, background))
+        self._begin(pictures, self._site_of(camera, background))
         if pictures and self._site is not None:
             self._learn(pictures, self._site)
 
@@ -96,7 +89,7 @@ class HarbourWatch:
         Raises:
             ValueError: as ``load_model``, e.g. for the background of another camera; and as ``place``.
         """
-        site = Site(SiteView(camera, T_world_camera), place(self._p.volume, camera, T_world_camera))
+        site = placed(self._known(), camera, T_world_camera)
         arrays = load_model(path, self._kind, site.view, forms((camera.height_px, camera.width_px)))
         self._begin([], site)
         self._watch_by(LearntSite.of_arrays(arrays), site)
@@ -116,7 +109,7 @@ class HarbourWatch:
         """
         picture = reading_of(observation, self._p.use_counts)
         if self._site is None:
-            self._site = survey(self._p.volume, observation.camera, [observation])
+            self._site = self._site_of(observation.camera, [observation])
             if self._site is None:
                 return []
         if self._watch is None:
@@ -143,7 +136,6 @@ class HarbourWatch:
         p = self._p
         return ModelParameters(
             components=p.components,
-            quay=p.quay,
             remembered_frames=p.remembered_frames,
             noise_frames=p.noise_frames,
             clip=p.clip,
