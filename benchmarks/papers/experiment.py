@@ -52,6 +52,11 @@ class PaperExperiment(ABC):
     controller: str | None = None
     seeds: range = range(10_000, 10_050)
 
+    @property
+    def shown_claims(self) -> tuple[Claim, ...]:
+        """Lines of the table: the paper's claims, and what else is counted beside them."""
+        return self.claims
+
     @abstractmethod
     def metric(self, name: str) -> Metric:
         """Return a claim's metric."""

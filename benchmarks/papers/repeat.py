@@ -63,7 +63,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
             experiment=experiment,
             paper=paper,
             findings=found,
-            runs_trackers=any(claim.tracker for claim in experiment.claims),
+            runs_trackers=any(each.claim.tracker for each in found),
             plots=plots,
             matrix=matrix,
             varied=varied,
@@ -79,9 +79,9 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
 
 
 def findings(experiment: PaperExperiment, rows: Sequence[Row]) -> list[Finding]:
-    """Return the findings of each claim, for each renderer."""
+    """Return the findings of each line of the table, for each renderer."""
     renderers = dict.fromkeys(row["renderer"] for row in rows)
-    return [_finding(experiment, claim, renderer, rows) for claim in experiment.claims for renderer in renderers]
+    return [_finding(experiment, claim, renderer, rows) for claim in experiment.shown_claims for renderer in renderers]
 
 
 def _finding(experiment: PaperExperiment, claim: Claim, renderer: str, rows: Sequence[Row]) -> Finding:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import PaperExperiment, Plots
 from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity
 from benchmarks.run.experiment import Experiment, Progress
@@ -27,14 +28,24 @@ class TrackerExperiment(PaperExperiment):
     """See ``PaperExperiment``. Claims are about the suite's metrics.
 
     Attributes:
-        trackers: in the order of the paper's figure.
+        trackers: of the paper, in the order of its figure.
+        beside: other trackers, of which the paper says nothing. They run in the same episodes, and the table shows for
+            each of them what the claims count.
         frames: shown in the paper's figure; none where it names none.
         robustness: what is varied beside it; None for experiments in which nothing was fitted.
     """
 
     trackers: tuple[str, ...]
+    beside: tuple[str, ...] = ()
     frames: tuple[int, ...] = ()
     robustness: Robustness | None = None
+
+    @property
+    def shown_claims(self) -> tuple[Claim, ...]:
+        """See ``PaperExperiment``: the claims, and their metrics of the trackers ``beside``."""
+        counted = {claim.metric: claim.counted for claim in self.claims if not claim.minus}
+        beside = (Claim(metric, words, tracker=tracker) for metric, words in counted.items() for tracker in self.beside)
+        return (*self.claims, *beside)
 
     def metric(self, name: str) -> Metric:
         """See ``PaperExperiment``."""
@@ -81,7 +92,7 @@ class TrackerExperiment(PaperExperiment):
             suite=self.suite,
             scenario=self.scenario,
             presets=(self.preset,),
-            trackers=self.trackers,
+            trackers=(*self.trackers, *self.beside),
             seeds=seeds,
             renderer=renderer,
             workers=workers,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -175,3 +176,17 @@ def test_the_table_says_what_was_fitted(experiment: TrackerExperiment, capsys: p
     rows = [row(experiment, experiment.trackers[0], "frames", 1.0)]
     print_findings(experiment.title, findings(experiment, rows), range(1), experiment.fitted)
     assert ("fitted" in capsys.readouterr().out) == (experiment is b3.EXPERIMENT)
+
+
+def test_trackers_beside_run_in_the_same_episodes_and_are_counted_without_a_verdict() -> None:
+    experiment = replace(a3.EXPERIMENT, beside=("colour_pf", "hold_ground"))
+    assert experiment.runs(range(2), "raster", 1).trackers == ("background_pf", "colour_pf", "hold_ground")
+    rows = [row(experiment, "hold_ground", "kept", 1.0, seed, frame_out={"kind": "road"}) for seed in range(5)]
+    found = findings(experiment, rows)[len(experiment.claims) :]
+    assert [(each.claim.tracker, each.claim.metric) for each in found] == [
+        (tracker, metric)
+        for metric in ("road_kept_rate", "excursion_kept_rate")
+        for tracker in ("colour_pf", "hold_ground")
+    ]
+    assert {each.claim.words for each in found} == {"not in the paper"}
+    assert [(each.value, each.agrees) for each in found[:2]] == [("–", None), ("100.0 %", None)]
