@@ -29,7 +29,8 @@ class WatchParameters:
         least_score, piece_score: deviations of a region's best box, and of its pieces.
         clip: deviations at which one pixel is cut off.
         claims: probability of existence from which a track's pixels are not learnt; above 1 = never.
-        shown: least probability of existence of a track that is answered.
+        shown: least probability of existence of a track that is answered. unmoved: most that is said of one that has
+            not moved since it began.
         use_counts: False reads the picture after automatic gain control instead.
     """
 
@@ -41,6 +42,7 @@ class WatchParameters:
     clip: float = tunable(6.0, 3.0, 20.0, log=True)
     claims: float = 0.9
     shown: float = 0.01
+    unmoved: float = 0.9
     use_counts: bool = True
 
 
@@ -119,7 +121,7 @@ class HarbourWatch(Surveyed):
         if picture.shape != watch.shape:
             return []
         watch.update(picture, observation.time_s)
-        return watch.answers(self._p.shown)
+        return watch.answers(self._p.shown, self._p.unmoved)
 
     def _learn(self, pictures: Sequence[Picture], site: Site) -> None:
         self._watch_by(learn_site(np.array(pictures), site, self._model_parameters), site)
@@ -145,6 +147,7 @@ class HarbourWatch(Surveyed):
 
 
 register_variant("harbour_watch_swallows", "harbour_watch", summary="learns what stands still, objects too", claims=2.0)
+register_variant("harbour_watch_trusts_still", "harbour_watch", summary="as sure of what never moved", unmoved=1.0)
 register_variant(
     "harbour_watch_8_bit", "harbour_watch", summary="reads the picture after gain control", use_counts=False
 )

@@ -64,6 +64,8 @@ class Tracks:
             mark.predict(dt_s, self._rates.survives)
             mark.expect(level_m if mark.afloat else 0.0)
         self.marks = [mark for mark in self.marks if np.isfinite(mark.expected_px).all()]
+        for mark in self.marks:
+            mark.note_way()
         return [mark.expected_px for mark in self.marks if mark.log_odds > _SURELY and mark.middle_px() < _KNOWN_PX]
 
     def update(self, sightings: Sequence[Sighting], log_ratios: Array, log_caps: Array, level_m: float) -> None:

@@ -1,4 +1,8 @@
-"""The suite ``harbour``: which intruders does a thermal camera find, how often does it raise a false alarm?"""
+"""The suite ``harbour``: which intruders does a thermal camera find, how often does it raise a false alarm?
+
+All episodes, of development and of test seeds, are of one site; for what was learnt on it see
+``scenarios.harbour.scenario``.
+"""
 
 from __future__ import annotations
 
@@ -105,7 +109,8 @@ def _size_metrics() -> Iterator[Metric]:
 
 HARBOUR = Suite(
     name="harbour",
-    summary="a harbour through a thermal camera: which intruders are found, and how often is it a false alarm?",
+    summary="a harbour through a thermal camera: which intruders are found, and how often is it a false alarm? All "
+    "presets and both splits are of one site, on which confidences, places, tuned values and settings were learnt",
     heading="Who comes into the harbour?",
     scenes=(
         Scene("harbour", drawing=HarbourDrawing, tuned_on=TuningEpisodes("ten-minutes", fresh_presets=("standard",))),

@@ -34,6 +34,17 @@ def near(track, place_m, within_m=1.5):
     return bool(np.hypot(*(VIEW.place_of(track.estimate) - place_m)[:2]) < within_m)
 
 
+def test_who_never_moved_is_a_decision_but_not_among_the_surest():
+    def there(k):
+        return [Intruder((5.0, 2.0 if k < 12 else 2.0 + 1.2 * (k - 12), 0.0), PERSON_M, 2.0)]
+
+    quay, tracker = Quay(3), surveyed("harbour_watch")
+    tracker.start(quay.background(), CAMERA)
+    sure = [max((t.confidence for t in tracker.update(quay.later(k, there(k)))), default=0.0) for k in range(18)]
+    assert sure[11] == 0.9
+    assert sure[17] > 0.999
+
+
 @pytest.fixture(scope="module")
 def stood():
     """A person walks in, stands still for five minutes and walks on."""
