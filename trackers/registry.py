@@ -58,6 +58,7 @@ _MODULES = (
     "trackers.blind.gap_places",
     "trackers.harbour_watch.tracker",
     "trackers.paper_d.tracker",
+    "trackers.paper_d.learnt_confidence",
     "trackers.baselines.ground_foreground",
     "trackers.blind.harbour_blind",
 )
