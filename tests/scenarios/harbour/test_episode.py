@@ -258,8 +258,9 @@ def test_both_renderers_show_the_same(seen: Any) -> None:
     edge = cv2.dilate(ids, np.ones((3, 3), np.uint8)) != cv2.erode(ids, np.ones((3, 3), np.uint8))
     assert not (other & ~edge).any()
     off = np.abs(frame.observation.counts.astype(float) - ours.observation.counts)
-    print(np.percentile(off[~edge], [50, 90, 95, 99, 99.9]))
+    # Counts; they spread by 600 over the picture.
     assert np.median(off[~edge]) < 5.0
+    assert np.percentile(off[~edge], 95) < 40.0
     episode.close()
 
 
