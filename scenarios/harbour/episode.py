@@ -66,9 +66,15 @@ class HarbourEpisode(Stage):
         self._clutter = Clutter(world, plan, self._conditions, generator(seed, "clutter"))
         self._labels = {body.index: body.category for body in world.bodies}
         looks = generator(seed, "looks")
-        self._intruders = Intruders(world, plan, self._conditions, self._time_s, looks)
+        self._intruders = Intruders(world, plan, self._conditions, self._time_s, looks, scenery.bay_k)
         self._thermals = Thermals(
-            world, self._conditions, scenery, self._clutter, self._intruders, preset.rate_hz, generator(seed, "waves")
+            world,
+            self._conditions,
+            scenery.surfaces,
+            self._clutter,
+            self._intruders,
+            preset.rate_hz,
+            generator(seed, "waves"),
         )
         self._afloat = self._clutter.afloat(self._time_s, before=False)
         self._config = ThermalConfig(rate_hz=preset.rate_hz)

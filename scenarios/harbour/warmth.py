@@ -122,11 +122,11 @@ def person_kelvins(clothes: Clothes, warmth: DayWarmth) -> Kelvins:
     return shaded, sunlit, np.full(len(shaded), _WORN_EMISSIVITY)
 
 
-def level_ground(warmth: DayWarmth, parts: int) -> Kelvins:
-    """Return the temperatures of parts (P,) that are as warm as the level yard, whichever way they face."""
+def level_ground(warmth: DayWarmth, parts: int, excess_k: float) -> Kelvins:
+    """Return the temperatures of parts (P,) that are by so much warmer than the level yard, whichever way they face."""
     shaded, sunlit, emissivity = (np.full(parts, each[0]) for each in warmth.of((YARD,), GROUND_VIEW))
     upwards = max(float(warmth.weather.towards_sun(warmth.hour)[2]), 0.0)
-    ground = shaded + upwards * (sunlit - shaded)
+    ground = shaded + upwards * (sunlit - shaded) + excess_k
     return ground, ground, emissivity
 
 
