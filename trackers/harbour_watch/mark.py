@@ -50,6 +50,7 @@ class Mark:
         heading: which way it points.
         seen_px: (4,) its last region. view: of the camera. missed_frames: pictures since then.
         still_frames: pictures in a row on which it stood still. has_moved: since it began, by ``_MOVES``.
+        from_start: whether it began on one of the first pictures.
     """
 
     identity: int
@@ -65,6 +66,7 @@ class Mark:
     missed_frames: int = 0
     still_frames: int = 0
     has_moved: bool = False
+    from_start: bool = False
     expected_px: Array = field(default_factory=lambda: np.zeros(4))
     _jacobian: Array = field(default_factory=lambda: np.zeros((4, STATE)))
     _base_m: float = 0.0
