@@ -18,6 +18,7 @@ FRAMES = 24
 NAMES = (
     "harbour_watch",
     "eigen_swarm",
+    "eigen_swarm_learnt_confidence",
     "harbour_mog2",
     "harbour_knn",
     "harbour_median",
