@@ -109,8 +109,8 @@ def episode_samples(preset: str, seed: int, names: Sequence[str]) -> EpisodeSamp
             evidence.append(tracker.evidence[told])
             found.append(matches.target[told] >= 0)
             identity.append(answers.identity[told] * len(trackers) + k)
-    names, times = np.unique(np.concatenate(identity), return_inverse=True)
-    weight = 1.0 / np.sqrt(np.bincount(times, minlength=len(names))[times])
+    _, track = np.unique(np.concatenate(identity), return_inverse=True)
+    weight = 1.0 / np.sqrt(np.bincount(track)[track])
     return EpisodeSamples(
         np.concatenate(whose),
         np.concatenate(evidence),
