@@ -23,6 +23,7 @@ from trackers.protocols import (
     OutsourcingTracker,
     RevisingTracker,
     Tracker,
+    begin,
 )
 from trackers.types import Answer, CameraCommand, Estimate, Start, Track
 
@@ -93,7 +94,7 @@ class ManyFromPictures:
 
     def initialise(self, frame: Frame, start: Start) -> Sequence[Track]:
         """See ``Contestant``. No target is given: the first picture is treated like the others."""
-        self._tracker.start(start.background, start.camera)
+        begin(self._tracker, start)
         return self.update(frame)
 
     def update(self, frame: Frame) -> Sequence[Track]:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.estimate_check import check_tracks
-from trackers.protocols import MultiTracker
-from trackers.types import Estimate, Observation, Track
+from trackers.protocols import MultiTracker, begin
+from trackers.types import Estimate, Observation, SiteSurvey, Start, Track
 
 _CONFIDENT = 0.5
 """Confidence from which a track is taken to exist; a track without one is."""
@@ -45,10 +45,12 @@ class FollowOne:
     Who was seen apart from the target is someone else and is not taken for it, unless the target had that identity.
     """
 
-    def __init__(self, tracker: MultiTracker, background: Sequence[Observation] = ()) -> None:
-        """``background``: pictures without targets, see ``MultiTracker.start``."""
+    def __init__(
+        self, tracker: MultiTracker, background: Sequence[Observation] = (), site: SiteSurvey | None = None
+    ) -> None:
+        """``background``, ``site``: see ``Start``."""
         self._tracker = tracker
-        self._background = tuple(background)
+        self._background, self._site = tuple(background), site
         self._box_xyxy = np.zeros(4)
         self._velocity_px_s = np.zeros(2)
         self._known_s, self._watched_s = 0.0, 0.0
@@ -61,7 +63,7 @@ class FollowOne:
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """See ``Tracker``."""
         self._box_xyxy, self._known_s = np.asarray(box_xyxy, dtype=float), observation.time_s
-        self._tracker.start(self._background, observation.camera)
+        begin(self._tracker, Start(observation.camera, background=self._background, site=self._site))
         self.update(observation)
 
     def update(self, observation: Observation) -> Estimate:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.gaps.types import GapMethod
-from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Track
+from trackers.types import CameraCommand, CameraModel, Estimate, Observation, SiteSurvey, Start, Track
 
 
 class Tracker(Protocol):
@@ -52,6 +52,15 @@ class MultiTracker(Protocol):
 
 
 @runtime_checkable
+class SiteTracker(MultiTracker, Protocol):
+    """A ``MultiTracker`` of a surveyed site."""
+
+    def survey(self, site: SiteSurvey) -> None:
+        """Take in the survey, before ``start``; not called where there is none."""
+        ...
+
+
+@runtime_checkable
 class RevisingTracker(MultiTracker, Protocol):
     """A ``MultiTracker`` that decides identities later than it answers."""
 
@@ -80,6 +89,13 @@ class DecidingTracker(MultiTracker, Protocol):
     """
 
     decides_at: float
+
+
+def begin(tracker: MultiTracker, start: Start) -> None:
+    """Start a tracker with its inputs before the first picture: the site's survey, if it asks for one, and the rest."""
+    if isinstance(tracker, SiteTracker) and start.site is not None:
+        tracker.survey(start.site)
+    tracker.start(start.background, start.camera)
 
 
 class Controller(Protocol):

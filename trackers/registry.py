@@ -33,7 +33,7 @@ import numpy as np
 
 from trackers.follow_one import FollowOne
 from trackers.protocols import Tracker
-from trackers.types import Observation
+from trackers.types import Observation, SiteSurvey
 
 Role = Literal["ours", "variant", "as-written", "tuned", "baseline", "blind", "oracle", "external"]
 
@@ -58,6 +58,7 @@ _MODULES = (
     "trackers.blind.gap_places",
     "trackers.harbour_watch.tracker",
     "trackers.paper_d.tracker",
+    "trackers.paper_d.learnt_confidence",
     "trackers.baselines.ground_foreground",
     "trackers.blind.harbour_blind",
 )
@@ -159,10 +160,12 @@ class TrackerEntry(MethodEntry):
         """Return a new tracker that draws from ``rng``: a ``Tracker`` or a ``MultiTracker``."""
         return self.tracker(self.parameters(**changes), rng)
 
-    def create_for_one(self, rng: np.random.Generator, background: Sequence[Observation] = ()) -> Tracker:
+    def create_for_one(
+        self, rng: np.random.Generator, background: Sequence[Observation] = (), site: SiteSurvey | None = None
+    ) -> Tracker:
         """Return a new tracker of one target; a ``MultiTracker`` is reduced to one of its tracks."""
         tracker = self.create(rng)
-        return FollowOne(tracker, background) if self.follows_many else tracker
+        return FollowOne(tracker, background, site) if self.follows_many else tracker
 
 
 def tunable(default: float, low: float, high: float, *, log: bool = False) -> Any:

@@ -129,6 +129,39 @@ class Observation:
 
 
 @dataclass(frozen=True, slots=True)
+class SiteSurvey:
+    """What an engineer measures of a quay once, when the camera is installed over it, and what its operator watches.
+
+    Metres in the navigation frame of ``EgoPose``, whose heights count from the quay's surface. The watched volume is an
+    upright box: its middle lies where the camera's axis meets the quay, its depth along the horizontal line of sight.
+
+    Attributes:
+        edge_m: (2,) a point of the quay's straight edge. seaward: (2,) horizontal unit vector from there to the water.
+        mean_water_m: mean sea level, < 0. How high the tide is at a time is not surveyed.
+        watched_m: (3,) depth, width and height of the watched volume, > 0. watched_bottom_m: height of its lower side.
+    """
+
+    edge_m: tuple[float, float]
+    seaward: tuple[float, float]
+    mean_water_m: float
+    watched_m: tuple[float, float, float]
+    watched_bottom_m: float
+
+    def __post_init__(self) -> None:
+        """Raise ValueError for water that is not below the quay, a direction that is not one long, or no volume."""
+        if not -np.inf < self.mean_water_m < 0.0:
+            raise ValueError(f"mean_water_m: expected a finite number of metres < 0, got {self.mean_water_m}")
+        if not abs(float(np.hypot(*self.seaward)) - 1.0) < 1e-6:
+            raise ValueError(f"seaward: expected a vector of length 1, got {self.seaward}")
+        if not np.isfinite(self.edge_m).all():
+            raise ValueError(f"edge_m: expected finite numbers of metres, got {self.edge_m}")
+        if len(self.watched_m) != 3 or not all(0.0 < each < np.inf for each in self.watched_m):
+            raise ValueError(f"watched_m: expected three numbers of metres > 0, got {self.watched_m}")
+        if not np.isfinite(self.watched_bottom_m):
+            raise ValueError(f"watched_bottom_m: expected a finite number of metres, got {self.watched_bottom_m}")
+
+
+@dataclass(frozen=True, slots=True)
 class Start:
     """A tracker's inputs before the first picture.
 
@@ -136,11 +169,13 @@ class Start:
         camera: calibration of the camera.
         box_xyxy: (4,) box of the one target in the first picture; None for a tracker of many targets.
         background: pictures without targets, in order of time, to learn the background from; possibly none.
+        site: survey of the site that a camera at rest watches; None where there is none.
     """
 
     camera: CameraModel
     box_xyxy: NDArray[np.float64] | None = None
     background: tuple[Observation, ...] = ()
+    site: SiteSurvey | None = None
 
 
 @dataclass(frozen=True, slots=True)

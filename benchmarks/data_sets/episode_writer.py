@@ -222,4 +222,8 @@ def _add(shards: ShardWriter, frame: int, channel: str, value: NDArray[Any], pic
 
 def _start_row(start: Start) -> dict[str, Any]:
     box = start.box_xyxy
-    return {"camera": dataclasses.asdict(start.camera), "box_xyxy": None if box is None else box.tolist()}
+    return {
+        "camera": dataclasses.asdict(start.camera),
+        "box_xyxy": None if box is None else box.tolist(),
+        "site": None if start.site is None else dataclasses.asdict(start.site),
+    }

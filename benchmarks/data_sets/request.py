@@ -12,7 +12,7 @@ from scenarios import catalog
 from scenarios.scenario import Episode, RendererName, preset_of
 from sim.checks import check
 
-FORMAT = 1
+FORMAT = 2
 """Number of the layout of files and tables; increment it with every change."""
 
 

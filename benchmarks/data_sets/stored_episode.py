@@ -23,7 +23,7 @@ from benchmarks.data_sets.shards import shard_name
 from scenarios import catalog
 from scenarios.scenario import Frame
 from sim.checks import check
-from trackers.types import CameraCommand, CameraModel, Observation, Start
+from trackers.types import CameraCommand, CameraModel, Observation, SiteSurvey, Start
 
 _KEPT_GROUPS = 4
 """Row groups that are kept for reading in any order: an episode's length costs no memory."""
@@ -99,11 +99,12 @@ class StoredEpisode:
     @property
     def start(self) -> Start:
         """What a tracker gets before the first picture."""
-        box = self._start["box_xyxy"]
+        box, site = self._start["box_xyxy"], self._start["site"]
         return Start(
             self.camera,
             None if box is None else np.array(box),
             tuple(self._background()) if "background.parquet" in self.marks else (),
+            None if site is None else SiteSurvey(**{name: _plain(value) for name, value in site.items()}),
         )
 
     def frame(self, index: int, channels: tuple[str, ...] | None = None) -> Frame:
@@ -223,6 +224,11 @@ class StoredEpisode:
             found: bytes = file.read(place["bytes"])
         check(f"{self._folder}/{name}", len(found) == place["bytes"], f"{place['bytes']} bytes", len(found))
         return found
+
+
+def _plain(value: Any) -> Any:
+    """Return a number, or a list as a tuple."""
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _pictures(pixels: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:

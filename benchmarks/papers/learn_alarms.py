@@ -1,4 +1,6 @@
-"""Learns from episodes of the harbour, development seeds alone, what its baselines and its blind contestant ship."""
+"""Learns from episodes of the harbour, development seeds alone, what its baselines, paper D's method with a learnt
+confidence, and its blind contestant ship.
+"""
 
 from __future__ import annotations
 
@@ -18,15 +20,21 @@ from scenarios.harbour.truth import HarbourTruth
 from sim.optics import PinholeCamera
 from trackers.baselines.ground_linker import CONFIDENCE_FILE, EVIDENCE
 from trackers.blind.harbour_blind import PLACES_FILE
+from trackers.paper_d.learnt_confidence import NAME as SWARM
+from trackers.protocols import begin
 from trackers.registry import entry
-from trackers.site.volume import WatchedVolume, place
+from trackers.site.volume import place
 from trackers.types import EgoPose
 
 TRACKERS = Path(__file__).resolve().parents[2] / "trackers"
-CONFIDENCE_PATH = TRACKERS / "baselines" / CONFIDENCE_FILE
+LEARNERS = {"baselines": ("harbour_mog2", "harbour_knn", "harbour_median"), "swarm": (SWARM,)}
+"""Trackers whose confidences are learnt together."""
+CONFIDENCE_PATHS = {
+    "baselines": TRACKERS / "baselines" / CONFIDENCE_FILE,
+    "swarm": TRACKERS / "paper_d" / CONFIDENCE_FILE,
+}
 PLACES_PATH = TRACKERS / "blind" / PLACES_FILE
 PRESETS = ("paper-d", "standard", "hard")
-BASELINES = ("harbour_mog2", "harbour_knn", "harbour_median")
 _RIDGE = 1e-3
 _MOST_PLACES = 60
 Array = NDArray[np.float64]
@@ -36,7 +44,7 @@ class EpisodeSamples(NamedTuple):
     """What one episode teaches.
 
     Attributes:
-        tracker: (R,) place in ``BASELINES``. evidence: (R, 11) of their tracks, each once a frame.
+        tracker: (R,) index of the tracker. evidence: (R, 11) of their tracks, each once a frame.
         found: (R,) whether the track lies on an intruder.
         weight: (R,) one over the root of its identity's frames: a moored boat is one error, however long it lies there.
         stays: (S, 6) places and sizes of intruders on frames on which they are judged, see ``PLACE_COLUMNS``.
@@ -52,27 +60,33 @@ class EpisodeSamples(NamedTuple):
     frame: NDArray[np.int64]
 
 
-def learn_alarms(samples: Sequence[EpisodeSamples]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the contents of both files: the weights of the evidence, and the places of intruders."""
+def learn_confidences(samples: Sequence[EpisodeSamples], trackers: Sequence[str]) -> dict[str, Any]:
+    """Return the weights of the evidence of the trackers that the samples are of."""
     tracker, evidence, found, weight = (np.concatenate([each[k] for each in samples]) for k in range(4))
     weights = {}
-    for k, name in enumerate(BASELINES):
+    for k, name in enumerate(trackers):
         mine = tracker == k
         fitted = fit_weights(evidence[mine], found[mine], weight[mine])
         weights[name] = dict(zip(EVIDENCE, fitted.round(4).tolist(), strict=True))
-    return {"weights": weights}, {"places": often_visited(samples).round(2).tolist()}
+    return {"weights": weights}
 
 
-def episode_samples(preset: str, seed: int) -> EpisodeSamples:
-    """Run the baselines on an episode and judge their tracks as the suite does."""
+def learn_places(samples: Sequence[EpisodeSamples]) -> dict[str, Any]:
+    """Return the places of intruders."""
+    return {"places": often_visited(samples).round(2).tolist()}
+
+
+def episode_samples(preset: str, seed: int, names: Sequence[str]) -> EpisodeSamples:
+    """Run trackers on an episode and judge their tracks as the suite does."""
     episode = HARBOUR.episode(preset, seed)
     start = episode.start
-    trackers = [entry(name).create(np.random.default_rng(seed)) for name in BASELINES]
+    trackers = [entry(name).create(np.random.default_rng(seed)) for name in names]
     for tracker in trackers:
-        tracker.start(start.background, start.camera)
+        begin(tracker, start)
     pose = start.background[0].ego
     assert isinstance(pose, EgoPose)
-    volume = place(WatchedVolume(), start.camera, pose.T_world_camera)
+    assert start.site is not None
+    volume = place(start.site, start.camera, pose.T_world_camera)
     camera = PinholeCamera(start.camera.width_px, start.camera.height_px, start.camera.focal_px)
     matchers = [Matcher() for _ in trackers]
     whose, evidence, found, identity = [], [], [], []
@@ -95,8 +109,8 @@ def episode_samples(preset: str, seed: int) -> EpisodeSamples:
             evidence.append(tracker.evidence[told])
             found.append(matches.target[told] >= 0)
             identity.append(answers.identity[told] * len(trackers) + k)
-    names, times = np.unique(np.concatenate(identity), return_inverse=True)
-    weight = 1.0 / np.sqrt(np.bincount(times, minlength=len(names))[times])
+    _, track = np.unique(np.concatenate(identity), return_inverse=True)
+    weight = 1.0 / np.sqrt(np.bincount(track)[track])
     return EpisodeSamples(
         np.concatenate(whose),
         np.concatenate(evidence),

@@ -150,7 +150,7 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
         if entry.follows_many and many:
             return ManyBlindfolded(tracker) if entry.role == "blind" else _OfMany(tracker)
         if entry.follows_many:
-            return _OfOne(FollowOne(tracker, episode.start.background))
+            return _OfOne(FollowOne(tracker, episode.start.background, episode.start.site))
         return Blindfolded(tracker, scenario.target) if entry.role == "blind" else _OfOne(tracker)
 
     return Entrant(

@@ -3,6 +3,10 @@
 Confidences are compared with a fixed grid of thresholds, the same for all trackers and episodes, so that episodes add
 up and are resampled together. ``counts`` (..., 2 K) hold for K thresholds, the lowest first, the share found, then the
 false alarms an hour. Neither has to fall with the threshold: a higher one may break one long alarm into several.
+
+The order of two trackers may turn with the range of the area. So areas are named by their ranges: over 0.1 to 10 alarms
+an hour, which somebody on watch can bear, and over 1 to 100. The share found at one alarm an hour, where both meet on a
+log axis, stands before them.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.records import Row
-from benchmarks.scores import froc, in_view, long_term
+from benchmarks.scores import average_precision, froc, in_view, long_term
 from benchmarks.scores.statistics import PooledRatios
 from benchmarks.suites.metric import Statistic
 from benchmarks.suites.registry import Metric, event_of
@@ -26,6 +26,8 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
             threshold, with at most so many false alarms an hour; over a range of them its mean on a log axis. The last
             two kinds of row are the alarms at each threshold and the hours watched.
         froc at a tenth: of a pair alone, see ``at_a_tenth``.
+        average precision: see ``scores.average_precision``, of the sums of boxes that are right, of all that count,
+            both at each threshold, and of true boxes.
         geometric mean: root of the product of the means of two kinds of row.
         ratio of means: the mean of the first kind of row over that of the second.
         precision, recall, f: of the mean curves, at the confidence at which F is greatest.
@@ -52,6 +54,9 @@ def pooled(rows: Sequence[Row], metric: Metric, grid: NDArray[np.float64] | None
     if metric.statistic == "froc":
         found, findable, alarms, hours = chosen
         return _collect(seeds, [_sum_parts(found, findable), _sum_parts(alarms, hours)], _froc_of(metric))
+    if metric.statistic == "average precision":
+        right, told, true = chosen
+        return _collect(seeds, [_sum_parts(right, true), _sum_parts(right, told)], average_precision.average)
     if metric.statistic == "restricted mean":
         times, watched, *rates = chosen
         # One condition has one rate.
@@ -126,6 +131,7 @@ FORMULAS: dict[Statistic, str] = {
     "restricted mean": "area under the Kaplan-Meier curve of {0}, censored at {1}, from 0 to {horizon} frames",
     "difference of medians": "median of {0} − median of {1}",
     "froc": "the largest Σ {0} / Σ {1} at any threshold with Σ {2} / Σ {3} at most {alarms}",
+    "average precision": "mean over recalls Σ {0} / Σ {2} of the greatest precision Σ {0} / Σ {1} with as much recall",
     "froc at a tenth": (
         "Σ {0} / Σ {1} over thresholds, with at most a tenth of the other's {4}, − the other's mean of {5}"
     ),

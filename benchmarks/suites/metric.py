@@ -21,6 +21,7 @@ Statistic = Literal[
     "difference of medians",
     "froc",
     "froc at a tenth",
+    "average precision",
 ]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -18,7 +18,7 @@ from scenarios.scenario import Episode, Frame
 from sim.rng import generator
 from trackers import registry
 from trackers.estimate_check import check_estimate
-from trackers.types import Estimate, Observation, Start
+from trackers.types import Estimate, Start
 
 
 def watched_episode(settings: FollowSettings, seed: int, world_of: Callable[[Any], KeptWorld] | None = None) -> Loop:
@@ -42,15 +42,15 @@ def watched_episode(settings: FollowSettings, seed: int, world_of: Callable[[Any
         assert isinstance(scenario, KeepsWorlds)
         episode = scenario.episode_in(world_of(preset), preset, seed, renderer=renderer, truth="target")
     try:
-        watcher = _watcher(settings.tracker, seed, episode.start.background)
+        watcher = _watcher(settings.tracker, seed, episode.start)
     except Exception:
         episode.close()
         raise
     return Loop(episode, [watcher], episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
 
 
-def _watcher(tracker: Any, seed: int, background: Sequence[Observation]) -> Contestant:
-    return _Nobody() if tracker is None else _Watcher(tracker, seed, background)
+def _watcher(tracker: Any, seed: int, start: Start) -> Contestant:
+    return _Nobody() if tracker is None else _Watcher(tracker, seed, start)
 
 
 class _Nobody:
@@ -68,12 +68,15 @@ class _Nobody:
 class _Watcher:
     """An env's tracker as a contestant; its exceptions become RuntimeErrors that name it."""
 
-    def __init__(self, tracker: Any, seed: int, background: Sequence[Observation]) -> None:
+    def __init__(self, tracker: Any, seed: int, start: Start) -> None:
         """``tracker`` is a name, or an object, which is copied so that no state carries over between episodes."""
         self._seed = seed
         if isinstance(tracker, str):
             rng = tracker_stream(seed, tracker)
-            self._tracker, self._name = registry.entry(tracker).create_for_one(rng, background), tracker
+            self._tracker, self._name = (
+                registry.entry(tracker).create_for_one(rng, start.background, start.site),
+                tracker,
+            )
         else:
             self._tracker, self._name = copy.deepcopy(tracker), type(tracker).__name__
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.harbour.presets import Harbour, Range
+from scenarios.harbour.presets import DayBefore, Harbour, Range
 from scenarios.harbour.sea import Tide, draw_tide
 from sim.thermal.waves import SeaState
 from sim.thermal.weather import Weather, draw_weather
@@ -34,12 +34,14 @@ class Conditions:
     Attributes:
         start_h: solar time of the first picture. episode_h: how long the episode lasts.
         days: of the days before, the earliest first, and of the episode's own (DAYS_BEFORE + 1,).
+        days_ago: (DAYS_BEFORE + 1,) how many days before the episode's own each of them is.
         tide: of all days.
     """
 
     start_h: float
     episode_h: float
     days: tuple[Day, ...]
+    days_ago: tuple[int, ...]
     tide: Tide
 
     def hour(self, time_s: float) -> float:
@@ -48,22 +50,26 @@ class Conditions:
 
     def day_at(self, time_s: float) -> int:
         """Return the index of the day in ``days``; its own lasts from the episode's first frame on."""
-        return min(DAYS_BEFORE, DAYS_BEFORE + int(np.floor(time_s / 86400.0)))
+        since = np.floor(time_s / 86400.0)
+        return max(k for k, ago in enumerate(self.days_ago) if k == 0 or -ago <= since)
+
+    def background_times(self, count: int) -> NDArray[np.float64]:
+        """Return the ascending times (count,) of pictures spread evenly over the days before."""
+        time_s = -DAYS_BEFORE * 86400.0 * (1.0 - np.arange(count) / max(count, 1))
+        since = np.floor(time_s / 86400.0).astype(int)
+        return time_s - 86400.0 * (np.array(self.days_ago)[since + DAYS_BEFORE] + since)
 
 
 def draw_conditions(preset: Harbour, rng: np.random.Generator) -> Conditions:
-    """Draw an episode's conditions; the days before are dry."""
+    """Draw an episode's conditions."""
     start_h = float(rng.uniform(*preset.start_h))
     day_of_year = int(rng.integers(preset.day_of_year[0], preset.day_of_year[1] + 1))
-    of_before = preset.cloud_before, preset.wind_before_mps, (0.0, 0.0), preset.swell_before_m
-    before = [_day(day_of_year - k, *of_before, rng) for k in range(DAYS_BEFORE, 0, -1)]
+    alike = preset.cloud_before, preset.wind_before_mps, (0.0, 0.0), preset.swell_before_m
+    days = preset.days_before or [DayBefore(ago, *alike) for ago in range(DAYS_BEFORE, 0, -1)]
+    before = [_day(day_of_year - k.days_ago, k.cloud, k.wind_mps, k.rain_mm_h, k.swell_m, rng) for k in days]
     today = _day(day_of_year, preset.cloud, preset.wind_mps, preset.rain_mm_h, preset.swell_m, rng)
-    return Conditions(start_h, preset.frame_count / preset.rate_hz / 3600.0, (*before, today), draw_tide(rng))
-
-
-def background_times(count: int) -> NDArray[np.float64]:
-    """Return the times (count,) of pictures spread evenly over the days before, the last one ``spacing`` before 0."""
-    return -DAYS_BEFORE * 86400.0 * (1.0 - np.arange(count) / max(count, 1))
+    ago = (*(each.days_ago for each in days), 0)
+    return Conditions(start_h, preset.frame_count / preset.rate_hz / 3600.0, (*before, today), ago, draw_tide(rng))
 
 
 def _day(

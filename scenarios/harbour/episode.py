@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from scenarios.camera_rig import SingleCamera
 from scenarios.harbour.clutter import Afloat, Clutter
-from scenarios.harbour.conditions import DAYS_BEFORE, background_times, draw_conditions
+from scenarios.harbour.conditions import DAYS_BEFORE, draw_conditions
 from scenarios.harbour.head import MOUNT
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.layout import (
     AIM_M,
     CAMERA,
+    SURVEY,
     VOLUME_BOTTOM_M,
     VOLUME_M,
     WALL_X_M,
@@ -65,9 +66,15 @@ class HarbourEpisode(Stage):
         self._clutter = Clutter(world, plan, self._conditions, generator(seed, "clutter"))
         self._labels = {body.index: body.category for body in world.bodies}
         looks = generator(seed, "looks")
-        self._intruders = Intruders(world, plan, self._conditions, self._time_s, looks)
+        self._intruders = Intruders(world, plan, self._conditions, self._time_s, looks, scenery.bay_k)
         self._thermals = Thermals(
-            world, self._conditions, scenery, self._clutter, self._intruders, preset.rate_hz, generator(seed, "waves")
+            world,
+            self._conditions,
+            scenery.surfaces,
+            self._clutter,
+            self._intruders,
+            preset.rate_hz,
+            generator(seed, "waves"),
         )
         self._afloat = self._clutter.afloat(self._time_s, before=False)
         self._config = ThermalConfig(rate_hz=preset.rate_hz)
@@ -83,12 +90,12 @@ class HarbourEpisode(Stage):
 
     @property
     def start(self) -> Start:
-        """The calibration, and pictures of the days before, taken when first asked for; for a tracker that a second
-        camera follows, the target's box.
+        """The calibration, the survey of the site, and pictures of the days before, taken when first asked for; for a
+        tracker that a second camera follows, the target's box.
         """
         if self._background is None:
             self._background = tuple(self._days_before())
-        return Start(_model(self._view), self._first_box() if self.closed_loop else None, self._background)
+        return Start(_model(self._view), self._first_box() if self.closed_loop else None, self._background, SURVEY)
 
     @property
     def _shader(self) -> ThermalShader:
@@ -120,7 +127,7 @@ class HarbourEpisode(Stage):
         )
 
     def _days_before(self) -> list[Observation]:
-        time_s = background_times(self._preset.background)
+        time_s = self._conditions.background_times(self._preset.background)
         if not len(time_s):
             return []
         afloat: Afloat = self._clutter.afloat(time_s, before=True)

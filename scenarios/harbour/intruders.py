@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ from scenarios.harbour.warmth import (
     car_materials,
     draw_clothes,
     heated_k,
+    level_ground,
     person_kelvins,
 )
 from sim.jointed_labels import JointedShape, SeenBody, joined, merge_parts, seen_body
@@ -48,6 +50,7 @@ class _Intruder:
         bodies: its parts. shape: of its labels: of a boat, what is above its waterline.
         size_m: (3,). bones: of a person, None for others. clothes: likewise.
         materials, sky_view, heated_k (F, P): of a car or boat; see ``warmth``.
+        ground_k: of a cold car, see ``Visit``, how much warmer the yard about it is than one without patches.
     """
 
     bodies: list[Body]
@@ -58,6 +61,7 @@ class _Intruder:
     materials: tuple[str, ...] = ()
     sky_view: float = 0.0
     heated_k: NDArray[np.float64] | None = None
+    ground_k: float | None = None
 
 
 class Intruders:
@@ -72,9 +76,16 @@ class Intruders:
     """
 
     def __init__(
-        self, world: World, plan: Plan, conditions: Conditions, time_s: NDArray[np.float64], rng: np.random.Generator
+        self,
+        world: World,
+        plan: Plan,
+        conditions: Conditions,
+        time_s: NDArray[np.float64],
+        rng: np.random.Generator,
+        bay_k: Mapping[float, float] | None = None,
     ) -> None:
-        self._world = world
+        """``bay_k``: see ``Scenery``; needed for cars without contrast."""
+        self._world, self._bay_k = world, bay_k or {}
         self.names = tuple(names_of(plan.visits))
         self.kinds = tuple(each.kind for each in plan.visits)
         weather = conditions.days[-1].weather
@@ -114,6 +125,7 @@ class Intruders:
             materials=materials,
             sky_view=CAR_VIEW,
             heated_k=heated,
+            ground_k=self._bay_k[float(visit.journey.place_m[-1, 1])] if visit.is_cold else None,
         )
 
     def _boat(
@@ -202,6 +214,8 @@ class Intruders:
         one = self._all[k]
         if one.clothes is not None:
             return one.bodies, person_kelvins(one.clothes, warmth)
+        if one.ground_k is not None:
+            return one.bodies, level_ground(warmth, len(one.materials), one.ground_k)
         shaded, sunlit, emissivity = warmth.of(one.materials, one.sky_view)
         extra = np.zeros(len(shaded)) if one.heated_k is None else one.heated_k[frame]
         return one.bodies, (shaded + extra, sunlit + extra, emissivity)

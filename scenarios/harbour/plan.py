@@ -36,6 +36,7 @@ class Visit:
         journey: where it is.
         begin_s, end_s: when it is there, maybe from before the first frame.
         engine_s: from when to when its engine runs, one row (2,) each; for people empty.
+        is_cold: a car that is as warm as the level ground about it.
     """
 
     kind: str
@@ -43,6 +44,7 @@ class Visit:
     begin_s: float
     end_s: float
     engine_s: tuple[tuple[float, float], ...] = ()
+    is_cold: bool = False
 
 
 class _Stop(NamedTuple):
@@ -113,6 +115,7 @@ def _drives(
             way = routes.journey([(PARKING_X_M + 0.1, bay), (PARKING_X_M, bay)], 1.0, -1e4)
             engine = []
             leaves_s = last_s * rng.uniform(0.7, 0.88) if rng.random() < 0.4 else np.inf
+            leaves_s = np.inf if k < preset.cars_without_contrast else leaves_s
         else:
             came_s = last_s * (0.04 + 0.55 * (k - preset.cars_before + rng.uniform(0.0, 0.5)) / preset.cars)
             side = float(rng.choice([-1.0, 1.0]))
@@ -139,7 +142,7 @@ def _drives(
                 start_s = float(way.time_s[-1]) + 2.0
             engine.append((leaves_s + 5.0, float(way.time_s[-1])))
         end_s = float(way.time_s[-1]) if leaves else np.inf
-        visits.append(Visit("car", way, came_s, end_s, tuple(engine)))
+        visits.append(Visit("car", way, came_s, end_s, tuple(engine), k < preset.cars_without_contrast))
     return visits, people
 
 

@@ -3,10 +3,34 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 from sim.checks import check, check_types, check_within
 
 Range = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class DayBefore:
+    """One of the days before the episode's own; pairs are ranges of a uniform draw.
+
+    Attributes:
+        days_ago: how many days before the episode's own, so that the tide is another one.
+        cloud: share of the sky that is covered. wind_mps, rain_mm_h: of the day. swell_m: its significant height.
+    """
+
+    days_ago: int
+    cloud: Range
+    wind_mps: Range
+    rain_mm_h: Range
+    swell_m: Range
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        check_within(self, "days_ago", 1, 60)
+        check_within(self, "cloud", 0, 1)
+        check_within(self, "wind_mps rain_mm_h", 0, 20)
+        check_within(self, "swell_m", 0, 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,12 +47,15 @@ class Harbour:
         buoys: moored boats that swing about buoys.
         deliveries: how many of the cars that come stop on the apron, across the line of sight; others take a bay.
         cars_before: how many of the cars have stood since before the first picture.
+        cars_without_contrast: how many of these have stood so long that they are as warm as the level ground about
+            them; they stay to the end.
         car_stays_s: how long a car stands that comes; it stays to the end if that is sooner, or if nobody is left to
             fetch it. boat_stays_s: how long a boat lies at the berth, if it does not pass.
         start_h: solar time of the first picture. day_of_year: 1 to 366.
         cloud: share of the sky that is covered. wind_mps, rain_mm_h: of the day. swell_m: its significant height.
         background: pictures without intruders before the first frame, evenly over three days.
-        cloud_before, wind_before_mps, swell_before_m: of those days.
+        cloud_before, wind_before_mps, swell_before_m: of those days, which are dry and the three before the episode's.
+        days_before: these days one by one in place of that, the earliest first; () for none.
     """
 
     summary: str
@@ -41,6 +68,7 @@ class Harbour:
     cars: int = 4
     boats: int = 2
     cars_before: int = 1
+    cars_without_contrast: int = 0
     patrols: int = 0
     buoys: int = 2
     deliveries: int = 0
@@ -56,6 +84,7 @@ class Harbour:
     cloud_before: Range = (0.0, 1.0)
     wind_before_mps: Range = (0.5, 7.0)
     swell_before_m: Range = (0.02, 0.2)
+    days_before: tuple[DayBefore, ...] = ()
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -73,6 +102,11 @@ class Harbour:
         check_within(self, "deliveries", 0)
         check("deliveries", self.deliveries <= others, f"at most cars - cars_before = {others}", self.deliveries)
         check("cars_before", self.cars_before <= self.cars, f"at most cars = {self.cars}", self.cars_before)
+        cold, before = self.cars_without_contrast, self.cars_before
+        check("cars_without_contrast", 0 <= cold <= before, f"0 to cars_before = {before}", cold)
+        ago = [each.days_ago for each in self.days_before]
+        falling = all(first > second for first, second in pairwise(ago))
+        check("days_before", len(ago) in (0, 3) and falling, "none or three days, the earliest first", ago)
         check_within(self, "start_h", 0, 24)
         check_within(self, "day_of_year", 1, 366)
         check_within(self, "cloud cloud_before", 0, 1)
@@ -119,9 +153,14 @@ PRESETS = {
         cloud=(0.85, 1.0),
         wind_mps=(0.5, 2.5),
         swell_m=(0.02, 0.06),
-        cloud_before=(0.85, 1.0),
-        wind_before_mps=(0.5, 2.5),
-        swell_before_m=(0.02, 0.06),
+        cars_without_contrast=1,
+        # "Three days with different sun, weather and tide". Of two days a week apart one has high water when the other
+        # has low water.
+        days_before=(
+            DayBefore(16, cloud=(0.0, 0.2), wind_mps=(0.5, 2.5), rain_mm_h=(0.0, 0.0), swell_m=(0.02, 0.06)),
+            DayBefore(9, cloud=(0.4, 0.7), wind_mps=(3.0, 6.0), rain_mm_h=(0.0, 0.0), swell_m=(0.05, 0.15)),
+            DayBefore(1, cloud=(0.9, 1.0), wind_mps=(1.0, 4.0), rain_mm_h=(0.5, 3.0), swell_m=(0.05, 0.15)),
+        ),
     ),
     "patrol": Harbour(
         "three minutes at five pictures a second: someone walks about, whom a second camera follows",

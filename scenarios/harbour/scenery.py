@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,11 +48,29 @@ class Surface:
     sky_view: float
 
 
-def build_scenery(world: World, rng: np.random.Generator) -> list[Surface]:
-    """Add the bodies; return them with their materials. The first is the quay's wall, see ``WALL_BANDS``."""
+YARD, GROUND_VIEW = "asphalt", 0.95
+"""Material of the yard, on which cars park, and the share of sky that all ground sees."""
+
+
+class Scenery(NamedTuple):
+    """What was built.
+
+    Attributes:
+        surfaces: bodies with their materials. The first is the quay's wall, see ``WALL_BANDS``.
+        bay_k: bay's middle along y -> how much warmer the yard about it is than a yard without patches, as the overview
+            camera sees it around a car there.
+    """
+
+    surfaces: list[Surface]
+    bay_k: dict[float, float]
+
+
+def build_scenery(world: World, rng: np.random.Generator) -> Scenery:
+    """Add the bodies of all that stands there on all days."""
     surfaces = [_add(world, _wall(rng), "wall", "land", ("granite",) * (WALL_BANDS + 1), 0.5)]
-    for name, mesh, material in _grounds(rng):
-        surfaces.append(_add(world, mesh, name, "land", (material,), 0.95))
+    grounds, bay_k = _grounds(rng)
+    for name, mesh, material in grounds:
+        surfaces.append(_add(world, mesh, name, "land", (material,), GROUND_VIEW))
     for k, one in enumerate(SHEDS):
         openings = [Opening(ShedPart.DOOR, y - one.y_m, 1.4, 0.0, 2.3) for y in one.doors_y_m]
         openings += [Opening(ShedPart.DOOR, y - one.y_m + 4.5, 3.2, 0.0, 3.0) for y in one.doors_y_m]
@@ -64,7 +83,7 @@ def build_scenery(world: World, rng: np.random.Generator) -> list[Surface]:
         surfaces.append(_add(world, roof, f"roof {k}", "building", (("roof felt", "roof sheet")[k % 2],), 1.0, place))
     surfaces += _add_town(world, rng)
     surfaces += _add_things(world, rng)
-    return surfaces
+    return Scenery(surfaces, bay_k)
 
 
 def _add(
@@ -101,21 +120,22 @@ def _wall(rng: np.random.Generator) -> TexturedMesh:
     return facets.mesh(parts_picture(part, variation - 0.7 * courses))
 
 
-def _grounds(rng: np.random.Generator) -> list[tuple[str, TexturedMesh, str]]:
+def _grounds(rng: np.random.Generator) -> tuple[list[tuple[str, TexturedMesh, str]], dict[float, float]]:
     edge = WALL_X_M + COPING_M
     apron = _slabs((round(2 * SPAN_M * 6), round((APRON_END_M - edge) * 6)), 6.0, 5.0, 0.55, rng)
     yard = _slabs((round(2 * SPAN_M * 4), (63 * 4)), 4.0, 0.0, 0.6, rng)
-    _bays(yard, 4.0)
+    bay_k = _bays(yard, 4.0)
     land = blotches((256, 256), ((3.0, 0.8), (20.0, 1.2)), rng)
     stones = blotches((round(2 * SPAN_M * 5), 8), ((2.0, 0.3), (9.0, 0.5)), rng)
     stones[:: round(1.2 * 5)] -= 0.8
     coping = level_plate((WALL_X_M, -SPAN_M), (edge, SPAN_M), 0.0, varied(0, stones), (1, 12))
-    return [
+    grounds = [
         ("coping", coping, "granite"),
         ("apron", level_plate((edge, -SPAN_M), (APRON_END_M, SPAN_M), 0.0, varied(0, apron), (4, 12)), "concrete"),
-        ("yard", level_plate((APRON_END_M, -SPAN_M), (75.0, SPAN_M), 0.0, varied(0, yard), (4, 8)), "asphalt"),
+        ("yard", level_plate((APRON_END_M, -SPAN_M), (75.0, SPAN_M), 0.0, varied(0, yard), (4, 8)), YARD),
         ("land", level_plate((75.0, -400.0), (900.0, 400.0), 0.0, varied(0, land), (4, 4)), "grass"),
     ]
+    return grounds, bay_k
 
 
 def _slabs(
@@ -141,8 +161,10 @@ def _slabs(
     return k - 2.2 * np.clip((wet - 1.55) / 0.25, 0.0, 1.0)
 
 
-def _bays(yard_k: NDArray[np.float64], texels_per_m: float) -> None:
-    """Mark the bays of the parking row with painted lines, and where cars often stand with what they leak."""
+def _bays(yard_k: NDArray[np.float64], texels_per_m: float) -> dict[float, float]:
+    """Mark the bays of the parking row with painted lines, and where cars often stand with what they leak; return
+    ``Scenery.bay_k``.
+    """
 
     def column(x_m: float) -> int:
         return round((x_m - APRON_END_M) * texels_per_m)
@@ -152,6 +174,11 @@ def _bays(yard_k: NDArray[np.float64], texels_per_m: float) -> None:
         yard_k[row, column(PARKING_X_M - 2.5) : column(PARKING_X_M + 2.5)] -= 0.9
         stain = round((SPAN_M - y_m) * texels_per_m)
         yard_k[stain - 3 : stain + 3, column(PARKING_X_M - 1.8) : column(PARKING_X_M - 0.4)] += 0.7
+    # Around a car the camera sees the yard from before its bumper to where the line of sight over its roof ends.
+    around = slice(column(PARKING_X_M - 3.0), column(PARKING_X_M + 9.0))
+    rows = {y_m: round((SPAN_M - y_m) * texels_per_m) for y_m in PARKING_Y_M}
+    half = round(1.5 * texels_per_m)
+    return {y_m: float(yard_k[row - half : row + half, around].mean()) for y_m, row in rows.items()}
 
 
 def _windows(length_m: float, doors: list[Opening]) -> list[float]:

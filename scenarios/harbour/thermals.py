@@ -100,7 +100,7 @@ class Thermals:
 
     def _of_day(self, day: int) -> DayWarmth:
         if day not in self._warmth:
-            first_h = self._conditions.start_h + 24.0 * (day - DAYS_BEFORE)
+            first_h = self._conditions.start_h - 24.0 * self._conditions.days_ago[day]
             last_h = first_h + (24.0 if day < DAYS_BEFORE else self._conditions.episode_h)
             self._warmth[day] = DayWarmth(self._conditions.days[day], self._kinds, first_h, last_h)
         return self._warmth[day]

@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.harbour.conditions import Conditions, Day
-from scenarios.harbour.scenery import LAMP, VENT, WALL_BANDS, WALL_FOOT_M, WALL_TOP_M
+from scenarios.harbour.scenery import (
+    GROUND_VIEW,
+    LAMP,
+    VENT,
+    WALL_BANDS,
+    WALL_FOOT_M,
+    WALL_TOP_M,
+    YARD,
+)
 from sim.meshes.boat import BoatPart
 from sim.meshes.thermal_paint import CarPart, PersonPart
 from sim.thermal.heat import Course, Surface, course, shade_light_wm2, worn_k
@@ -112,6 +120,14 @@ def person_kelvins(clothes: Clothes, warmth: DayWarmth) -> Kelvins:
     shaded = air_k + ((shaded - air_k) * leaves_wm2k + clothes.absorptivity * light_wm2) / all_wm2k
     sunlit = shaded + clothes.absorptivity * float(weather.direct_wm2(hour)) / all_wm2k
     return shaded, sunlit, np.full(len(shaded), _WORN_EMISSIVITY)
+
+
+def level_ground(warmth: DayWarmth, parts: int, excess_k: float) -> Kelvins:
+    """Return the temperatures of parts (P,) that are by so much warmer than the level yard, whichever way they face."""
+    shaded, sunlit, emissivity = (np.full(parts, each[0]) for each in warmth.of((YARD,), GROUND_VIEW))
+    upwards = max(float(warmth.weather.towards_sun(warmth.hour)[2]), 0.0)
+    ground = shaded + upwards * (sunlit - shaded) + excess_k
+    return ground, ground, emissivity
 
 
 def gull_kelvins(warmth: DayWarmth) -> Kelvins:

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.site.view import SiteView
-from trackers.types import CameraModel, EgoPose, Observation
+from trackers.types import CameraModel, EgoPose, Observation, SiteSurvey
 
 WIDTH_PX, HEIGHT_PX = 192, 144
 CAMERA = CameraModel(WIDTH_PX, HEIGHT_PX, 770.0, band="thermal")
+SURVEY = SiteSurvey((-15.0, 0.0), (-1.0, 0.0), -1.8, (90.0, 33.0, 6.0), -2.5)
 INTERVAL_S = 2.0
 PERSON_M = np.array([0.5, 0.5, 1.7])
 _WARM, _NOISE, _SWING = 60.0, 1.0, 6.0

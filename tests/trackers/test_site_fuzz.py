@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.trackers.drawn_harbour import CAMERA, VIEW, DrawnHarbour
+from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW, DrawnHarbour
 from tests.trackers.hostile import hostile_sequence
 from trackers.estimate_check import check_tracks
 from trackers.registry import entry
@@ -18,6 +18,7 @@ FRAMES = 24
 NAMES = (
     "harbour_watch",
     "eigen_swarm",
+    "eigen_swarm_learnt_confidence",
     "harbour_mog2",
     "harbour_knn",
     "harbour_median",
@@ -38,9 +39,16 @@ def sequence(seed: int, posed: bool) -> list[Observation]:
 def test_no_picture_and_no_background_makes_a_tracker_raise(name: str, seed: int, posed: bool) -> None:
     observations = sequence(seed, posed)
     tracker = entry(name).create(np.random.default_rng(seed))
+    tracker.survey(SURVEY)
     tracker.start(observations[:FRAMES], observations[0].camera)
     for observation in observations[FRAMES:]:
         check_tracks(tracker.update(observation))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_tracker_of_a_site_without_its_survey_says_so(name: str) -> None:
+    with pytest.raises(ValueError, match="site: expected a survey of the site before the start, got none"):
+        entry(name).create(np.random.default_rng(0)).start(DrawnHarbour(0).pictures(2), CAMERA)
 
 
 def resized(observation: Observation, factor: float, camera_too: bool) -> Observation:
@@ -55,6 +63,7 @@ def resized(observation: Observation, factor: float, camera_too: bool) -> Observ
 @pytest.mark.parametrize("name", NAMES)
 def test_pictures_of_another_size_make_no_tracker_raise(name: str, camera_too: bool) -> None:
     harbour, tracker = DrawnHarbour(0), entry(name).create(np.random.default_rng(0))
+    tracker.survey(SURVEY)
     tracker.start(harbour.pictures(20), CAMERA)
     for factor in (1.0, 2.0, 0.5, 1.0, 0.51, 3.0, 1.0):
         for picture in harbour.pictures(2):

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.registry import tunable
-from trackers.site.quay import Quay
+from trackers.site.quay import stood_on
 from trackers.site.survey import Site
 
 
@@ -52,7 +52,6 @@ def blobs_of(
     foreground: NDArray[np.uint8],
     contrast: NDArray[np.float32],
     site: Site,
-    quay: Quay,
     parameters: BlobParameters,
 ) -> list[Blob]:
     """Return the objects of a mask whose feet stand inside the watched volume, seen from above.
@@ -73,17 +72,17 @@ def blobs_of(
     found = []
     for label in range(1, count):
         if stats[label, cv2.CC_STAT_AREA] >= p.least_area_px:
-            blob = _standing(stats[label, : cv2.CC_STAT_AREA].astype(float), float(np.sqrt(power[label])), site, quay)
+            blob = _standing(stats[label, : cv2.CC_STAT_AREA].astype(float), float(np.sqrt(power[label])), site)
             if blob is not None:
                 found.append(blob)
     return found
 
 
-def _standing(box_xywh: NDArray[np.float64], strength: float, site: Site, quay: Quay) -> Blob | None:
+def _standing(box_xywh: NDArray[np.float64], strength: float, site: Site) -> Blob | None:
     """Return a box (4,) in the picture as an object; None if it stands outside the watched volume."""
     x, y, width_px, height_px = box_xywh
     foot = np.array([x + 0.5 * width_px, y + height_px])
-    feet_m = quay.stood_on(site.view, foot + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+    feet_m = stood_on(site.survey, site.view, foot + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
     if not (np.isfinite(feet_m).all() and site.volume.contains(feet_m[:1])[0]):
         return None
     depth_m = float(site.view.project(feet_m[:1])[1][0])

@@ -12,7 +12,7 @@ confidence. Beside the input only MOG2's history and the median's threshold were
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import cv2
@@ -22,10 +22,8 @@ from numpy.typing import NDArray
 from trackers.baselines.ground_blobs import BlobParameters, blobs_of
 from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters, learnt_weights
 from trackers.registry import register, tunable
-from trackers.site.quay import Quay
 from trackers.site.reading import Picture, noise_of, reading_of
-from trackers.site.survey import Site, survey
-from trackers.site.volume import WatchedVolume
+from trackers.site.survey import Site, Surveyed
 from trackers.types import CameraModel, Observation, Track
 
 _NORMAL_MAD = 1.4826
@@ -46,20 +44,16 @@ class ForegroundParameters(BlobParameters, LinkParameters):
     """Parameters that the three baselines share.
 
     Attributes:
-        volume: that is watched.
-        quay: survey of the site.
         use_counts: False reads the picture after automatic gain control instead.
         levels_per_noise: levels of the method to one standard deviation of the camera's noise.
     """
 
-    volume: WatchedVolume = field(default_factory=WatchedVolume)
-    quay: Quay = field(default_factory=Quay)
     use_counts: bool = True
     levels_per_noise: float = tunable(1.0, 0.5, 8.0, log=True)
 
 
-class _Foreground:
-    """A ``MultiTracker`` of what a subtractor takes for foreground.
+class _Foreground(Surveyed):
+    """A ``SiteTracker`` of what a subtractor takes for foreground.
 
     A picture is read as levels: what it is above its median, in units of the camera's noise. The median takes away what
     the camera's drift and gain control add to all pixels. The contrast of a blob is measured in the noise of each pixel
@@ -85,7 +79,7 @@ class _Foreground:
         """See ``MultiTracker``."""
         p, size = self._parameters, (camera.height_px, camera.width_px)
         shown = [reading_of(each, p.use_counts) for each in background]
-        self._begin([each for each in shown if each.shape == size], survey(p.volume, camera, background))
+        self._begin([each for each in shown if each.shape == size], self._site_of(camera, background))
 
     @property
     def evidence(self) -> NDArray[np.float64]:
@@ -119,7 +113,7 @@ class _Foreground:
         if picture.shape != self._noise.shape:
             return []
         if self._site is None:
-            self._site = survey(p.volume, camera, [observation])
+            self._site = self._site_of(camera, [observation])
         levels = self._levels(picture)
         foreground, background = self._method.apply(levels)
         if self._site is None:
@@ -127,7 +121,7 @@ class _Foreground:
         if self._linker is None:
             self._linker = GroundLinker(p, self._site.view, learnt_weights(self.name))
         contrast = np.abs(levels - background) / self._noise
-        return self._linker.follow(blobs_of(foreground, contrast, self._site, p.quay, p), observation.time_s)
+        return self._linker.follow(blobs_of(foreground, contrast, self._site, p), observation.time_s)
 
 
 def median_and_noise(samples: Picture, least: float) -> tuple[Picture, Picture]:

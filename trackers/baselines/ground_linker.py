@@ -74,23 +74,35 @@ class _Target:
         self.blob, self.hits, self.missed = blob, self.hits + 1, 0
 
 
-def evidence_of(blob: Blob, hits: int, moved_m: float) -> NDArray[np.float64]:
+def evidence_of(
+    strength: float, width_m: float, height_m: float, hits: int, moved_m: float, is_afloat: bool
+) -> NDArray[np.float64]:
     """Return the evidence (11,) for a track, in the order of ``EVIDENCE``.
 
-    Contrast to noise, height and width beside those of a person, age in blobs, the way that it has come since its first
-    one, since moored boats and shadows change where they are, and whether it stands lower than the quay.
+    How strongly it differs from the background, e.g. contrast to noise, height and width beside those of a person, on
+    how many pictures it was found, the way that it has come since the first of these, since moored boats and shadows
+    change where they are, and whether it is lower than the quay.
     """
-    height, width = np.log(blob.size_m[2] / _USUAL_HEIGHT_M), np.log(blob.size_m[0] / _USUAL_WIDTH_M)
-    strength = np.log(max(blob.strength, 1.0))
+    height, width = np.log(height_m / _USUAL_HEIGHT_M), np.log(width_m / _USUAL_WIDTH_M)
     heights = height, height**2, max(height, 0.0) ** 2
     widths = width, width**2, max(width, 0.0) ** 2
-    return np.array([1.0, strength, *heights, *widths, np.log(hits), np.log1p(moved_m), float(blob.place_m[2] < 0.0)])
+    strong = np.log(max(strength, 1.0))
+    return np.array([1.0, strong, *heights, *widths, np.log(hits), np.log1p(moved_m), float(is_afloat)])
 
 
-def learnt_weights(tracker: str) -> NDArray[np.float64]:
-    """Return the weights (11,) of ``EVIDENCE`` for a tracker, learnt on development seeds."""
-    stored = json.loads(resources.files("trackers.baselines").joinpath(CONFIDENCE_FILE).read_text())
+def _evidence(blob: Blob, hits: int, moved_m: float) -> NDArray[np.float64]:
+    return evidence_of(blob.strength, blob.size_m[0], blob.size_m[2], hits, moved_m, bool(blob.place_m[2] < 0.0))
+
+
+def learnt_weights(tracker: str, room: str = "trackers.baselines") -> NDArray[np.float64]:
+    """Return the weights (11,) of ``EVIDENCE`` for a tracker of a room, learnt on development seeds."""
+    stored = json.loads(resources.files(room).joinpath(CONFIDENCE_FILE).read_text())
     return np.array([stored["weights"][tracker][name] for name in EVIDENCE])
+
+
+def probabilities(evidence: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the confidences (N,) of tracks by their evidence (N, 11)."""
+    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(evidence @ weights, -700.0, 700.0))))
 
 
 class GroundLinker:
@@ -123,9 +135,9 @@ class GroundLinker:
                 self._identities += 1
         shown = [each for each in self._targets if each.missed == 0 and each.hits >= p.least_hits]
         moved_m = [float(np.hypot(*(each.state[:2] - each.first_m))) for each in shown]
-        rows = [evidence_of(each.blob, each.hits, moved) for each, moved in zip(shown, moved_m, strict=True)]
+        rows = [_evidence(each.blob, each.hits, moved) for each, moved in zip(shown, moved_m, strict=True)]
         self.evidence = np.array(rows).reshape(-1, len(EVIDENCE))
-        confidences = 1.0 / (1.0 + np.exp(-np.clip(self.evidence @ self._weights, -700.0, 700.0)))
+        confidences = probabilities(self.evidence, self._weights)
         return [self._track(each, float(sure)) for each, sure in zip(shown, confidences, strict=True)]
 
     def _assign(self, blobs: Sequence[Blob]) -> set[int]:

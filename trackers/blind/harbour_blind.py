@@ -4,32 +4,30 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import resources
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.registry import register, tunable
-from trackers.site.survey import Site, survey
-from trackers.site.volume import WatchedVolume
-from trackers.types import CameraModel, Observation, Track
+from trackers.site.survey import Site, Surveyed
+from trackers.types import CameraModel, Observation, SiteSurvey, Track
 
 PLACES_FILE = "harbour_places.json"
 PLACE_COLUMNS = ("ahead_m", "left_m", "up_m", "length_m", "width_m", "height_m", "visits")
 """Of a place: mean offset of intruders' centres from that of the watched volume, their mean size, and their number."""
 
 
-class VisitedPlaces:
+class VisitedPlaces(Surveyed):
     """Where intruders were in episodes of development seeds, as tracks before any camera over such a site.
 
     The confidence of a track is the share of its place beside that of the most visited one.
     """
 
-    def __init__(self, volume: WatchedVolume) -> None:
+    def __init__(self) -> None:
         stored = json.loads(resources.files("trackers.blind").joinpath(PLACES_FILE).read_text())
         self._places = np.array(stored["places"], dtype=np.float64).reshape(-1, len(PLACE_COLUMNS))
-        self._volume = volume
         self._site: Site | None = None
 
     @property
@@ -39,12 +37,12 @@ class VisitedPlaces:
 
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
         """Survey the site anew."""
-        self._site = survey(self._volume, camera, background)
+        self._site = self._site_of(camera, background)
 
     def tracks(self, observation: Observation, alarms: Iterable[tuple[int, int]]) -> list[Track]:
         """Return the alarms, each an identity and the index of a place, as tracks; none of places behind the camera."""
         if self._site is None:
-            self._site = survey(self._volume, observation.camera, [observation])
+            self._site = self._site_of(observation.camera, [observation])
         site = self._site
         found = () if site is None else (self._track(identity, place, site) for identity, place in alarms)
         return [track for track in found if track is not None]
@@ -64,12 +62,10 @@ class HarbourBlindParameters:
     """Parameters of ``harbour_blind``.
 
     Attributes:
-        volume: that is watched.
         alarms_per_hour: that begin.
         pictures: for which one lasts.
     """
 
-    volume: WatchedVolume = field(default_factory=WatchedVolume)
     alarms_per_hour: float = tunable(100.0, 1.0, 1000.0, log=True)
     pictures: int = tunable(15, 4, 200)
 
@@ -82,8 +78,12 @@ class HarbourBlind:
 
     def __init__(self, parameters: HarbourBlindParameters, rng: np.random.Generator) -> None:
         self._parameters, self._rng = parameters, rng
-        self._places = VisitedPlaces(parameters.volume)
+        self._places = VisitedPlaces()
         self._begin()
+
+    def survey(self, site: SiteSurvey) -> None:
+        """See ``SiteTracker``."""
+        self._places.survey(site)
 
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
         """See ``MultiTracker``."""
@@ -116,11 +116,9 @@ class HarbourPostsParameters:
     """Parameters of ``harbour_posts``.
 
     Attributes:
-        volume: that is watched.
         posts: number of the most visited places at which an alarm stands.
     """
 
-    volume: WatchedVolume = field(default_factory=WatchedVolume)
     posts: int = tunable(30, 1, 60)
 
 
@@ -131,9 +129,13 @@ class HarbourPosts:
     Parameters = HarbourPostsParameters
 
     def __init__(self, parameters: HarbourPostsParameters, rng: np.random.Generator) -> None:
-        self._places = VisitedPlaces(parameters.volume)
+        self._places = VisitedPlaces()
         order = np.argsort(-self._places.visits, kind="stable")
         self._posts = [(int(place), int(place)) for place in order[: parameters.posts]]
+
+    def survey(self, site: SiteSurvey) -> None:
+        """See ``SiteTracker``."""
+        self._places.survey(site)
 
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
         """See ``MultiTracker``."""

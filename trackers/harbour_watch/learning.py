@@ -14,6 +14,7 @@ from trackers.harbour_watch.existence import clutter_rates
 from trackers.harbour_watch.low_rank import learn
 from trackers.harbour_watch.site_model import LearntSite, ModelParameters, SiteModel
 from trackers.harbour_watch.water import WaterLevel
+from trackers.site.quay import shows_water
 from trackers.site.reading import Picture, noise_of
 from trackers.site.survey import Site
 
@@ -41,7 +42,7 @@ def learn_site(pictures: Picture, site: Site, p: ModelParameters) -> LearntSite:
         first = _FIRST_GUESS**2 * variance
     else:
         first = np.maximum(low_rank.spread**2 - variance, 0.01 * variance)
-    level = WaterLevel(site.view, p.quay.shows_water(site.view), noise, p.quay.mean_water_m)
+    level = WaterLevel(site.view, shows_water(site.survey, site.view), noise, site.survey.mean_water_m)
     level.settle(pictures)
     nothing = clutter_rates(shape, p.least_score, [], np.zeros(shape, np.float32))
     boxes = np.ones((len(SIZES_M), *cells_of(shape)), np.float32)

@@ -29,6 +29,9 @@ _STILL_MPS, _RESTS, _AT_REST_MPS2 = 0.25, 4, 0.03
 _PARKS, _SETTLES = (CAR, BOAT), 15
 _SURE = 0.5
 """Probability from which a region tells a track's heading and class."""
+_MOVES = 2.0
+"""Way of its middle in the picture, in longest sides of its rectangle, from which on a track has moved: what stands
+comes from its parts and changes its size, by up to 1.3 of these in 70 minutes."""
 _KIND_FORGETS = 0.95
 _FOUND = (4.5, 0.5)
 """Beta prior of the share of pictures on which an object is found, and for how many pictures it is remembered."""
@@ -46,7 +49,8 @@ class Mark:
         log_kinds: (4,) log likelihoods of ``KINDS``. kind: the one whose sizes were its prior.
         heading: which way it points.
         seen_px: (4,) its last region. view: of the camera. missed_frames: pictures since then.
-        still_frames: pictures in a row on which it stood still.
+        still_frames: pictures in a row on which it stood still. has_moved: since it began, by ``_MOVES``.
+        from_start: whether it began on one of the first pictures.
     """
 
     identity: int
@@ -61,10 +65,13 @@ class Mark:
     heading: Heading = field(default_factory=Heading)
     missed_frames: int = 0
     still_frames: int = 0
+    has_moved: bool = False
+    from_start: bool = False
     expected_px: Array = field(default_factory=lambda: np.zeros(4))
     _jacobian: Array = field(default_factory=lambda: np.zeros((4, STATE)))
     _base_m: float = 0.0
     _found: Array = field(default_factory=lambda: np.array(_FOUND))
+    _begun_px: Array | None = None
 
     @property
     def size_m(self) -> Array:
@@ -118,6 +125,13 @@ class Mark:
         # The picture's border cuts the region off: that edge tells nothing.
         self.expected_px = np.clip(box, 0.0, sides)
         self._jacobian = jacobian * inside[:, None]
+
+    def note_way(self) -> None:
+        """Note whether the rectangle that is expected lies elsewhere than the first one."""
+        middle, sides = _MIDDLE @ self.expected_px, self.expected_px[2:] - self.expected_px[:2]
+        if self._begun_px is None:
+            self._begun_px = middle
+        self.has_moved |= bool(np.hypot(*(middle - self._begun_px)) > _MOVES * sides.max())
 
     def expected_middle(self) -> tuple[Array, Array]:
         """Return the expected middle (2,) of a region and its covariance (2, 2), pixels."""

@@ -18,7 +18,7 @@ from trackers.harbour_watch.low_rank import LowRank
 from trackers.harbour_watch.memory import PixelMemory
 from trackers.harbour_watch.water import WaterLevel
 from trackers.site.model_file import Form
-from trackers.site.quay import Quay
+from trackers.site.quay import shows_water
 from trackers.site.reading import Picture
 from trackers.site.survey import Site
 from trackers.site.view import SiteView
@@ -30,14 +30,12 @@ class ModelParameters:
 
     Attributes:
         components: of the low-rank background.
-        quay: survey of the site.
         remembered_frames: time constant of a pixel's slow residual. noise_frames: of its noise.
         clip: deviations at which a pixel is cut off.
         least_score: deviations from which a box is a region. piece_score: from which a piece is part of it.
     """
 
     components: int
-    quay: Quay
     remembered_frames: float
     noise_frames: float
     clip: float
@@ -126,8 +124,8 @@ class SiteModel:
         self.detector = Detector(_px_per_m(site.view, shape), shape[1], p.least_score, p.piece_score)
         filters = self.detector.filters
         filters.variance, filters.slow_variance = learnt.variance.copy(), learnt.slow_variance.copy()
-        water, rise_px = p.quay.shows_water(site.view), float(learnt.mean_rise_px)
-        self.water_level = WaterLevel(site.view, water, learnt.noise, p.quay.mean_water_m, rise_px)
+        water, rise_px = shows_water(site.survey, site.view), float(learnt.mean_rise_px)
+        self.water_level = WaterLevel(site.view, water, learnt.noise, site.survey.mean_water_m, rise_px)
         self.water = self.water_level.below_quay(water)
         self.clutter = Clutter(learnt.clutter, p.least_score)
 

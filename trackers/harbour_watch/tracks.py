@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 _GATE = 4.5
 """Deviations beyond which a region is not of a track."""
 _MOST_LOG_ODDS = 12.0
+_FIRST = 3
+"""Pictures on which what begins was there before the watch."""
 _ALONE, _LEAST_BIRTH = 0.5, 1e-3
 """Least probabilities that a region is of no known track, and of existence, to begin a track with it."""
 _LEAST_LOG_DENSITY = -8.0
@@ -55,7 +57,7 @@ class Tracks:
     def __init__(self, view: SiteView, rates: Rates) -> None:
         """Begin with none."""
         self.marks: list[Mark] = []
-        self._identities = 0
+        self._identities = self._pictures = 0
         self._view, self._rates = view, rates
 
     def predicted(self, dt_s: float, level_m: float) -> list[Array]:
@@ -64,6 +66,8 @@ class Tracks:
             mark.predict(dt_s, self._rates.survives)
             mark.expect(level_m if mark.afloat else 0.0)
         self.marks = [mark for mark in self.marks if np.isfinite(mark.expected_px).all()]
+        for mark in self.marks:
+            mark.note_way()
         return [mark.expected_px for mark in self.marks if mark.log_odds > _SURELY and mark.middle_px() < _KNOWN_PX]
 
     def update(self, sightings: Sequence[Sighting], log_ratios: Array, log_caps: Array, level_m: float) -> None:
@@ -73,6 +77,7 @@ class Tracks:
             log_ratios: (M,) log of the scores' density for objects over the density of false regions per pixel.
             log_caps: (M,) most that one region may add to the log odds of a track.
         """
+        self._pictures += 1
         log_ratios = np.minimum(log_ratios, _MOST_LOG)
         prior = np.array([mark.probability for mark in self.marks], dtype=float)
         detected = np.array([mark.found_share for mark in self.marks], dtype=float)
@@ -92,7 +97,9 @@ class Tracks:
             p = float(alone[j] * births[j] / (1.0 + births[j]))
             if not expected[j] and alone[j] > _ALONE and p > _LEAST_BIRTH:
                 base_m = level_m if sighting.afloat else 0.0
-                self.marks.append(begun(self._identities, sighting, p, self._view, base_m))
+                mark = begun(self._identities, sighting, p, self._view, base_m)
+                mark.from_start = self._pictures <= _FIRST
+                self.marks.append(mark)
                 self._identities += 1
 
     def standing(self) -> list[Mark]:

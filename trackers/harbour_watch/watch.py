@@ -68,11 +68,18 @@ class Watch:
         filters.learn(scaled, claimed, self._noise_rate)
         self._frame += 1
 
-    def answers(self, shown: float) -> list[Track]:
-        """Return the intruders that exist with a probability of ``shown`` at least."""
+    def answers(self, shown: float, standing: float) -> list[Track]:
+        """Return the intruders that exist with a probability of ``shown`` at least.
+
+        That of a track that began on the first pictures and has never moved is ``standing`` at most. Picture after
+        picture it shows the same difference from the background, which is no further evidence: a day that is unlike
+        those before makes posts and parked cars stand out from the first picture on.
+        """
         answers = []
         for mark in self.tracks.marks:
             estimate, confidence = self._estimate(mark), mark.intruder_probability
+            if mark.from_start and not mark.has_moved:
+                confidence = min(confidence, standing)
             if confidence >= shown and estimate is not None and mark.kind is not BIRD:
                 answers.append(Track(mark.identity, estimate, mark.kind.name, mark.size_m, confidence))
         return answers

@@ -6,7 +6,7 @@ Paper D: eigenspaces of blocks as the likelihood of three-dimensional particles,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,8 @@ from trackers.paper_d.eigenspaces import BLOCK_PX, ENLARGED, BlockEigenspaces, l
 from trackers.paper_d.swarm import ParticleSet, Swarm, SwarmParameters
 from trackers.registry import register, register_variant, tunable
 from trackers.site.model_file import Form, load_model, save_model
-from trackers.site.survey import Site, survey
+from trackers.site.survey import Site, Surveyed, placed
 from trackers.site.view import SiteView
-from trackers.site.volume import WatchedVolume, place
 from trackers.types import CameraModel, Observation, Track
 
 _KIND = "eigen_swarm-2"
@@ -32,7 +31,6 @@ class EigenSwarmParameters(SwarmParameters):
     """Parameters of ``eigen_swarm``; see ``SwarmParameters`` for those of the particle sets.
 
     Attributes:
-        volume: that is watched.
         contribution: share of the variance that the eigenvectors of a block must make up, which gives D. The paper is
             silent; chosen on development seeds.
         gain: alpha of the sigmoid.
@@ -40,7 +38,6 @@ class EigenSwarmParameters(SwarmParameters):
             ``threshold_many`` above.
     """
 
-    volume: WatchedVolume = field(default_factory=WatchedVolume)
     contribution: float = tunable(0.9995, 0.9, 0.9999)
     gain: float = 0.6
     few_dimensions: int = 20
@@ -54,8 +51,8 @@ class EigenSwarmParameters(SwarmParameters):
     summary="block eigenspaces of the 8-bit picture, sets of 3-D particles on a stack, of paper D",
     suites=("harbour",),
 )
-class EigenSwarm:
-    """A ``MultiTracker`` of all that is not background. Without pictures of the background it answers nothing.
+class EigenSwarm(Surveyed):
+    """A ``SiteTracker`` of all that is not background. Without pictures of the background it answers nothing.
 
     It reads the picture after automatic gain control, 8 bits, as the paper's program did; all others read the counts.
 
@@ -82,7 +79,7 @@ class EigenSwarm:
         size = (camera.height_px, camera.width_px)
         greys = [each.image_rgb[..., 0] for each in background if each.image_rgb.shape[:2] == size]
         spaces = learn(greys, self._parameters.contribution) if len(greys) > 1 else None
-        self._begin(spaces, survey(self._parameters.volume, camera, background), size)
+        self._begin(spaces, self._site_of(camera, background), size)
 
     def save_background(self, path: Path) -> Path:
         """Write what ``start`` learnt, and the camera's calibration with it, and return the path.
@@ -102,7 +99,7 @@ class EigenSwarm:
         Raises:
             ValueError: as ``load_model``, e.g. for the background of another camera; and as ``place``.
         """
-        site = Site(SiteView(camera, T_world_camera), place(self._parameters.volume, camera, T_world_camera))
+        site = placed(self._known(), camera, T_world_camera)
         rows, columns = (ENLARGED * side_px // BLOCK_PX for side_px in (camera.height_px, camera.width_px))
         forms = {
             "mean": Form("float32", (rows * columns, BLOCK_PX**2)),
@@ -126,7 +123,7 @@ class EigenSwarm:
         if spaces is None or observation.image_rgb.shape[:2] != self._size:
             return []
         if self._site is None:
-            self._site = survey(p.volume, camera, [observation])
+            self._site = self._site_of(camera, [observation])
             if self._site is None:
                 return []
         if self._swarm is None:

@@ -8,32 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.site.view import SiteView
-from trackers.types import CameraModel
-
-
-@dataclass(frozen=True)
-class WatchedVolume:
-    """An upright box before the camera; the defaults are those of the paper's experiment (section 4.1).
-
-    Attributes:
-        depth_m: extent along the horizontal line of sight, > 0.
-        width_m: extent across it, > 0.
-        height_m: vertical extent, > 0.
-        bottom_m: height of its lower side above the ground. The paper is silent; the sea lies lower than a quay.
-    """
-
-    depth_m: float = 90.0
-    width_m: float = 33.0
-    height_m: float = 6.0
-    bottom_m: float = -2.5
-
-    def __post_init__(self) -> None:
-        """Raise ValueError for numbers that are not finite, and for extents that are not positive."""
-        for name in ("depth_m", "width_m", "height_m"):
-            if not 0.0 < (extent_m := getattr(self, name)) < np.inf:
-                raise ValueError(f"{name}: expected metres > 0, got {extent_m}")
-        if not np.isfinite(self.bottom_m):
-            raise ValueError(f"bottom_m: expected a finite number of metres, got {self.bottom_m}")
+from trackers.types import CameraModel, SiteSurvey
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +35,8 @@ class PlacedVolume:
         return self.centre_m + (rng.uniform(-0.5, 0.5, (n, 3)) * self.size_m) @ self.axes
 
 
-def place(volume: WatchedVolume, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> PlacedVolume:
-    """Place a volume: centred where the optical axis meets the ground, its depth along the horizontal line of sight.
+def place(survey: SiteSurvey, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> PlacedVolume:
+    """Place the watched volume: centred where the optical axis meets the ground, its depth along the line of sight.
 
     Raises:
         ValueError: for a pose that is none, whose optical axis does not meet the ground, or meets it straight below.
@@ -75,6 +50,6 @@ def place(volume: WatchedVolume, camera: CameraModel, T_world_camera: NDArray[np
     if distance_m < 1e-6 * abs(ahead[2]):
         raise ValueError("T_world_camera: expected a horizontal line of sight, got one straight down")
     x, y = ahead[:2] / distance_m
-    size_m = np.array([volume.depth_m, volume.width_m, volume.height_m])
+    size_m = np.array(survey.watched_m)
     axes = np.array([[x, y, 0.0], [-y, x, 0.0], [0.0, 0.0, 1.0]])
-    return PlacedVolume(np.array([*aim_m[:2], volume.bottom_m + 0.5 * volume.height_m]), axes, size_m)
+    return PlacedVolume(np.array([*aim_m[:2], survey.watched_bottom_m + 0.5 * size_m[2]]), axes, size_m)

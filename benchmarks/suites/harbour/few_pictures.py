@@ -13,8 +13,8 @@ from scenarios.scenario import Episode, Scenario
 from trackers import registry
 from trackers.harbour_watch.tracker import HarbourWatch
 from trackers.paper_d.tracker import EigenSwarm
-from trackers.protocols import MultiTracker
-from trackers.types import CameraModel, Observation, Track
+from trackers.protocols import MultiTracker, begin
+from trackers.types import CameraModel, Observation, SiteSurvey, Start, Track
 
 COUNTS = (25, 100)
 """Numbers of pictures; the trackers themselves get all of the preset."""
@@ -25,16 +25,21 @@ class FewPictures:
 
     def __init__(self, tracker: MultiTracker, count: int) -> None:
         self._tracker, self._count = tracker, count
+        self._site: SiteSurvey | None = None
 
     @property
     def decides_at(self) -> float:
         """See ``DecidingTracker``."""
         return getattr(self._tracker, "decides_at", 0.0)
 
+    def survey(self, site: SiteSurvey) -> None:
+        """See ``SiteTracker``."""
+        self._site = site
+
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
         """See ``MultiTracker``."""
         chosen = np.linspace(0, len(background) - 1, min(self._count, len(background))).round().astype(int)
-        self._tracker.start([background[k] for k in chosen], camera)
+        begin(self._tracker, Start(camera, background=tuple(background[k] for k in chosen), site=self._site))
 
     def update(self, observation: Observation) -> Sequence[Track]:
         """See ``MultiTracker``."""

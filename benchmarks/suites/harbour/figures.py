@@ -19,16 +19,15 @@ from benchmarks.suites.registry import Metric, Plot
 from scenarios import catalog
 
 FROC_ROWS = ("froc_found", "froc_findable", "froc_alarms", "watched_hours")
-AREA = Metric(
-    "froc_area",
-    "mean detection rate over log alarms, 1 to 100 an hour",
-    "fraction",
-    "higher",
-    FROC_ROWS,
-    "froc",
-    alarms_per_hour=(1.0, 100.0),
-)
-_ALARMS = np.geomspace(0.5, 500.0, 61)
+
+
+def _area(name: str, low: float, high: float) -> Metric:
+    words = f"mean detection rate over log alarms, {low:g} to {high:g} an hour"
+    return Metric(name, words, "fraction", "higher", FROC_ROWS, "froc", alarms_per_hour=(low, high))
+
+
+FEW_ALARMS, MANY_ALARMS = _area("froc_area_01_10", 0.1, 10.0), _area("froc_area_1_100", 1.0, 100.0)
+_ALARMS = np.geomspace(0.1, 500.0, 75)
 _CONTRASTS = SEEABLE * 2.0 ** np.arange(-2, 12)
 """Ends of the classes of contrast to noise, octaves."""
 
@@ -98,7 +97,7 @@ def by_pictures(drawn: Mapping[str, Sequence[Row]], tracker: str) -> curves.Curv
     names = {count: each.name for (of, count), each in TAUGHT_BY_FEW.items() if of == tracker and count < all_pictures}
     found = []
     for count, name in sorted({**names, all_pictures: tracker}.items()):
-        pool = pooling.pooled(drawn[name], AREA) if name in drawn else None
+        pool = pooling.pooled(drawn[name], MANY_ALARMS) if name in drawn else None
         if pool is not None:
             found.append((float(count), pool.mean, *bootstrap_interval(pool), float(pool.seed_count)))
     return curves.Curve(*np.array(found).T) if len(found) > 1 else None

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.suites.harbour.alarms import PAUSE_S, Clutter, alarm_scores, causes_of_alarms, froc_alarms, raised
 from benchmarks.suites.harbour.answers import Objects, answers_of, objects_of
+from benchmarks.suites.harbour.boxes import box_scores
 from benchmarks.suites.harbour.chance import chance_levels
 from benchmarks.suites.harbour.found import froc_scores, visit_scores
 from benchmarks.suites.harbour.history import Answered, History, Met, confident, rows_of
@@ -141,4 +142,5 @@ class HarbourSheet:
         history = rows_of(objects, decided)
         shown = history if decides_at <= 0 else rows_of(objects, self._frames)
         yield from self._judge.scores(shown, history, decides_at)
+        yield from box_scores(objects, [each.answers for each in self._frames])
         yield from identity_scores(objects, decided)

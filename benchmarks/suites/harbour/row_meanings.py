@@ -17,6 +17,8 @@ _FRAMES = "frames on which intruders are judged; what is neither right nor wrong
 _NEAR = f"{_TRACKED}, {AT_100_M[0]:g} to {AT_100_M[1]:g} m from the camera"
 _CHANCE = "Frameout; chance taken off after Abbott, 1925"
 _FROC = "FROC: Bunch et al., 1978; chance taken off after Abbott, 1925"
+_SINGLE = "intruders that are judged, on every frame"
+_COCO = "COCO: Lin et al., Microsoft COCO: common objects in context, ECCV 2014"
 _ALARMS = ("false_alarms_per_hour", *(f"false_alarms_per_hour_{cause}" for cause in CAUSES))
 
 ROW_MEANINGS = (
@@ -25,6 +27,7 @@ ROW_MEANINGS = (
     RowMeaning(("found_unseen",), -inf, 1, "intruders that cannot be seen", _CHANCE),
     RowMeaning(("froc_found",), -inf, inf, _SEEN, _FROC),
     RowMeaning(("froc_findable", "froc_alarms", "watched_hours"), 0, inf, _SEEN, _FROC),
+    RowMeaning(("boxes_right", "boxes_told", "boxes_true"), 0, inf, _SINGLE, _COCO),
     RowMeaning(("found_as_in_paper",), 0, 1, "every intruder", "paper D"),
     RowMeaning(("time_to_detect_s",), 0, inf, "intruders that are found", OWN),
     RowMeaning(_ALARMS, 0, inf, "whole episodes", OWN),

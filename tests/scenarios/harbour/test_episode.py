@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Iterator
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_cdt
@@ -247,12 +248,19 @@ def test_no_noise_of_a_long_episode_comes_again_on_the_days_before(monkeypatch: 
 
 
 def test_both_renderers_show_the_same(seen: Any) -> None:
+    """Two of 110,592 pixels differ; one part of a person, or a rope, would be more than the ten that may."""
     episode = HARBOUR.episode(SMALL, SEED, renderer="pybullet")
-    frame = episode.step()
-    same = frame.truth.instance_map == seen[1][0].truth.instance_map
-    assert same.mean() > 0.97
-    off = np.abs(frame.observation.counts.astype(float) - seen[1][0].observation.counts)
-    assert np.median(off[same]) < 5.0
+    frame, ours = episode.step(), seen[1][0]
+    other = frame.truth.instance_map != ours.truth.instance_map
+    assert np.count_nonzero(other) <= 10
+    # Where they differ both see an edge.
+    ids = ours.truth.instance_map.astype(np.float32)
+    edge = cv2.dilate(ids, np.ones((3, 3), np.uint8)) != cv2.erode(ids, np.ones((3, 3), np.uint8))
+    assert not (other & ~edge).any()
+    off = np.abs(frame.observation.counts.astype(float) - ours.observation.counts)
+    # Counts; they spread by 600 over the picture.
+    assert np.median(off[~edge]) < 5.0
+    assert np.percentile(off[~edge], 95) < 40.0
     episode.close()
 
 

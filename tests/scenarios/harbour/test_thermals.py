@@ -34,7 +34,7 @@ def test_what_an_engine_heats_changes_on_every_frame_and_stone_in_steps(monkeypa
 
     monkeypatch.setattr(ThermalShader, "set_parts", recorded)
     world, conditions, plan = World(), draw_conditions(QUICK, generator(3, "a")), draw_plan(QUICK, generator(3, "b"))
-    scenery = build_scenery(world, generator(3, "c"))
+    scenery = build_scenery(world, generator(3, "c")).surfaces
     clutter = Clutter(world, plan, conditions, generator(3, "d"))
     intruders = Intruders(world, plan, conditions, TIME_S, generator(3, "e"))
     thermals = Thermals(world, conditions, scenery, clutter, intruders, QUICK.rate_hz, generator(3, "f"))

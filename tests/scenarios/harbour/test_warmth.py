@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from scenarios.harbour.conditions import DAYS_BEFORE, background_times, draw_conditions
+from scenarios.harbour.conditions import DAYS_BEFORE, draw_conditions
 from scenarios.harbour.presets import PRESETS
 from scenarios.harbour.scenery import LAMP, VENT, WALL_BANDS, WALL_FOOT_M, WALL_TOP_M
 from scenarios.harbour.warmth import (
@@ -126,6 +126,7 @@ def test_what_is_heated_from_within_is_warmer_than_air_and_lamps_only_burn_at_ni
     assert shaded[0] > air_k + 5.0
     assert shaded[1] < air_k + 2.0
     np.testing.assert_array_equal(shaded, sunlit)
+
     night = draw_conditions(PRESETS["hard"], rng_of(3))
     dark = DayWarmth(night.days[-1], [("granite", 0.5)], 22.0, 23.0)
     dark.at(22.5)
@@ -151,19 +152,37 @@ def test_the_wall_is_as_cold_as_the_sea_where_it_is_wet_and_dries_from_above(war
 
 
 def test_days_differ_and_pictures_of_them_are_spread_evenly() -> None:
-    conditions = draw_conditions(PRESETS["paper-d"], rng_of(7))
-    assert conditions.start_h == 6.0
-    assert conditions.hour(3600.0) == 7.0
+    conditions = draw_conditions(PRESETS["standard"], rng_of(7))
+    assert conditions.hour(3600.0) == conditions.start_h + 1.0
     clouds = [day.weather.cloud for day in conditions.days]
     winds = [day.weather.wind_mps for day in conditions.days]
     assert len(conditions.days) == DAYS_BEFORE + 1
     assert min(np.ptp(clouds), np.ptp(winds) / 7.0) > 0.1
-    assert 152 <= conditions.days[-1].weather.day_of_year <= 181
-    times = background_times(400)
+    times = conditions.background_times(400)
     assert times[0] == -3 * 86400.0
     np.testing.assert_allclose(np.diff(times), 648.0)
     assert times[-1] == pytest.approx(-648.0)
     assert [conditions.day_at(each) for each in (times[0], -86401.0, -86400.0, -1.0, 0.0, 5000.0)] == [0, 1, 2, 2, 3, 3]
+
     night = draw_conditions(PRESETS["hard"], rng_of(7)).days[-1]
     assert night.weather.rain_mm_h > 0.4
     assert night.waves.significant_m > conditions.days[-1].waves.significant_m
+
+
+def test_the_paper_s_three_days_differ_in_sun_weather_and_tide() -> None:
+    conditions = draw_conditions(PRESETS["paper-d"], rng_of(7))
+    assert conditions.start_h == 6.0
+    assert 152 <= conditions.days[-1].weather.day_of_year <= 181
+    clear, windy, rainy, today = (day.weather for day in conditions.days)
+    assert clear.cloud < 0.3 < windy.cloud < 0.8 < min(rainy.cloud, today.cloud)
+    assert windy.wind_mps > 3.0 > clear.wind_mps
+    assert (clear.rain_mm_h, windy.rain_mm_h, today.rain_mm_h) == (0.0, 0.0, 0.0) != rainy.rain_mm_h
+    times = conditions.background_times(300)
+    days = [conditions.day_at(each) for each in times.tolist()]
+    assert days == sorted(days)
+    assert np.bincount(days).tolist() == pytest.approx([100, 100, 100], abs=1)
+    assert times[0] == -16 * 86400.0
+    assert (np.diff(times) > 0.0).all()
+    # At the same hours the water stands high on one day and low on the next of the three.
+    level_m = conditions.tide.above_mean_m(times).reshape(3, 100)
+    assert max(np.corrcoef(level_m)[[0, 1], [1, 2]]) < 0.0

@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.trackers.drawn_harbour import CAMERA, VIEW
+from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW
 from trackers.baselines.ground_blobs import Blob, BlobParameters, blobs_of
-from trackers.site.quay import Quay
-from trackers.site.survey import Site
-from trackers.site.volume import WatchedVolume, place
+from trackers.site.survey import placed
 
-SITE = Site(VIEW, place(WatchedVolume(), CAMERA, VIEW.T_world_camera))
-QUAY = Quay()
+SITE = placed(SURVEY, CAMERA, VIEW.T_world_camera)
 SHAPE = (CAMERA.height_px, CAMERA.width_px)
 
 
@@ -31,7 +28,7 @@ def found(*boxes: NDArray[np.int64], contrast: float = 8.0, **changes: float) ->
     for x0, y0, x1, y1 in boxes:
         foreground[y0:y1, x0:x1] = 255
     parameters = BlobParameters(**changes)  # type: ignore[arg-type]
-    return blobs_of(foreground, np.full(SHAPE, contrast, np.float32) * (foreground > 0), SITE, QUAY, parameters)
+    return blobs_of(foreground, np.full(SHAPE, contrast, np.float32) * (foreground > 0), SITE, parameters)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from tests.trackers.drawn_harbour import CAMERA, VIEW, DrawnHarbour
+from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW, DrawnHarbour
 from trackers.baselines.ground_foreground import median_and_noise
 from trackers.estimate_check import check_tracks
 from trackers.registry import entry
@@ -20,6 +20,7 @@ QUIET = 5
 def answers(name: str, harbour: DrawnHarbour) -> list[list[Track]]:
     # As written: tuned values are for the scene that they were tuned on.
     tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
+    tracker.survey(SURVEY)
     tracker.start(harbour.pictures(80), CAMERA)
     pictures = [*harbour.pictures(QUIET), *(harbour.picture([place_m]) for place_m in WALK)]
     made = [tracker.update(picture) for picture in pictures]
@@ -63,6 +64,7 @@ def test_the_median_is_renewed_and_a_short_stay_does_not_enter_it() -> None:
         DrawnHarbour(2),
         entry("harbour_median").create(np.random.default_rng(0), samples=20, renew_pictures=3),
     )
+    tracker.survey(SURVEY)
     tracker.start(harbour.pictures(40), CAMERA)
     stands = np.array([0.0, 0.0])
     found = [bool(tracker.update(harbour.picture([stands]))) for _ in range(60)]

@@ -94,12 +94,11 @@ def test_the_confidence_is_the_regression_on_the_evidence() -> None:
     np.testing.assert_allclose(moved[:9], [1.0, np.log(50), 0, 0, 0, width, width**2, 0, np.log(5)])
     assert moved[9] == pytest.approx(np.log1p(6.0), abs=0.2)
     assert stayed[9] == pytest.approx(0.0, abs=1e-6)
-    assert (moved[10], evidence_of(blob(-30.0, 0.0, base_m=-1.8), 1, 0.0)[10]) == (0.0, 1.0)
+    assert (moved[10], evidence_of(9.0, 0.5, 1.7, 1, 0.0, True)[10]) == (0.0, 1.0)
 
 
 def test_evidence_is_finite_for_a_speck() -> None:
-    speck = blob(0, 0, strength=0.0)
-    assert np.isfinite(evidence_of(speck, 1, 0.0)).all()
+    assert np.isfinite(evidence_of(0.0, 0.5, 1.7, 1, 0.0, False)).all()
 
 
 @pytest.mark.parametrize("time_s", [[0.0, 0.0, 0.0], [0.0, -50.0, 1e7]])

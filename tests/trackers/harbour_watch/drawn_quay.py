@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.site.view import SiteView
-from trackers.types import CameraModel, EgoPose, Observation
+from trackers.types import CameraModel, EgoPose, Observation, SiteSurvey
 
 CAMERA = CameraModel(256, 192, 770.0, band="thermal")
 _DOWN = np.arctan2(20.0, 100.0)
@@ -20,6 +20,7 @@ VIEW = SiteView(CAMERA, T_WORLD_CAMERA)
 COUNTS_PER_K = 40.0
 NOISE_K, WAVE_K, PATTERN_K = 0.07, 0.3, 0.15
 WALL_X_M = -10.0
+SURVEY = SiteSurvey((WALL_X_M, 0.0), (-1.0, 0.0), -1.8, (90.0, 33.0, 6.0), -2.5)
 STEP_S = 2.0
 
 

@@ -7,24 +7,43 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.trackers.harbour_watch.drawn_quay import CAMERA, T_WORLD_CAMERA, VIEW, Intruder, Quay
+from tests.trackers.harbour_watch.drawn_quay import CAMERA, SURVEY, T_WORLD_CAMERA, VIEW, Intruder, Quay
 from trackers.registry import entry
-from trackers.site.volume import WatchedVolume
 from trackers.types import EgoPose
 
 PERSON_M = (0.5, 0.5, 1.7)
 
 
+def surveyed(name, seed=0, **changes):
+    """Return a tracker that has the survey of the quay."""
+    tracker = entry(name).create(np.random.default_rng(seed), **changes)
+    tracker.survey(SURVEY)
+    return tracker
+
+
 def watch(seed: int, frames: int, intruders, **changes):
     """Return the answers of every frame; ``intruders(k)`` lists who is there."""
     quay = Quay(seed)
-    tracker = entry("harbour_watch").create(np.random.default_rng(0), **changes)
+    tracker = surveyed("harbour_watch")
+    tracker.survey(replace(SURVEY, **changes))
     tracker.start(quay.background(), CAMERA)
     return [tracker.update(quay.later(k, intruders(k))) for k in range(frames)]
 
 
 def near(track, place_m, within_m=1.5):
     return bool(np.hypot(*(VIEW.place_of(track.estimate) - place_m)[:2]) < within_m)
+
+
+@pytest.mark.parametrize(("name", "most"), [("harbour_watch_doubts_first", 0.9), ("harbour_watch", 1.0)])
+def test_who_stands_from_the_first_on_is_a_decision_but_not_among_the_surest(name, most):
+    def there(k):
+        return [Intruder((5.0, 2.0 if k < 12 else 2.0 + 1.2 * (k - 12), 0.0), PERSON_M, 2.0)]
+
+    quay, tracker = Quay(3), surveyed(name)
+    tracker.start(quay.background(), CAMERA)
+    sure = [max((t.confidence for t in tracker.update(quay.later(k, there(k)))), default=0.0) for k in range(18)]
+    assert sure[11] == pytest.approx(most, abs=1e-3)
+    assert sure[17] > 0.999
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +113,7 @@ def test_a_second_person_on_the_line_of_sight_of_the_first_is_kept():
 
 @pytest.mark.parametrize("tide_m", [-0.6, 0.6])
 def test_a_boat_is_placed_on_the_water_at_its_tide(tide_m):
-    quay, tracker = Quay(4, wave_k=0.1), entry("harbour_watch").create(np.random.default_rng(0))
+    quay, tracker = Quay(4, wave_k=0.1), surveyed("harbour_watch")
     tides_m, suns = 0.8 * np.sin(0.12 * np.arange(60)), 0.5 + 0.5 * np.sin(0.37 * np.arange(60))
     shown = zip(tides_m, suns, strict=True)
     tracker.start([quay.picture(4320.0 * (k - 60), tide_m=t, sun=sun) for k, (t, sun) in enumerate(shown)], CAMERA)
@@ -130,7 +149,7 @@ def walk(k):
 @pytest.fixture(scope="module")
 def learnt(tmp_path_factory):
     """Return pictures of a walk, what a tracker answered on them, and what it had learnt as a file."""
-    quay, tracker = Quay(6), entry("harbour_watch").create(np.random.default_rng(0))
+    quay, tracker = Quay(6), surveyed("harbour_watch")
     tracker.start(quay.background(40), CAMERA)
     pictures = [quay.later(k, walk(k)) for k in range(12)]
     answers = [tracker.update(picture) for picture in pictures]
@@ -141,7 +160,7 @@ def learnt(tmp_path_factory):
 def test_a_saved_background_answers_as_the_learnt_one(learnt):
     pictures, answers, path = learnt
     assert any(t.confidence > 0.9 for t in answers[-1])
-    tracker = entry("harbour_watch").create(np.random.default_rng(0))
+    tracker = surveyed("harbour_watch")
     for _ in range(2):
         tracker.start_from(path, CAMERA, T_WORLD_CAMERA)
         same([tracker.update(picture) for picture in pictures], answers)
@@ -149,28 +168,28 @@ def test_a_saved_background_answers_as_the_learnt_one(learnt):
 
 def test_the_same_pictures_give_the_same_answers(learnt):
     _, answers, _ = learnt
-    quay, tracker = Quay(6), entry("harbour_watch").create(np.random.default_rng(9))
+    quay, tracker = Quay(6), surveyed("harbour_watch", 9)
     tracker.start(quay.background(40), CAMERA)
     same([tracker.update(quay.later(k, walk(k))) for k in range(12)], answers)
 
 
 def test_another_camera_and_another_input_are_refused_by_name(learnt):
     _, _, path = learnt
-    tracker, moved = entry("harbour_watch").create(np.random.default_rng(0)), T_WORLD_CAMERA.copy()
+    tracker, moved = surveyed("harbour_watch"), T_WORLD_CAMERA.copy()
     moved[1, 3] += 3.0
     with pytest.raises(ValueError, match=r"model: expected one of this camera, .* place_m 3\.00 m away"):
         tracker.start_from(path, CAMERA, moved)
     with pytest.raises(ValueError, match="width_px 512 here and 256 there"):
         tracker.start_from(path, replace(CAMERA, width_px=512), T_WORLD_CAMERA)
     with pytest.raises(ValueError, match=r"model: expected one of harbour_watch-2 of 8 bits, .* of counts"):
-        entry("harbour_watch_8_bit").create(np.random.default_rng(0)).start_from(path, CAMERA, T_WORLD_CAMERA)
+        surveyed("harbour_watch_8_bit").start_from(path, CAMERA, T_WORLD_CAMERA)
     with pytest.raises(ValueError, match="background: expected pictures and a pose"):
         tracker.save_background(path)
 
 
 @pytest.mark.parametrize("started", [True, False])
 def test_a_pose_that_cannot_be_used_is_passed_over(started):
-    quay, tracker = Quay(7), entry("harbour_watch").create(np.random.default_rng(0))
+    quay, tracker = Quay(7), surveyed("harbour_watch")
     if started:
         tracker.start([replace(each, ego=None) for each in quay.background(30)], CAMERA)
     for pose in (np.full((4, 4), np.nan), np.zeros((4, 4))):
@@ -180,7 +199,7 @@ def test_a_pose_that_cannot_be_used_is_passed_over(started):
 
 
 def test_outside_the_watched_volume_nothing_is_found():
-    answers = watch(6, 14, walk, volume=WatchedVolume(depth_m=20.0, width_m=6.0))
+    answers = watch(6, 14, walk, watched_m=(20.0, 6.0, 6.0))
     # He enters from the right. Once found he may be followed out of it.
     assert not any(t.confidence > 0.5 and VIEW.place_of(t.estimate)[1] < -4.5 for tracks in answers for t in tracks)
     assert any(t.confidence > 0.9 for tracks in answers for t in tracks)

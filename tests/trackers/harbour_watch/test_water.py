@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.trackers.harbour_watch.drawn_quay import VIEW, WALL_X_M, Quay
+from tests.trackers.harbour_watch.drawn_quay import SURVEY, VIEW, Quay
 from trackers.harbour_watch.water import WaterLevel
-from trackers.site.quay import Quay as SurveyedQuay
+from trackers.site.quay import shows_water
 
-MEAN_M = -1.8
+MEAN_M = SURVEY.mean_water_m
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def site():
 
 def test_the_level_follows_the_tide(site):
     quay, pictures = site
-    water = SurveyedQuay((WALL_X_M, 0.0), (-1.0, 0.0), MEAN_M).shows_water(VIEW)
+    water = shows_water(SURVEY, VIEW)
     level = WaterLevel(VIEW, water, np.full(pictures.shape[1:], 8.0, np.float32), MEAN_M)
     # The tides of ``background`` are too fast for a path through them: these are sorted, and their mean is the same.
     tides = 0.8 * np.sin(0.9 * np.arange(60))

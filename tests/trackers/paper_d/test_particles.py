@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.trackers.drawn_harbour import CAMERA, VIEW
+from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW
 from trackers.paper_d.particles import cloud, count_inside, likelihoods, move
 from trackers.paper_d.tracker import blocks_from_metres
-from trackers.site.volume import WatchedVolume, place
+from trackers.site.volume import place
 
-VOLUME = place(WatchedVolume(), CAMERA, VIEW.T_world_camera)
+VOLUME = place(SURVEY, CAMERA, VIEW.T_world_camera)
 
 
 def test_motion_is_linear_with_gaussian_noise() -> None:

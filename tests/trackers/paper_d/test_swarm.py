@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.trackers.drawn_harbour import CAMERA, VIEW
+from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW
 from trackers.paper_d.swarm import Region, Swarm, SwarmParameters, is_duplicate, region_of
 from trackers.paper_d.tracker import blocks_from_metres
-from trackers.site.volume import WatchedVolume, place
+from trackers.site.volume import place
 
-VOLUME = place(WatchedVolume(), CAMERA, VIEW.T_world_camera)
+VOLUME = place(SURVEY, CAMERA, VIEW.T_world_camera)
 EMPTY_F = 2e-4
 """f of a block that is like the background: r = 1 below the threshold of 15."""
 PARAMETERS = SwarmParameters()

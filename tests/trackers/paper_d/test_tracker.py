@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.trackers.drawn_harbour import CAMERA, INTERVAL_S, VIEW, DrawnHarbour
+from tests.trackers.drawn_harbour import CAMERA, INTERVAL_S, SURVEY, VIEW, DrawnHarbour
 from trackers.estimate_check import check_tracks
 from trackers.paper_d.tracker import EigenSwarm
 from trackers.registry import entry
@@ -22,6 +22,7 @@ QUIET = 5
 
 def a_swarm() -> EigenSwarm:
     tracker: EigenSwarm = entry("eigen_swarm").create(np.random.default_rng(0))
+    tracker.survey(SURVEY)
     return tracker
 
 

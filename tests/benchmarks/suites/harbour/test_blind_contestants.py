@@ -25,6 +25,6 @@ def test_who_sees_nothing_has_less_than_half_the_froc_area_of_the_method_as_writ
     preset: str, tmp_path: Path
 ) -> None:
     outcome = run(Experiment("harbour", "harbour-v1", (preset,), (*BLIND, WRITTEN), SEEDS[preset], workers=0), tmp_path)
-    areas = {each["tracker"]: each["mean"] for each in outcome.summary if each["metric"] == "froc_area"}
-    print(f"{preset}, froc_area: {areas}")
+    areas = {each["tracker"]: each["mean"] for each in outcome.summary if each["metric"] == "froc_area_1_100"}
+    print(f"{preset}, froc_area_1_100: {areas}")
     assert max(areas[name] for name in BLIND) < 0.5 * areas[WRITTEN]

@@ -134,6 +134,7 @@ def test_truth_itself_is_perfect() -> None:
     told = {score.metric: score.value for score in scores if score.event is None}
     assert (told["false_tracks_per_frame"], told["identity_switches"]) == (0.0, 0.0)
     assert told["hota"] == pytest.approx(1.0)
+    assert told["boxes_right"][-1] == told["boxes_told"][-1] == told["boxes_true"] > 0
     assert told["gospa_m"] == pytest.approx(0.0, abs=1e-6)
     of_visits = [score for score in scores if score.event is not None]
     assert {score.value for score in of_visits if score.metric in ("found", "found_as_in_paper", "kind_right")} == {1.0}
