@@ -24,7 +24,7 @@ from benchmarks.commands.own_faults import workers_fault
 from benchmarks.commands.printing import contestants_print_to_stderr
 from benchmarks.run.arithmetic import missing_settings
 from benchmarks.run.own_modules import load_modules
-from benchmarks.run.source_files import ROOT, foreign_packages
+from benchmarks.run.imports import ROOT, foreign_packages
 from sim.choices import check_choice, nearest, suggestion
 
 _COMMANDS = {

@@ -44,7 +44,10 @@ EPISODES = {"road-town": 0, "stereo-follow": 2, "fish-tank": 0, "harbour": 0}
 """Stored episode -> its seed."""
 WATCHED = {"frame-out": "road-town", "stereo": "stereo-follow", "fish": "fish-tank", "harbour": "harbour"}
 """Suite -> stored episode that its trackers watch."""
-_TINY = {"width_px": 64, "height_px": 48}
+WATCHED_FRAMES = {"road-town": 72, "stereo-follow": 30, "fish-tank": 36, "harbour": 20}
+"""How long trackers watch a stored episode: the car is outside from frame 31 to 60, the person hidden from 26 to 29."""
+_TINY = {"width_px": 64, "height_px": 48, "extent_m": 300.0, "background": 2}
+"""Fields of presets that have them -> smaller values."""
 _FRAMES = 3
 
 
@@ -120,10 +123,9 @@ def _suites() -> Iterator[Canary]:
 def digest_of_scene(name: str, preset: str) -> str:
     """Return the digest of the first pictures and truths of an episode's tiny edition, and of what is given before."""
     scenario = catalog.scenario(name)
-    configuration = dataclasses.replace(scenario.presets[preset], **_TINY)
-    if hasattr(configuration, "background"):
-        configuration = dataclasses.replace(configuration, background=2)
-    with closing(scenario.episode(configuration, 0)) as episode:
+    wanted = scenario.presets[preset]
+    tiny = dataclasses.replace(wanted, **{name: value for name, value in _TINY.items() if hasattr(wanted, name)})
+    with closing(scenario.episode(tiny, 0)) as episode:
         commands = [CameraCommand() if k and episode.closed_loop else None for k in range(_FRAMES)]
         seen = [episode.step(command) for command in commands]
         return digest([seen, episode.start, episode.rate_hz, episode.frame_count])
@@ -137,7 +139,7 @@ def digest_of_tracker(entrant: Entrant) -> str:
     rng = tracker_stream(EPISODES[stored], entrant.name)
     contestant = entrant.create(episode, catalog.scenario(stored), rng, judging.follows_many)
     loop = Loop(episode, [contestant])
-    return digest([[loop.answers for _ in loop.frames()], *_hindsight(contestant)])
+    return digest([[loop.answers for _ in loop.frames(count=WATCHED_FRAMES[stored])], *_hindsight(contestant)])
 
 
 def _hindsight(contestant: Contestant) -> Iterator[Any]:
