@@ -43,7 +43,7 @@ CONSTANTS = {
     "trackers.follow_one._SIDES_PER_S": (0.1, "suite follow"),
     "benchmarks.suites.frame_out.episode_scores.NEES_CAP": (1.0, "suite frame-out"),
     "benchmarks.suites.stereo.metrics.people.RIGHT_WITHIN_M": (0.4, "suite stereo"),
-    "benchmarks.suites.fish.gap_protocol.MEASURED": (0.5, "suite fish"),
+    "benchmarks.scores.identities.THRESHOLD": (0.9, "suite fish"),
     "benchmarks.suites.harbour.identity_scores.ZERO_M": (1.0, "suite harbour"),
 }
 """Constant -> another value, and the canary that notices it."""

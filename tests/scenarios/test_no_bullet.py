@@ -35,12 +35,12 @@ assert len(worlds) == 0, "an env that is dropped without close() keeps its world
 BENCH = """
 from benchmarks import cli
 sys.argv = ["frameout", "bench", "frame-out", "--quick", "--seeds", "0:1", "--out", "bench"]
-cli.main()
+assert cli.main() == 0
 """
 GENERATE = """
 from benchmarks import cli
 sys.argv = ["frameout", "generate", "fish-tank", "--preset", "quick", "--seeds", "0:1", "--out", "data"]
-cli.main()
+assert cli.main() == 0
 """
 
 
