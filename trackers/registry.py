@@ -42,6 +42,7 @@ _MODULES = (
     "trackers.baselines.ground_followers",
     "trackers.baselines.csrt_pipe",
     "trackers.baselines.sort",
+    "trackers.baselines.sort_appearance",
     "trackers.baselines.bytetrack",
     "trackers.paper_a.colour_pf",
     "trackers.paper_a.road_shape_pf",

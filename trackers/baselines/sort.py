@@ -55,6 +55,11 @@ class BoxFilter:
         half = 0.5 * np.array([width, self._x[2] / width if width > 0 else 0.0])
         return np.concatenate([self._x[:2] - half, self._x[:2] + half])
 
+    def distances(self, places_px: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the squared Mahalanobis distances (M,) of places (M, 2) to the expected centre."""
+        away_px = places_px - self._x[:2]
+        return np.asarray((away_px @ np.linalg.inv((self._P[:4, :4] + self._R)[:2, :2]) * away_px).sum(axis=1))
+
     def correct(self, box_xyxy: NDArray[np.float64]) -> None:
         """Take in a detected box (4,)."""
         gain = self._P[:, :4] @ np.linalg.inv(self._P[:4, :4] + self._R)
@@ -67,7 +72,14 @@ def _measurement(box_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array([*(0.5 * (box_xyxy[:2] + box_xyxy[2:])), width * height, width / height])
 
 
-class _Target:
+class Target:
+    """A fish that is followed.
+
+    Attributes:
+        identity: its name. filter: of its box. detection: the last one.
+        frames_since: that one. streak: detections on successive frames.
+    """
+
     def __init__(self, identity: int, detection: Detection) -> None:
         self.identity = identity
         self.filter = BoxFilter(detection.box_xyxy)
@@ -76,12 +88,14 @@ class _Target:
         self.streak = 0
 
     def predict(self) -> NDArray[np.float64]:
+        """Move on by a frame and return the expected box (4,)."""
         if self.frames_since > 0:
             self.streak = 0
         self.frames_since += 1
         return self.filter.predict()
 
     def correct(self, detection: Detection) -> None:
+        """Take in the detection of this frame."""
         self.filter.correct(detection.box_xyxy)
         self.detection = detection
         self.frames_since = 0
@@ -111,7 +125,7 @@ class Sort:
     def _begin(self, background: Sequence[Observation]) -> None:
         self._detector = Detector(DetectorParameters())
         self._detector.start(background)
-        self._targets: list[_Target] = []
+        self._targets: list[Target] = []
         self._identities = 0
         self._frames = 0
 
@@ -124,20 +138,34 @@ class Sort:
         p = self._parameters
         self._frames += 1
         expected = np.array([each.predict() for each in self._targets]).reshape(-1, 4)
-        boxes = np.array([each.box_xyxy for each in detections]).reshape(-1, 4)
-        overlap = intersections_over_union(expected, boxes)
         taken = set()
-        for row, column in zip(*_pairs(overlap, p.least_overlap), strict=True):
-            if overlap[row, column] >= p.least_overlap:
-                self._targets[row].correct(detections[column])
-                taken.add(int(column))
+        for row, column in self._matched(expected, detections):
+            self._targets[row].correct(detections[column])
+            taken.add(column)
         for column, detection in enumerate(detections):
             if column not in taken:
-                self._targets.append(_Target(self._identities, detection))
+                self._targets.append(self._begun(self._identities, detection))
                 self._identities += 1
         self._targets = [each for each in self._targets if each.frames_since <= p.max_age]
         sure = [each for each in self._targets if each.streak >= p.min_hits or self._frames <= p.min_hits]
         return [track_of(each.identity, each.detection) for each in sure if each.frames_since == 0]
+
+    def _matched(self, expected_xyxy: NDArray[np.float64], detections: Sequence[Detection]) -> list[tuple[int, int]]:
+        """Return which targets (rows), of these expected boxes (N, 4), are which of the detections (columns)."""
+        return matched_by_overlap(expected_xyxy, detections, self._parameters.least_overlap)
+
+    def _begun(self, identity: int, detection: Detection) -> Target:
+        return Target(identity, detection)
+
+
+def matched_by_overlap(
+    expected_xyxy: NDArray[np.float64], detections: Sequence[Detection], least: float
+) -> list[tuple[int, int]]:
+    """Return rows and columns of the assignment of most overlap of boxes (N, 4) and detections, from ``least`` on."""
+    boxes = np.array([each.box_xyxy for each in detections]).reshape(-1, 4)
+    overlap = intersections_over_union(expected_xyxy, boxes)
+    pairs = zip(*_pairs(overlap, least), strict=True)
+    return [(int(row), int(column)) for row, column in pairs if overlap[row, column] >= least]
 
 
 def _pairs(overlap: NDArray[np.float64], least: float) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

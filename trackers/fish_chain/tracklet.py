@@ -76,7 +76,7 @@ class Tracklet:
         self._areas.append(detection.area_px)
         self._widths = self._widths + widths
         if not detection.covered:
-            self._rows.append(_look(detection, widths, shades))
+            self._rows.append(look_of(detection, widths, shades))
         if len(self._rows) == CHUNK:
             self._chunks.append(np.mean(self._rows, axis=0))
             self._rows = []
@@ -120,7 +120,7 @@ class Tracklet:
         if not self._chunks and not self._rows:
             return np.zeros((0, 2 * len(self._widths) + _MORE_FEATURES))
         chunks = np.array(self._chunks if self._chunks else [np.mean(self._rows, axis=0)])
-        return chunks if self.head_first else _turned(chunks, len(self._widths))
+        return chunks if self.head_first else turned(chunks, len(self._widths))
 
     def piece(self, interval_s: float, part: slice = slice(None)) -> Piece:
         """Return the tracklet, or a part of its frames, as a piece of track."""
@@ -152,13 +152,13 @@ class Tracklet:
         self.ghosts[frame] = pose
 
 
-def _look(detection: Detection, widths: NDArray[np.float64], shades: NDArray[np.float64]) -> NDArray[np.float64]:
+def look_of(detection: Detection, widths: NDArray[np.float64], shades: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the descriptor (2 K + 4): shades and widths along the body, logarithms of length and area, colour."""
     sizes = np.log([max(detection.length_px, 1.0), detection.area_px])
     return np.concatenate([shades, widths, sizes, detection.colour])
 
 
-def _turned(looks: NDArray[np.float64], stations: int) -> NDArray[np.float64]:
+def turned(looks: NDArray[np.float64], stations: int) -> NDArray[np.float64]:
     """Return descriptors with head and tail exchanged."""
     return np.concatenate(
         [looks[:, :stations][:, ::-1], looks[:, stations : 2 * stations][:, ::-1], looks[:, 2 * stations :]], axis=1

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.papers.c import EXPERIMENT
+from benchmarks.papers.c import EXPERIMENT, GapExperiment
 from benchmarks.papers.repeat import findings
 from benchmarks.suites.registry import suite
 from scenarios import catalog
@@ -81,7 +81,11 @@ def test_ours_is_nearer_where_the_paired_interval_is_clear_of_zero(
     assert (found.agrees, found.episodes, found.expected) == (agrees, 4, "interval below 0 px")
 
 
-def test_ours_stands_beside_it_without_a_verdict_and_curves_are_drawn(tmp_path: Path) -> None:
+def test_ours_stands_beside_it_without_a_verdict_and_curves_are_drawn(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Trajectories are drawn from episodes, see ``test_swim_figures``.
+    monkeypatch.setattr(GapExperiment, "_show_paths", lambda *_: None)
     rows = [row(f"gap_error_{count}_px", 0.3, "shoal_chain") for count in (50, 100, 200)]
     found = [each for each in findings(EXPERIMENT, rows) if each.claim.tracker == "shoal_chain"]
     assert [(each.mean, each.agrees) for each in found if not each.claim.minus] == [(0.3, None)] * 3

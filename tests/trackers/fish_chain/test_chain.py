@@ -171,7 +171,17 @@ def test_the_same_pictures_get_the_same_answers() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", ["shoal_chain", "shoal_chain_offline", "shoal_chain_no_motion", "sort", "bytetrack", "ca_kalman"]
+    "name",
+    [
+        "shoal_chain",
+        "shoal_chain_tuned",
+        "shoal_chain_offline",
+        "shoal_chain_no_motion",
+        "sort",
+        "sort_appearance",
+        "bytetrack",
+        "ca_kalman",
+    ],
 )
 def test_odd_pictures_do_no_harm(name: str) -> None:
     tracker = entry(name).create(np.random.default_rng(0))
