@@ -23,8 +23,8 @@ import tyro
 from benchmarks.commands.own_faults import workers_fault
 from benchmarks.commands.printing import contestants_print_to_stderr
 from benchmarks.run.arithmetic import missing_settings
-from benchmarks.run.own_modules import load_modules
 from benchmarks.run.imports import ROOT, foreign_packages
+from benchmarks.run.own_modules import load_modules
 from sim.choices import check_choice, nearest, suggestion
 
 _COMMANDS = {
@@ -36,7 +36,7 @@ _COMMANDS = {
     "generate": ("generate", "Generate", "make a data set: pictures with all their truth"),
     "verify": ("verify", "Verify", "check a data set: is it whole"),
     "play": ("play", "Play", "steer a camera by hand, scored like a controller"),
-    "publish": ("publish", "Publish", "make the published tables, check them, write the pages of results"),
+    "publish": ("publish", "Publish", "make and check the published tables, write their pages"),
     "render": ("render", "Render", "write an episode as an MP4"),
     "report": ("report", "Report", "make the report of a result folder again from its rows"),
     "show": ("show", "Show", "make a page about a data set"),

@@ -11,7 +11,7 @@ import math
 import os
 import tempfile
 import weakref
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -29,9 +29,8 @@ from sim.optics import PinholeCamera, invert_pose
 from sim.render.textures import count_alike
 from sim.world import Body, World
 
-DENSITIES_KGPM3: Mapping[str, float] = {"person": 985.0, "fish": 1000.0, "vehicle": 150.0, "car": 150.0, "boat": 150.0}
-"""Mass over the volume of the convex hull, by category: of water for animals, of mostly air for cars and boats."""
-_OTHER_KGPM3 = 500.0
+DENSITY_KGPM3 = 500.0
+"""Mass over the volume of a movable body's convex hull: between a car, 150, and a person, 985."""
 _WORLDS, _USERS = 2, 1
 """Collision groups: bodies held in their places pass through one another, but not through a user's bodies."""
 
@@ -175,7 +174,7 @@ class Client:
     """A world in Bullet, with collision shapes, masses and joints; a context manager.
 
     Fixed bodies have mass 0 and collide with their own triangles. Movable ones collide with their convex hulls and
-    have the mass of the hull's volume at ``DENSITIES_KGPM3``; one without volume, such as a sail, is as a fixed body.
+    have the mass of the hull's volume at ``DENSITY_KGPM3``; one without volume, such as a sail, is as a fixed body.
     A world's people and fish are rigid parts without joints of their own, whose gait sets every pose. So each movable
     body is held in its place by a fixed joint to the world, which ``push`` moves with the scene: it cannot be shoved
     aside, and shoves what it stands in. ``release`` takes the joint away, and dynamics move the body from then on.
@@ -198,7 +197,7 @@ class Client:
     def _add(self, body: Body, exact: bool) -> int:
         vertices_m, mass_kg = body.mesh.vertices_m, 0.0
         if body.movable and not exact:
-            mass_kg = _hull_volume_m3(vertices_m) * DENSITIES_KGPM3.get(body.category, _OTHER_KGPM3)
+            mass_kg = _hull_volume_m3(vertices_m) * DENSITY_KGPM3
         if mass_kg > 0:
             # Bullet takes the origin for the centre of mass.
             self._centres_m[body.index] = 0.5 * (vertices_m.min(axis=0) + vertices_m.max(axis=0))
@@ -256,7 +255,7 @@ class Client:
         T_link_shape[:3, 3] = -self._centres_m[body.index]
         self._shown.append(_Shown(body, handle, -1, T_link_shape))
 
-    def show(self, handle: int, name: str, category: str = "robot") -> list[Body]:
+    def show(self, handle: int, name: str, category: str = "user") -> list[Body]:
         """Add what a user's body looks like to the world, and return it: a movable body for each visual shape.
 
         ``pull`` moves these. Show a body before shaders and renderers of the world are made.

@@ -24,9 +24,8 @@ from sim.render.compilation import forget_stale_kernels as forget_stale_kernels_
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the options that make golden pictures anew and keep the digests of new editions."""
+    """Add the option that makes golden pictures anew."""
     parser.addoption("--new-golden", action="store_true", help="make the pictures in tests/golden anew")
-    parser.addoption("--keep", action="store_true", help="keep the digests of new editions in tests/canaries")
 
 
 _EARLY = ("scenarios/", "test_contributing.py", "test_readme.py", "trackers/test_fuzz.py")

@@ -312,9 +312,7 @@ def verdict(canary: Canary, known: Mapping[str, Mapping[str, str]]) -> str:
     before = known.get(canary.name)
     if before is None or before["edition"] != canary.edition:
         was = "none" if before is None else f"one of {before['edition']!r}"
-        return (
-            f"{canary.name}: expected a digest of {canary.edition!r}, got {was}: keep it, pytest tests/canaries --keep"
-        )
+        return f"{canary.name}: expected a digest of {canary.edition!r}, got {was}; python -m tests.canaries keeps one"
     if before["digest"] != canary.digest():
         return (
             f"{canary.name}: it does something else than the edition {canary.edition!r} did. "

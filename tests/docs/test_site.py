@@ -99,13 +99,10 @@ def test_each_preset_of_the_catalogue_is_in_the_gallery(site: Path, pages: dict[
     told = [
         (Path(each.img["src"]).name, " ".join(each.select_one(".caption-text").get_text().split())) for each in figures
     ]
-    expected = [
-        (f"{each.scenario}-{each.preset}-{each.seed}-code.jpg", f"{each.preset}: {summary_of(each)}")
-        for each in shown_presets()
-    ]
+    expected = [(each.file_name, f"{each.preset}: {summary_of(each)}") for each in shown_presets()]
     # Apostrophes are made typographic.
     assert [(name, words.replace("\u2019", "'")) for name, words in told] == expected
-    drawn = cv2.imread(str(site / "_images" / f"{DRAWN.scenario}-{DRAWN.preset}-{DRAWN.seed}-code.jpg"))
+    drawn = cv2.imread(str(site / "_images" / DRAWN.file_name))
     assert drawn.shape[1] == pictures.WIDTH_PX
     assert drawn.std() > 10
 
@@ -117,8 +114,8 @@ def summary_of(shown: ShownPreset) -> str:
 @pytest.mark.usefixtures("pages")
 def test_a_new_preset_is_in_the_next_build(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     presets = catalog.scenario(DRAWN.scenario).presets
-    put_grey_picture(site.parent, ShownPreset(DRAWN.scenario, "shallow", seed=len(presets)))
     monkeypatch.setitem(presets, "shallow", replace(presets["quick"], summary="hardly any water"))
+    put_grey_picture(site.parent, ShownPreset(DRAWN.scenario, "shallow", seed=len(presets) - 1))
     build(site.parent)
     assert "hardly any water" in (site / "docs/gallery.html").read_text()
 

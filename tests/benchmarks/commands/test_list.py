@@ -55,16 +55,18 @@ def test_what_is_measured_is_kept_and_shown(kept: Path, capsys: pytest.CaptureFi
     out = capsys.readouterr().out
     assert "all frames" in out
     assert "measured over episodes 0:3" in " ".join(out.split())
-    assert "another version" not in out
+    assert "other editions" not in out
     presets = catalog.scenario(FAKE).presets
     for configuration in presets.values():
         assert f"{3 * configuration.frame_count} in all" in out
     contents = json.loads(kept.read_text())
     assert contents["another-v1"] == {"holds": {}}
     assert set(contents[FAKE]["holds"]) == set(presets)
-    kept.write_text(json.dumps({FAKE: {**contents[FAKE], "code": "other"}}))
+    preset = next(iter(presets))
+    contents[FAKE]["editions"][preset] = "fake-town-v0"
+    kept.write_text(json.dumps(contents))
     assert main(["list"]) == 0
-    assert "with another version of the code" in " ".join(capsys.readouterr().out.split())
+    assert f"of other editions of {preset}; measure again" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_suite_is_listed_with_the_presets_that_its_scenes_run_with(capsys: pytest.CaptureFixture[str]) -> None:

@@ -44,7 +44,9 @@ class Still:
 @pytest.fixture
 def still(monkeypatch: pytest.MonkeyPatch) -> str:
     """A tracker that takes part in suite ``stereo``, for as long as the test lasts."""
-    entry = registry.TrackerEntry("still", "baseline", "stays", Still, {}, "still", True, True, ("stereo",), lambda: "")
+    entry = registry.TrackerEntry(
+        "still", "baseline", "stays", Still, {}, "still", True, True, ("stereo",), lambda: "", 1
+    )
     monkeypatch.setitem(registry._ENTRIES, "still", entry)
     return "still"
 

@@ -227,6 +227,9 @@ class QuickSheet(type(b1.EXPERIMENT)):  # type: ignore[misc]
         """See ``CameraExperiment``."""
         return {claim.metric: 0.01 * seed for claim in self.claims} | {"frames": 9.0}
 
+    def sensitivity(self, *of: object) -> None:
+        """See ``PaperExperiment``: nothing is varied."""
+
 
 def test_a_paper_is_published_with_its_claims(
     checkout: Path,

@@ -220,7 +220,7 @@ def test_trackers_that_no_seed_reaches_run_three_times(tmp_path: Path, monkeypat
     real = jobs.entrant
     monkeypatch.setattr(jobs, "entrant", lambda name: replace(real(name), reproducible=False))
     run(replace(TINY, trackers=("fake_knowing",), seeds=range(1)), tmp_path)
-    rows = [row for row in read_rows(tmp_path) if row["metric"] == "offscreen_error_m"]
+    rows = [row for row in read_rows(tmp_path) if row["metric"] == "centre_error_px"]
     assert [row["repeat"] for row in rows] == [0, 1, 2]
     assert len({row["value"] for row in rows}) == 3
 
