@@ -37,7 +37,7 @@ def flown(
     preset: RoadTown, drive: Drive, swings: list[Pulse], layout: Layout = OPEN_LAND
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return the poses and the car's states in the picture."""
-    air = draw_air(preset, drive.position_m, drive.heading_rad, generator(5, "air"))
+    air = draw_air(preset, float(drive.heading_rad[0]), generator(5, "air"))
     poses, _ = fly_after(preset, CAMERA, air, swings, drive, LineOfSight(layout), generator(5, "pilot"))
     return poses, picture_states(CAMERA, poses, drive.corners_m)
 
@@ -90,7 +90,7 @@ class BehindAWall:
 
 def test_no_swing_begins_while_the_car_is_hidden_or_soon_after() -> None:
     preset, drive = PRESETS["standard"], straight_drive(ALONG_M)
-    air = draw_air(preset, drive.position_m, drive.heading_rad, generator(5, "air"))
+    air = draw_air(preset, float(drive.heading_rad[0]), generator(5, "air"))
     starts = []
     for wall in (BehindAWall(0.0, 0.0), BehindAWall(*ALONG_M[[55, 80], 0])):
         _, (begun,) = fly_after(preset, CAMERA, air, [GUST], drive, wall, generator(5, "pilot"))  # type: ignore[arg-type]
@@ -100,7 +100,7 @@ def test_no_swing_begins_while_the_car_is_hidden_or_soon_after() -> None:
 
 def test_a_pilot_without_errors_flies_evenly_from_the_first_frame_on() -> None:
     preset, nothing = PRESETS["standard"], np.zeros(FRAMES)
-    air = AirState(60.0, np.zeros((FRAMES, 3)), np.zeros((FRAMES, 2)), nothing)
+    air = AirState(60.0, np.zeros((FRAMES, 3)), np.zeros((FRAMES, 2)), 0.0)
     errors = PilotErrors(nothing + 0j, nothing, nothing, nothing, nothing, nothing)
     drive = straight_drive(ALONG_M)
     pilot = Pilot(preset, air, errors, drive.sighting(0), 8.0)

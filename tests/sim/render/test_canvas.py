@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -48,10 +46,9 @@ def _world() -> World:
 
 
 @pytest.fixture(scope="module")
-def world() -> Iterator[World]:
-    """Yield a world of two boxes in one place among bodies that move."""
-    with _world() as made:
-        yield made
+def world() -> World:
+    """Return a world of two boxes in one place among bodies that move."""
+    return _world()
 
 
 def _assert_drawn_whole(raster: Raster, world: World, T_world_camera: NDArray[np.float64]) -> None:
@@ -83,44 +80,44 @@ def test_pictures_in_sequence_equal_pictures_drawn_whole(world, steps):
 
 @pytest.mark.parametrize("mover", MOVERS[:2])
 def test_a_body_as_near_as_a_kept_one_is_drawn_by_its_order(mover):
-    with _world() as world:
-        raster = Raster(world)
-        for k in range(8):
-            place = SEAT_M if k > 3 else (5.0 + k, 5.0)
-            world.move(world.bodies[mover], pose_on_ground(*place, 0.0))
-            _assert_drawn_whole(raster, world, VIEWS[0])
-        seen = raster.gbuffer(CAMERA, VIEWS[0]).instance_id
-        assert (seen == min(mover, 2)).sum() > 20
-        assert not (seen == max(mover, 2)).any()
+    world = _world()
+    raster = Raster(world)
+    for k in range(8):
+        place = SEAT_M if k > 3 else (5.0 + k, 5.0)
+        world.move(world.bodies[mover], pose_on_ground(*place, 0.0))
+        _assert_drawn_whole(raster, world, VIEWS[0])
+    seen = raster.gbuffer(CAMERA, VIEWS[0]).instance_id
+    assert (seen == min(mover, 2)).sum() > 20
+    assert not (seen == max(mover, 2)).any()
 
 
 def test_what_is_at_rest_is_drawn_once():
-    with _world() as world:
-        raster = Raster(world)
-        for k in range(20):
-            world.move(world.bodies[4], pose_on_ground(0.1 * k, 0.0, 0.0))
-            raster.gbuffer(CAMERA, VIEWS[0])
-        # The first picture of the view, and the layer of the second.
-        assert raster._canvas.pictures_of_all == 2
-        for k in range(20):
-            world.move(world.bodies[1], pose_on_ground(0.1 * k, 2.0, 0.0))
-            raster.gbuffer(CAMERA, VIEWS[0])
-        # A body of the layer moved; later one came to rest.
-        assert raster._canvas.pictures_of_all == 4
-        raster.gbuffer(CAMERA, VIEWS[1])
-        raster.normals(CAMERA, VIEWS[1])
-        assert raster._canvas.pictures_of_all == 5
+    world = _world()
+    raster = Raster(world)
+    for k in range(20):
+        world.move(world.bodies[4], pose_on_ground(0.1 * k, 0.0, 0.0))
+        raster.gbuffer(CAMERA, VIEWS[0])
+    # The first picture of the view, and the layer of the second.
+    assert raster._canvas.pictures_of_all == 2
+    for k in range(20):
+        world.move(world.bodies[1], pose_on_ground(0.1 * k, 2.0, 0.0))
+        raster.gbuffer(CAMERA, VIEWS[0])
+    # A body of the layer moved; later one came to rest.
+    assert raster._canvas.pictures_of_all == 4
+    raster.gbuffer(CAMERA, VIEWS[1])
+    raster.normals(CAMERA, VIEWS[1])
+    assert raster._canvas.pictures_of_all == 5
 
 
 def test_bodies_that_are_added_are_drawn(world):
-    with _world() as growing:
-        raster = Raster(growing)
-        for _ in range(3):
-            _assert_drawn_whole(raster, growing, VIEWS[0])
-        growing.add(box((3.0, 3.0, 3.0), _texture(1)), np.eye(4), name="new", category="thing")
-        for _ in range(3):
-            _assert_drawn_whole(raster, growing, VIEWS[0])
-        assert (raster.gbuffer(CAMERA, VIEWS[0]).instance_id == 7).any()
+    growing = _world()
+    raster = Raster(growing)
+    for _ in range(3):
+        _assert_drawn_whole(raster, growing, VIEWS[0])
+    growing.add(box((3.0, 3.0, 3.0), _texture(1)), np.eye(4), name="new", category="thing")
+    for _ in range(3):
+        _assert_drawn_whole(raster, growing, VIEWS[0])
+    assert (raster.gbuffer(CAMERA, VIEWS[0]).instance_id == 7).any()
 
 
 def test_pictures_of_other_sizes_are_drawn_whole(world):

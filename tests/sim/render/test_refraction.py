@@ -78,8 +78,8 @@ def test_boxes_are_drawn_where_their_middles_are_projected(renderer, angle_deg):
     rng = np.random.default_rng(8)
     grid = np.stack(np.meshgrid(np.linspace(-0.24, 0.24, 7), np.linspace(-0.15, 0.15, 5)), -1).reshape(-1, 2)
     points_m = np.column_stack([grid, rng.uniform(0.01, 0.1, len(grid))])
-    with tank(points_m) as world:
-        seen = ThroughWater(create_renderer(renderer, world), water).gbuffer(camera, T_world_camera)
+    world = tank(points_m)
+    seen = ThroughWater(create_renderer(renderer, world), water).gbuffer(camera, T_world_camera)
     pixels = project_through(water, camera, T_world_camera, points_m)
     # The near wall's rim hides some from everyone.
     angle = np.radians(angle_deg + 6)
@@ -109,8 +109,8 @@ def rms(off_px):
 @pytest.mark.parametrize("angle_deg", ANGLES_DEG)
 def test_depth_through_flat_water_is_that_of_the_floor(angle_deg):
     camera, T_world_camera = looking(angle_deg)
-    with tank() as world:
-        seen = ThroughWater(create_renderer("raster", world), surface(FLAT)).gbuffer(camera, T_world_camera)
+    world = tank()
+    seen = ThroughWater(create_renderer("raster", world), surface(FLAT)).gbuffer(camera, T_world_camera)
     rows, columns = np.nonzero(seen.instance_id == FLOOR)
     chosen = np.random.default_rng(0).choice(len(rows), 400)
     pixels = np.column_stack([columns, rows])[chosen] + 0.5
@@ -131,11 +131,11 @@ def test_depth_through_flat_water_is_that_of_the_floor(angle_deg):
 
 def test_both_renderers_see_the_same():
     water, (camera, T_world_camera) = surface(), looking(35)
-    with tank(_places(20, np.random.default_rng(4)), 0.012) as world:
-        a, b = (
-            ThroughWater(create_renderer(name, world), water).gbuffer(camera, T_world_camera)
-            for name in ("raster", "pybullet")
-        )
+    world = tank(_places(20, np.random.default_rng(4)), 0.012)
+    a, b = (
+        ThroughWater(create_renderer(name, world), water).gbuffer(camera, T_world_camera)
+        for name in ("raster", "pybullet")
+    )
     same = a.instance_id == b.instance_id
     assert same.mean() > 0.998
     np.testing.assert_allclose(a.depth_m[same], b.depth_m[same], atol=2e-3)
@@ -144,9 +144,9 @@ def test_both_renderers_see_the_same():
 
 def test_what_is_above_or_beside_the_water_is_seen_as_it_is():
     camera, T_world_camera = looking(20)
-    with tank() as world:
-        plain = create_renderer("raster", world)
-        dry, wet = plain.gbuffer(camera, T_world_camera), ThroughWater(plain, surface()).gbuffer(camera, T_world_camera)
+    world = tank()
+    plain = create_renderer("raster", world)
+    dry, wet = plain.gbuffer(camera, T_world_camera), ThroughWater(plain, surface()).gbuffer(camera, T_world_camera)
     rows, columns = np.mgrid[:480, :640]
     ray = rays(camera, T_world_camera, np.stack([columns, rows], -1) + 0.5)
     height_m = T_world_camera[2, 3] + ray[..., 2] * dry.depth_m
@@ -160,11 +160,11 @@ def test_what_is_above_or_beside_the_water_is_seen_as_it_is():
 
 def test_ripples_move_and_come_back():
     water, (camera, T_world_camera) = surface(), looking(0)
-    with tank(_places(10, np.random.default_rng(1)), 0.01) as world:
-        through = ThroughWater(create_renderer("raster", world), water)
-        pictures = []
-        for water.time_s in (0.0, 0.1, 0.0):
-            pictures.append(through.gbuffer(camera, T_world_camera).instance_id)
+    world = tank(_places(10, np.random.default_rng(1)), 0.01)
+    through = ThroughWater(create_renderer("raster", world), water)
+    pictures = []
+    for water.time_s in (0.0, 0.1, 0.0):
+        pictures.append(through.gbuffer(camera, T_world_camera).instance_id)
     assert (pictures[0] != pictures[1]).any()
     np.testing.assert_array_equal(pictures[0], pictures[2])
 

@@ -22,10 +22,10 @@ LAMP = Panel((-0.2, 0.3, 1.5), (0.06, 0.0, 0.0), (0.0, 0.06, 0.0), 60_000.0)
 
 def _radiance(water, content=None, panels=(LAMP,), angle_deg=0, balls_m=(), ambient_lx=150.0):
     camera, T_world_camera = looking(angle_deg)
-    with tank(balls_m, 0.012) as world:
-        seen = ThroughWater(create_renderer("raster", world), water).gbuffer(camera, T_world_camera)
-        shader = WaterShader(world, water, content or Water(), panels, ambient_lx)
-        return shader.shade(seen, camera, T_world_camera), seen
+    world = tank(balls_m, 0.012)
+    seen = ThroughWater(create_renderer("raster", world), water).gbuffer(camera, T_world_camera)
+    shader = WaterShader(world, water, content or Water(), panels, ambient_lx)
+    return shader.shade(seen, camera, T_world_camera), seen
 
 
 def _is_bright(radiance, seen):
@@ -61,9 +61,9 @@ def _counted(water, rays, rng):
 
 def test_caustics_are_those_of_rays_drawn_at_random():
     water = surface(0.06)
-    with tank() as world:
-        light = FloorLight(world, water, [STRAIGHT_DOWN])
-        caustic = light.maps()[1].copy()
+    world = tank()
+    light = FloorLight(world, water, [STRAIGHT_DOWN])
+    caustic = light.maps()[1].copy()
     extent = light.extent()
     counts, edges = _counted(water, 400_000, np.random.default_rng(0))
     rows, columns = (
@@ -84,31 +84,31 @@ def test_caustics_are_those_of_rays_drawn_at_random():
 
 @pytest.mark.parametrize("slope_rms", [0.0, 0.02, 0.08])
 def test_caustics_neither_add_nor_take_light(slope_rms):
-    with tank() as world:
-        light = FloorLight(world, surface(slope_rms), [STRAIGHT_DOWN])
-        caustic = light.maps()[1][_inside(light, 0.0)]
+    world = tank()
+    light = FloorLight(world, surface(slope_rms), [STRAIGHT_DOWN])
+    caustic = light.maps()[1][_inside(light, 0.0)]
     assert caustic.mean() == pytest.approx(1.0, abs=0.01)
     assert caustic.std() < 0.02 if slope_rms == 0.0 else caustic.std() > 2.0 * slope_rms
 
 
 def test_caustics_wander_and_wide_lamps_have_none():
     wide = LightThroughSurface(100.0, np.zeros(2), np.array([0.4, 0.4]))
-    with tank() as world:
-        water = surface()
-        sharp, blurred = (FloorLight(world, water, [light]) for light in (STRAIGHT_DOWN, wide))
-        first = sharp.maps()[1].copy()
-        assert blurred.maps()[1].std() < 0.1 * first.std()
-        water.time_s += 0.5
-        assert np.corrcoef(first.ravel(), sharp.maps()[1].ravel())[0, 1] < 0.6
+    world = tank()
+    water = surface()
+    sharp, blurred = (FloorLight(world, water, [light]) for light in (STRAIGHT_DOWN, wide))
+    first = sharp.maps()[1].copy()
+    assert blurred.maps()[1].std() < 0.1 * first.std()
+    water.time_s += 0.5
+    assert np.corrcoef(first.ravel(), sharp.maps()[1].ravel())[0, 1] < 0.6
 
 
 def test_a_shadow_takes_the_light_that_falls_on_the_body_and_lies_down_the_light():
     place_m, run, size_m = np.array([0.05, -0.04, 0.06]), np.array([0.3, -0.2]), 0.008
     water = surface(0.0)
-    with tank([place_m], size_m) as world:
-        light = FloorLight(world, water, [LightThroughSurface(1.0, run, np.array([0.15, 0.15]))])
-        with_shadow, without = light.maps()
-        taken = (without - with_shadow).astype(float)
+    world = tank([place_m], size_m)
+    light = FloorLight(world, water, [LightThroughSurface(1.0, run, np.array([0.15, 0.15]))])
+    with_shadow, without = light.maps()
+    taken = (without - with_shadow).astype(float)
     extent = light.extent()
     rows, columns = np.mgrid[: taken.shape[0], : taken.shape[1]]
     middle = extent.first_m + extent.step_m * np.array([(taken * columns).sum(), (taken * rows).sum()]) / taken.sum()
@@ -183,25 +183,25 @@ def test_a_window_has_bars_and_ripples_break_it():
 def test_fused_pictures_are_those_of_the_stages():
     water, (camera, T_world_camera) = surface(), looking(30)
     balls_m = np.array([[0.0, 0.0, 0.05], [0.1, 0.1, 0.02]])
-    with tank(balls_m, 0.02) as world:
-        parts = [
-            (
-                ThroughWater(create_renderer("raster", world), water),
-                WaterShader(world, water, Water(3.0), [LAMP], 100.0),
-                CameraSensor(SensorConfig(longest_exposure_s=0.02), np.random.default_rng(2)),
-            )
-            for _ in range(2)
-        ]
-        for frame in range(3):
-            water.time_s = frame / 30.0
-            fused = capture(*parts[0], camera, T_world_camera, frame)
-            renderer, shader, sensor = parts[1]
-            seen = renderer.gbuffer(camera, T_world_camera)
-            picture = sensor.expose(shader.shade(seen, camera, T_world_camera), camera, frame)
-            np.testing.assert_array_equal(fused.instance_id, seen.instance_id)
-            np.testing.assert_array_equal(fused.depth_m, seen.depth_m)
-            difference = np.abs(fused.picture.image_rgb.astype(int) - picture.image_rgb)
-            assert (difference > 1).mean() < 1e-3
+    world = tank(balls_m, 0.02)
+    parts = [
+        (
+            ThroughWater(create_renderer("raster", world), water),
+            WaterShader(world, water, Water(3.0), [LAMP], 100.0),
+            CameraSensor(SensorConfig(longest_exposure_s=0.02), np.random.default_rng(2)),
+        )
+        for _ in range(2)
+    ]
+    for frame in range(3):
+        water.time_s = frame / 30.0
+        fused = capture(*parts[0], camera, T_world_camera, frame)
+        renderer, shader, sensor = parts[1]
+        seen = renderer.gbuffer(camera, T_world_camera)
+        picture = sensor.expose(shader.shade(seen, camera, T_world_camera), camera, frame)
+        np.testing.assert_array_equal(fused.instance_id, seen.instance_id)
+        np.testing.assert_array_equal(fused.depth_m, seen.depth_m)
+        difference = np.abs(fused.picture.image_rgb.astype(int) - picture.image_rgb)
+        assert (difference > 1).mean() < 1e-3
 
 
 @pytest.mark.parametrize(

@@ -25,9 +25,9 @@ def test_spans_have_all_columns_that_show_a_panel_and_leave_others_out(time_s):
     camera, T_world_camera = looking(20)
     water = surface()
     water.time_s = time_s
-    with tank() as world:
-        shader = WaterShader(world, water, Water(), (TUBE, WINDOW), 100.0)
-        light = shader.row_light(np.ones((camera.height_px, camera.width_px), np.float32), camera, T_world_camera)
+    world = tank()
+    shader = WaterShader(world, water, Water(), (TUBE, WINDOW), 100.0)
+    light = shader.row_light(np.ones((camera.height_px, camera.width_px), np.float32), camera, T_world_camera)
     columns = np.arange(camera.width_px)
     shown, in_span = np.zeros(2, int), np.zeros(2, int)
     for panel in range(2):

@@ -29,7 +29,7 @@ def fly_one(
 @pytest.mark.parametrize("mount_rad", [0.0, 0.7])
 def test_helicopters_fly_alike(mount_rad: float) -> None:
     rng = np.random.default_rng(3)
-    air = AirState(70.0, rng.normal(0, 0.1, (300, 3)), np.zeros((300, 2)), np.full(300, 0.7), mount_rad)
+    air = AirState(70.0, rng.normal(0, 0.1, (300, 3)), np.zeros((300, 2)), 0.7, mount_rad)
     pulse = Pulse(50, 6, 20, 8, (30.0, -20.0), True)
     helicopter = Helicopter(RoadTown(""), air, [pulse], np.array([5.0, -3.0]))
     states, scratch = np.zeros(1, FLIGHT_STATE), np.zeros(3)
