@@ -128,7 +128,7 @@ def _controllers(rows: Sequence[Row]) -> list[str]:
 def _editions(rows: Sequence[Row]) -> dict[str, str]:
     found: dict[str, list[str]] = {}
     for row in rows:
-        for name, version in row["editions"].items():
+        for name, version in row.get("editions", {}).items():
             label = f"{name} {row[name]}" if name in ("tracker", "controller") else name
             if version not in found.setdefault(label, []):
                 found[label].append(version)

@@ -45,6 +45,6 @@ def is_of_present_editions(tracker: str, rows: Sequence[Row]) -> bool:
         controller = None if steered_by is None else catalogue.controller_entry(steered_by, carrier)
         where = (made["suite"], made["scenario"], made["preset"])
         now = editions_of(*where, entrant(tracker), controller, renderer=made["renderer"])
-        return now == made["editions"]
+        return now == made.get("editions")
     except ValueError:
         return False

@@ -38,7 +38,7 @@ def keep_event_picture(
         draw: returns the picture from the jobs, which have the trackers in order, and the event.
     """
     name = "-".join(filter(None, condition))
-    key = json.dumps([found, [(tracker, trackers[tracker][0]["editions"]) for tracker in shown]])
+    key = json.dumps([found, [(tracker, trackers[tracker][0].get("editions")) for tracker in shown]])
     if made_from(directory, name) == key:
         return
     remove_picture(directory, name)

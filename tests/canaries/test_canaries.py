@@ -13,7 +13,7 @@ from benchmarks.run.arithmetic import calculates_like_published
 from scenarios.road_town.town import forget_town
 from tests.canaries.canaries import canaries, kept, verdict
 
-pytestmark = pytest.mark.skipif(
+same_instructions = pytest.mark.skipif(
     not calculates_like_published(os.environ), reason="digests are those of the instructions of the published tables"
 )
 ROOT = Path(__file__).parents[2]
@@ -21,6 +21,7 @@ CANARIES = canaries()
 """Other tests register things of their own, so that there may be more than are kept."""
 
 
+@same_instructions
 @pytest.mark.parametrize("name", kept())
 def test_what_an_edition_does_stays(name: str) -> None:
     assert not verdict(CANARIES[name], kept())
@@ -50,6 +51,7 @@ CONSTANTS = {
 """Constant -> another value, and the canary that notices it."""
 
 
+@same_instructions
 @pytest.mark.parametrize("constant", CONSTANTS)
 def test_a_changed_constant_is_named(constant: str, monkeypatch: pytest.MonkeyPatch) -> None:
     value, name = CONSTANTS[constant]
