@@ -22,7 +22,7 @@ import gymnasium as gym
 import numpy as np
 
 from benchmarks.cli import main as frameout
-from benchmarks.scores.cpu_time import TIMES
+from benchmarks.scores.tracker_speed import TIMES
 from scenarios import catalog
 from scenarios.truth import Truth
 from trackers.types import CameraCommand

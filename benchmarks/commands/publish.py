@@ -22,7 +22,7 @@ from benchmarks.commands.arguments import COUNT, FOLDER, NAMES, WORKERS, names
 from benchmarks.commands.console import console_of
 from benchmarks.commands.progress import progress_bar
 from benchmarks.results import ledger
-from benchmarks.results.checking import differences, other_versions, runs_to_check
+from benchmarks.results.checking import differences, other_editions, runs_to_check
 from benchmarks.results.durations import Duration, duration_of
 from benchmarks.results.published import PublishedTable, tables_named
 from benchmarks.results.results_page import results_pages
@@ -163,9 +163,9 @@ class Publish:
         name = run.table.name
         with TemporaryDirectory() as place, progress_bar(f"{name} anew") as progress:
             lines = differences(run, Path(place), self.episodes, cores(self.workers), progress)
-            parts = other_versions(run, Path(place)) if any(Path(place).iterdir()) else []
+            parts = other_editions(run, Path(place)) if any(Path(place).iterdir()) else []
         if parts:
-            print(f"note: {name} was published with another version of: {', '.join(parts)}", file=sys.stderr)
+            print(f"note: {name} was published with another edition of: {', '.join(parts)}", file=sys.stderr)
         seeds = run.table.seeds[: self.episodes]
         print("\n".join(lines) or f"{name}: the same figures on seeds {seeds.start}:{seeds.stop}")
         return int(bool(lines))

@@ -16,7 +16,7 @@ from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.run.blocks import as_row
 from benchmarks.run.editions import Editions, package_versions, scene_edition
 from benchmarks.run.experiment import Progress, make_folder
-from benchmarks.run.records import BlockKey, Row, append_block, tidy, up_to_date
+from benchmarks.run.records import BlockKey, MadeNow, Row, append_block, tidy, up_to_date
 from benchmarks.suites.judging import Score, truth_as
 from benchmarks.suites.registry import Metric
 from benchmarks.video import marks
@@ -54,7 +54,7 @@ class CameraExperiment(PaperExperiment):
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
         """See ``PaperExperiment``."""
         make_folder(out)
-        have, moved = up_to_date(out, seeds, self._made_now)
+        have, moved = up_to_date(out, seeds, self.made_now(renderer))
         missing = [seed for seed in seeds if self._key(seed, renderer) not in have]
         parallel = joblib.Parallel(n_jobs=max(workers, 1), return_as="generator_unordered")
         progress(len(seeds) - len(missing), len(seeds))
@@ -63,6 +63,10 @@ class CameraExperiment(PaperExperiment):
             append_block(out, block)
             progress(done, len(seeds))
         return [*moved, *filter(None, [tidy(out)])]
+
+    def made_now(self, renderer: RendererName) -> MadeNow:
+        """See ``PaperExperiment``."""
+        return lambda key: self._editions(renderer) if key == self._key(key.seed, renderer) else None
 
     def block(self, seed: int, renderer: RendererName) -> list[Row]:
         """Return the rows of one seed."""
@@ -86,9 +90,6 @@ class CameraExperiment(PaperExperiment):
 
     def _key(self, seed: int, renderer: str) -> BlockKey:
         return BlockKey(self.suite, self.scenario, self.preset, renderer, "", _TRACKER, seed)
-
-    def _made_now(self, key: BlockKey) -> Editions | None:
-        return self._editions(key.renderer) if key == self._key(key.seed, key.renderer) else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,7 +15,7 @@ from benchmarks.papers.claims import Claim, Matrix
 from benchmarks.papers.robustness import Sensitivity
 from benchmarks.report.pictures import write_picture
 from benchmarks.run.experiment import Progress
-from benchmarks.run.records import Row, read_rows
+from benchmarks.run.records import MadeNow, Row, read_rows
 from benchmarks.suites.registry import Condition, Metric
 from scenarios.scenario import RendererName
 
@@ -79,6 +79,10 @@ class PaperExperiment(ABC):
     @abstractmethod
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:
         """Write the paper's figure to ``out``, and return plots of the rows, if there are any."""
+
+    @abstractmethod
+    def made_now(self, renderer: RendererName) -> MadeNow:
+        """Return what tells the current ``editions`` of the rows of ``run``."""
 
     def matrix(self, seeds: range, renderer: RendererName) -> Matrix | None:
         """Return a matrix measured on the episodes of ``seeds``, for experiments that have one."""

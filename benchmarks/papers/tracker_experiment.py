@@ -9,10 +9,10 @@ from pathlib import Path
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import PaperExperiment, Plots
 from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity
-from benchmarks.run.experiment import Experiment, Progress
+from benchmarks.run.experiment import Experiment, Progress, made_now_of
 from benchmarks.run.experiment import run as run_experiment
 from benchmarks.run.jobs import Job, opened
-from benchmarks.run.records import Row, read_rows
+from benchmarks.run.records import MadeNow, Row, read_rows
 from benchmarks.run.replay import replay
 from benchmarks.run.steering import link_in
 from benchmarks.scores.summary import grouped
@@ -49,6 +49,11 @@ class TrackerExperiment(PaperExperiment):
         return (self.preset, *self.variants)
 
     @property
+    def contestants(self) -> tuple[str, ...]:
+        """All trackers that run."""
+        return (*self.trackers, *self.beside)
+
+    @property
     def shown_claims(self) -> tuple[Claim, ...]:
         """See ``PaperExperiment``: the claims, and their metrics of trackers ``beside``, and in ``variants``."""
         counted = {claim.metric: claim.counted for claim in self.claims if not claim.minus}
@@ -57,7 +62,7 @@ class TrackerExperiment(PaperExperiment):
             Claim(metric, f"{difference}: {words}", tracker=tracker, preset=preset)
             for preset, difference in self.variants.items()
             for metric, words in counted.items()
-            for tracker in (*self.trackers, *self.beside)
+            for tracker in self.contestants
         )
         return (*self.claims, *beside, *varied)
 
@@ -72,6 +77,10 @@ class TrackerExperiment(PaperExperiment):
         for varied in self.varied_runs(own):
             moved += run_experiment(varied, out / FOLDER, progress).moved
         return moved
+
+    def made_now(self, renderer: RendererName) -> MadeNow:
+        """See ``PaperExperiment``."""
+        return made_now_of(self.runs(self.seeds, renderer, workers=0))
 
     def varied_runs(self, own: Experiment) -> tuple[Experiment, ...]:
         """Return what ``robustness`` adds: all varied settings on the same pictures, and other pictures."""
@@ -106,7 +115,7 @@ class TrackerExperiment(PaperExperiment):
             suite=self.suite,
             scenario=self.scenario,
             presets=self.presets,
-            trackers=(*self.trackers, *self.beside),
+            trackers=self.contestants,
             seeds=seeds,
             renderer=renderer,
             workers=workers,

@@ -71,15 +71,15 @@ def differences(run: TableRun, out: Path, episodes: int | None, workers: int, pr
     return _lines(name, differing(wanted, made, left_out))
 
 
-def other_versions(run: TableRun, out: Path) -> list[str]:
-    """Return the parts that made the rows in ``out`` in another version than the published ones."""
+def other_editions(run: TableRun, out: Path) -> list[str]:
+    """Return the parts that made the rows in ``out`` in another edition than the published ones."""
     kept: TableFile = read_table(run.table.name)
     published: Blocks = read_rows_of(run.table.name) or {}
     parts = set()
     for key, rows in read_blocks(out).items():
         before = published.get(key)
         editions = kept["editions"]["shared"] if before is None else before[0]["editions"]
-        parts |= {part for part, version in editions.items() if rows[0]["editions"].get(part) != version}
+        parts |= {part for part, edition in editions.items() if rows[0]["editions"].get(part) != edition}
     return sorted(parts)
 
 

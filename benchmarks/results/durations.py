@@ -50,7 +50,7 @@ def duration_of(run: TableRun, out: Path, folder: Path, progress: Progress) -> D
     else:
         found = blocks_of_lines(committed_rows(run.table).splitlines()).blocks
     blocks = {key: rows for key, rows in found.items() if run.is_current(key, rows)}
-    missing = len(run.table.seeds) - len(blocks) / max(run.contestants(found), 1)
+    missing = len(run.table.seeds) - len(blocks) / run.blocks_of_seed
     if missing <= 0:
         return Duration(0.0, 0.0, _ROWS)
     seconds = seconds_by_contestant(blocks)

@@ -8,10 +8,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from benchmarks.run.contestants import entrants
 from benchmarks.run.records import BlockKey, Row
-from benchmarks.scores.cpu_time import CPU_TIME
+from benchmarks.scores.tracker_speed import TIMES
 
-TIMES = frozenset(metric.name for metric in CPU_TIME)
-"""Metrics of the clock."""
 _NOT_FIGURES = ("seconds", "editions")
 Blocks = Mapping[BlockKey, Sequence[Row]]
 

@@ -176,16 +176,16 @@ def _editions(blocks: Blocks) -> dict[str, Any]:
     shared: dict[str, set[str]] = defaultdict(set)
     contestants: dict[str, dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
     for block in blocks.values():
-        for part, version in block[0]["editions"].items():
+        for part, edition in block[0]["editions"].items():
             of = contestants[label(block[0])] if part in _OF_CONTESTANTS else shared
-            of[part].add(version)
+            of[part].add(edition)
     return {"shared": _single(shared), "contestants": {name: _single(parts) for name, parts in contestants.items()}}
 
 
 def _single(editions: Mapping[str, Iterable[str]]) -> dict[str, str]:
     found = {}
     for part, several in editions.items():
-        check("publish", len(list(several)) == 1, f"rows of one version of {part}", ", ".join(sorted(several)))
+        check("publish", len(list(several)) == 1, f"rows of one edition of {part}", ", ".join(sorted(several)))
         (found[part],) = several
     return found
 

@@ -6,7 +6,6 @@ import importlib
 import json
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -56,13 +55,19 @@ class TableRun(ABC):
         """Those of a bench; of others the table's data say which."""
         return ()
 
+    @property
+    @abstractmethod
+    def made_now(self) -> MadeNow:
+        """What tells the present ``editions`` of the table's blocks of rows."""
+
+    @property
+    def blocks_of_seed(self) -> int:
+        """How many blocks of rows a seed has."""
+        return 1
+
     def is_current(self, key: BlockKey, rows: list[Row]) -> bool:
         """Return whether rows are the table's, of the present editions and parameters."""
-        return True
-
-    def contestants(self, found: Iterable[BlockKey]) -> int:
-        """Return how many blocks a seed has, by those that were found if the table's data do not say."""
-        return len({(key.tracker, key.controller) for key in found})
+        return self.made_now(key) == rows[0].get("editions")
 
     def missing(self) -> dict[str, str]:
         """Return those of ``trackers`` that need what is not installed; each with how to install it."""
@@ -73,9 +78,16 @@ class TableRun(ABC):
         missing = [f"{name}: {why}" for name, why in self.missing().items()]
         check("tables", not missing, "ones whose trackers are installed", f"{self.table.name}: {'; '.join(missing)}")
 
-    @abstractmethod
     def run(self, out: Path, workers: int, progress: Progress) -> None:
-        """Make what ``out`` lacks."""
+        """Make what ``out`` lacks. Rows of what the table no longer has are moved to another file."""
+        found = read_blocks(out) if (out / FILE_NAME).is_file() else {}
+        strangers = {key for key in found if self.made_now(key) is None}
+        if strangers:
+            tidy(out, strangers)
+        self._make(out, workers, progress)
+
+    @abstractmethod
+    def _make(self, out: Path, workers: int, progress: Progress) -> None: ...
 
     @abstractmethod
     def seconds_of_seed(self, report: Progress) -> float:
@@ -151,24 +163,17 @@ class BenchRun(TableRun):
         )
         return command_of("bench", options, "suites")
 
-    def contestants(self, found: Iterable[BlockKey]) -> int:
+    @cached_property
+    def made_now(self) -> MadeNow:
+        """See ``TableRun``."""
+        return made_now_of(self.experiment)
+
+    @property
+    def blocks_of_seed(self) -> int:
         """See ``TableRun``."""
         return len(self.trackers) * max(len(self.experiment.controllers or ()), 1)
 
-    @cached_property
-    def _made_now(self) -> MadeNow:
-        return made_now_of(self.experiment)
-
-    def is_current(self, key: BlockKey, rows: list[Row]) -> bool:
-        """See ``TableRun``."""
-        return self._made_now(key) == rows[0].get("editions")
-
-    def run(self, out: Path, workers: int, progress: Progress) -> None:
-        """See ``TableRun``. Rows of contestants that the table no longer has are moved to another file."""
-        found = read_blocks(out) if (out / FILE_NAME).is_file() else {}
-        strangers = {key for key in found if self._made_now(key) is None}
-        if strangers:
-            tidy(out, strangers)
+    def _make(self, out: Path, workers: int, progress: Progress) -> None:
         run(replace(self.experiment, workers=workers), out, progress)
 
     def seconds_of_seed(self, report: Progress) -> float:
@@ -196,8 +201,18 @@ class PaperRun(TableRun):
         options = Paper(self.table.experiment, seeds=_words(self.table.seeds), renderer=_RENDERER)
         return command_of("paper", options, "experiment")
 
-    def run(self, out: Path, workers: int, progress: Progress) -> None:
+    @cached_property
+    def made_now(self) -> MadeNow:
         """See ``TableRun``."""
+        return self.experiment.made_now(_RENDERER)
+
+    @property
+    def blocks_of_seed(self) -> int:
+        """See ``TableRun``."""
+        made = self.experiment
+        return len(made.presets) * len(made.contestants) if isinstance(made, TrackerExperiment) else 1
+
+    def _make(self, out: Path, workers: int, progress: Progress) -> None:
         self.experiment.run(out, self.table.seeds, _RENDERER, workers, progress)
 
     def seconds_of_seed(self, report: Progress) -> float:
@@ -265,8 +280,13 @@ class SpeedRun(TableRun):
         """See ``TableRun``."""
         return command_of("speed", self._options, "scenarios")
 
-    def run(self, out: Path, workers: int, progress: Progress) -> None:
-        """See ``TableRun``. Measured on one core, whatever ``workers``."""
+    @property
+    def made_now(self) -> MadeNow:
+        """See ``TableRun``: there are no rows."""
+        return lambda key: None
+
+    def _make(self, out: Path, workers: int, progress: Progress) -> None:
+        # Measured on one core, whatever ``workers``.
         if not (out / SUMMARY_FILE_NAME).is_file():
             replace(self._options, out=out).run()
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from math import inf
 
-from benchmarks.scores.cpu_time import TIMES
+from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.metric import OWN, RowMeaning
 
-CPU_TIME = RowMeaning(TIMES, 0, inf, "every frame but the tracker's first five", OWN)
+SPEED = RowMeaning(TIMES, 0, inf, "every frame but the tracker's first five", OWN)
 _HOTA = "HOTA: Luiten et al., HOTA: a higher order metric for evaluating multi-object tracking, IJCV 129, 2021"
 _IDF1 = "IDF1: Ristani et al., Performance measures and a data set for multi-target, multi-camera tracking, ECCV 2016"
 KAPLAN_MEIER = "Kaplan and Meier, Nonparametric estimation from incomplete observations, JASA 53, 1958"

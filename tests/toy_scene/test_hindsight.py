@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.run.blindfold import ManyBlindfolded
 from benchmarks.run.guards import GuardedContestant, guarded
-from benchmarks.scores.cpu_time import TIMES
+from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.judging import Ending
 from scenarios.loop import Contestant, FromPictures, Loop, ManyFromPictures
 from tests.benchmarks.fake_episode import FakeTracker

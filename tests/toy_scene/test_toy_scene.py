@@ -20,7 +20,7 @@ from benchmarks.run.jobs import Job, opened
 from benchmarks.run.records import read_rows
 from benchmarks.run.replay import replay
 from benchmarks.run.steering import suite_watching
-from benchmarks.scores.cpu_time import TIMES
+from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.registry import Scene, add_scene, suite
 from scenarios import catalog
 from scenarios.loop import Loop

@@ -76,7 +76,10 @@ class BackgroundModel(CarModel[BackgroundParameters, BackgroundInstant]):
 
 
 @register(
-    "background_pf", role="as-written", summary="particle filter with pixel classes, motion from pixels (paper A.3)"
+    "background_pf",
+    role="as-written",
+    edition=2,
+    summary="particle filter with pixel classes, motion from pixels (paper A.3)",
 )
 class BackgroundParticleFilter:
     """The filter of paper A.3; it uses no measured pose.

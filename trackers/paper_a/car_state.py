@@ -126,17 +126,17 @@ def car_estimate(posterior: Posterior, camera: CameraModel, size_px: NDArray[np.
     """Return the estimate of a posterior over car states: weighted means before resampling.
 
     The box keeps its first size (2,) as the paper's rectangle does. The paper's methods give no in-view probability;
-    here it is the sum of the weights inside the picture.
+    here it is what the weights outside the picture leave of 1, which is 1 exactly if there are none.
     """
     particles_px = posterior.states[:, POSITION] + image_centre(camera)
     weights = posterior.weights
     position_px = weights @ particles_px
-    inside = inside_picture(particles_px, camera.width_px, camera.height_px)
+    outside = ~inside_picture(particles_px, camera.width_px, camera.height_px)
     return Estimate(
         position_px=position_px,
         box_xyxy=box_around(position_px, size_px),
         heading_rad=circular_mean(posterior.states[:, HEADING], weights),
-        in_view_probability=float(min(weights[inside].sum(), 1.0)),
+        in_view_probability=float(max(1.0 - weights[outside].sum(), 0.0)),
         particles_px=particles_px,
         weights=weights,
     )

@@ -47,7 +47,7 @@ class ColourModel(CarModel[ColourParameters, Instant]):
         return -self._parameters.colour_sharpness * (1.0 - similarity)
 
 
-@register("colour_pf", role="as-written", summary="plain colour particle filter (paper A.1)")
+@register("colour_pf", role="as-written", edition=2, summary="plain colour particle filter (paper A.1)")
 class ColourParticleFilter:
     """The filter of paper A.1, with the *measured* motion of the helicopter (none without poses).
 

@@ -76,7 +76,10 @@ class RoadShapeModel(CarModel[RoadShapeParameters, RoadInstant]):
 
 
 @register(
-    "road_shape_pf", role="as-written", summary="particle filter with the road's shape, motion measured (paper A.2)"
+    "road_shape_pf",
+    role="as-written",
+    edition=2,
+    summary="particle filter with the road's shape, motion measured (paper A.2)",
 )
 class RoadShapeParticleFilter:
     """The filter of paper A.2, with the measured motion of the helicopter (none without poses).

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import inf
 
-from benchmarks.scores.row_meanings import CPU_TIME, identities
+from benchmarks.scores.row_meanings import SPEED, identities
 from benchmarks.suites.fish.gap_scores import GAP_FRAMES
 from benchmarks.suites.fish.judge import AT_ONCE
 from benchmarks.suites.fish.link_scores import GROUPS
@@ -46,5 +46,5 @@ ROW_MEANINGS = (
     RowMeaning(("motion_straightness", "motion_meetings"), 0, 1, _TRUE_PLACES, OWN),
     RowMeaning(tuple(f"motion_step_{each}" for each in ("p5", "p50", "p95")), 0, inf, _TRUE_PLACES, OWN),
     RowMeaning(("motion_wall_p50",), 0, inf, _TRUE_PLACES, OWN),
-    CPU_TIME,
+    SPEED,
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal
 
-from benchmarks.scores.cpu_time import CPU_TIME
+from benchmarks.scores.tracker_speed import SPEED
 from benchmarks.suites.fish import gap_scores, judge, link_scores, motion
 from benchmarks.suites.fish.drawing import FishDrawing
 from benchmarks.suites.fish.events import EVENTS
@@ -122,7 +122,7 @@ FISH = Suite(
         *(_growth(count) for count in GAP_FRAMES[1:]),
         *_chain_metrics(AT_ONCE, _NOW),
         *_link_metrics(AT_ONCE, _NOW),
-        *CPU_TIME,
+        *SPEED,
     ),
     headline=(
         "hota",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from benchmarks.scores import in_view, view_time
-from benchmarks.scores.cpu_time import CPU_TIME
+from benchmarks.scores.tracker_speed import SPEED
 from benchmarks.suites.follow.events import COMPARED, EVENTS
 from benchmarks.suites.follow.figures import figures
 from benchmarks.suites.follow.judge import FollowJudge
@@ -63,7 +63,7 @@ FOLLOW = Suite(
         _share("in_view_tpr", 'OxUvA: frames in view on which the tracker says "in view" and is on the target'),
         _share("in_view_tnr", "OxUvA: frames with the target absent on which the tracker says so"),
         in_view.IN_VIEW_GM,
-        *CPU_TIME,
+        *SPEED,
     ),
     headline=(
         "time_seen",

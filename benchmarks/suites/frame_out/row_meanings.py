@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from benchmarks.scores.row_meanings import CPU_TIME, IN_VIEW, KAPLAN_MEIER, time_in_view
+from benchmarks.scores.row_meanings import SPEED, IN_VIEW, KAPLAN_MEIER, time_in_view
 from benchmarks.suites.frame_out.episode_scores import NEES_CAP
 from benchmarks.suites.frame_out.metrics.offscreen import WORST_ERROR_M
 from benchmarks.suites.metric import OWN, RowMeaning
@@ -45,5 +45,5 @@ ROW_MEANINGS = (
     RowMeaning(("centre_error_px",), 0, inf, _SEEN, f"{_OTB}, there without a cap"),
     RowMeaning(("precision_20_px", "success_auc"), 0, 1, _SEEN, _OTB),
     *time_in_view("presets in closed loop"),
-    CPU_TIME,
+    SPEED,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from benchmarks.scores.row_meanings import CPU_TIME, identities
+from benchmarks.scores.row_meanings import SPEED, identities
 from benchmarks.suites.harbour.alarms import CAUSES
 from benchmarks.suites.harbour.matching import RADIUS_M
 from benchmarks.suites.harbour.sizes import AT_100_M, DIMENSIONS
@@ -41,5 +41,5 @@ ROW_MEANINGS = (
     RowMeaning(("duplicate_rate",), 0, 1, _TRACKED, OWN),
     *identities(_FRAMES),
     RowMeaning(("gospa_m",), 0, inf, _FRAMES, _GOSPA),
-    CPU_TIME,
+    SPEED,
 )

@@ -11,7 +11,7 @@ from dataclasses import replace
 from typing import Literal
 
 from benchmarks.scores.average_precision import LEAST_OVERLAP
-from benchmarks.scores.cpu_time import CPU_TIME
+from benchmarks.scores.tracker_speed import SPEED
 from benchmarks.suites.harbour import alarms, boxes, found, identity_scores, sizes
 from benchmarks.suites.harbour.alarms import CAUSES
 from benchmarks.suites.harbour.drawing import HarbourDrawing
@@ -132,7 +132,7 @@ HARBOUR = Suite(
         _rate("mota", "MOTA of CLEAR, within 3 m over the ground"),
         Metric("identity_switches", "switches of CLEAR in an episode", "1", "lower"),
         Metric("gospa_m", "GOSPA, order 1, cut-off 3 m over the ground", "m", "lower"),
-        *CPU_TIME,
+        *SPEED,
     ),
     headline=(
         "detection_rate_at_1",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from benchmarks.scores.row_meanings import CPU_TIME, KAPLAN_MEIER
+from benchmarks.scores.row_meanings import SPEED, KAPLAN_MEIER
 from benchmarks.suites.metric import OWN, RowMeaning
 from benchmarks.suites.stereo.events import EVENT_COUNTS
 from benchmarks.suites.stereo.metrics.people import RIGHT_WITHIN_M, WORST_ERROR_M
@@ -28,5 +28,5 @@ ROW_MEANINGS = (
     RowMeaning(("rate_hz",), 0, inf, "", OWN),
     RowMeaning(("disparity_error_px",), 0, inf, _PIXELS, _MIDDLEBURY),
     RowMeaning(("disparity_bad_1", "disparity_bad_3", "disparity_density"), 0, 1, _PIXELS, _MIDDLEBURY),
-    CPU_TIME,
+    SPEED,
 )

@@ -15,7 +15,7 @@ from benchmarks.data_sets.generating import Workers, generate
 from benchmarks.data_sets.request import Request, existing_channels
 from benchmarks.run.editions import package_versions, scene_edition
 from benchmarks.run.experiment import Experiment, run
-from benchmarks.scores.cpu_time import CPU_TIME
+from benchmarks.scores.tracker_speed import SPEED
 from benchmarks.suites import registry
 from tests.benchmarks.data_sets.small import MODULES, made, tiny
 
@@ -30,7 +30,7 @@ SUITES = {
 def rows(out: Path) -> list[dict[str, Any]]:
     """Return the rows of a run but for what was measured with a clock."""
     lines = [json.loads(line) for line in (out / "records.jsonl").read_text().splitlines()]
-    clocks = {metric.name for metric in CPU_TIME}
+    clocks = {metric.name for metric in SPEED}
     return [row | {"seconds": None} for row in lines if row["metric"] not in clocks]
 
 

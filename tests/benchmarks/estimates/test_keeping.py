@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.run.experiment import run
 from benchmarks.run.records import read_blocks
-from benchmarks.scores.cpu_time import TIMES
+from benchmarks.scores.tracker_speed import TIMES
 from tests.benchmarks.estimates.runs import TOWN, rows_in
 
 STILL = replace(TOWN, trackers=("fake_still",))

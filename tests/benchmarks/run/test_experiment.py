@@ -15,7 +15,7 @@ from benchmarks.run.experiment import SET_PATH, Experiment, _suites_in_words, ru
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.records import read_blocks, read_rows
-from benchmarks.scores.cpu_time import TIMES
+from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.frame_out.metrics.offscreen import WORST_ERROR_M
 from tests import fakes_scenario
 

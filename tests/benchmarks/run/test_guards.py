@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from benchmarks.run.guards import GuardedController, guarded, times
 from benchmarks.run.time_limit import Taken, at_most
-from benchmarks.scores.cpu_time import TIMES
+from benchmarks.scores.tracker_speed import TIMES
 from scenarios.command_link import CommandLink, Link
 from scenarios.loop import FromPictures, Loop
 from scenarios.road_town.flight import HELICOPTER

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from benchmarks.cli import main
 from benchmarks.export.registry import export
 from benchmarks.run.records import read_rows
-from benchmarks.scores.cpu_time import TIMES
+from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.sequences.reading import read_collections
 from benchmarks.suites.frame_out.metrics import localisation
 from tests.benchmarks.export.painted_scene import FRAMES as PAINTED_FRAMES

@@ -77,6 +77,8 @@ def test_it_is_that_of_pycocotools(seed: int) -> None:
         boxes = np.hstack([corner, corner + rng.uniform(5.0, 30.0, (count, 2))])
         counted = rng.random(count) < 0.7
         moved = boxes[rng.random(count) < 0.9] + rng.normal(0.0, 2.0, (1, 4))
+        # COCO does not count a box with a negative side; here answers have none.
+        moved[:, 2:] = np.maximum(moved[:, 2:], moved[:, :2] + 1.0)
         at = rng.uniform(0.0, 80.0, (int(rng.integers(0, 4)), 2))
         said = np.vstack([moved, moved[:1] + 1.0, np.hstack([at, at + 12.0])])
         sure = np.array([levels.pop() for _ in said])

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from benchmarks.cli import main
-from benchmarks.scores.cpu_time import TIMES
+from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.registry import suite
 from benchmarks.track_files.table import TrackTable
 from benchmarks.track_files.writing import write_tracks

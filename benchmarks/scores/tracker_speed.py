@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from benchmarks.suites.registry import Metric
 
-CPU_TIME = (
+SPEED = (
     Metric(
         "ms_per_frame",
         "time of the tracker per frame: its CPU time or its wall time, whichever is larger",
@@ -35,5 +35,5 @@ CPU_TIME = (
         statistic="median",
     ),
 )
-TIMES = tuple(metric.name for metric in CPU_TIME)
+TIMES = tuple(metric.name for metric in SPEED)
 """Rows that differ from run to run."""
