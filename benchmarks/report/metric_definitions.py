@@ -10,8 +10,8 @@ from typing import Any
 from benchmarks.report.docstrings import place_of
 from benchmarks.report.numbers import range_text
 from benchmarks.run.guards import times
-from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.scores.pooling import FORMULAS
+from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.metric import Metric, RowMeaning
 from benchmarks.suites.registry import Suite
 

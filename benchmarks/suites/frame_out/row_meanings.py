@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from benchmarks.scores.row_meanings import SPEED, IN_VIEW, KAPLAN_MEIER, time_in_view
+from benchmarks.scores.row_meanings import IN_VIEW, KAPLAN_MEIER, SPEED, time_in_view
 from benchmarks.suites.frame_out.episode_scores import NEES_CAP
 from benchmarks.suites.frame_out.metrics.offscreen import WORST_ERROR_M
 from benchmarks.suites.metric import OWN, RowMeaning

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from benchmarks.scores import in_view, long_term, view_time
-from benchmarks.scores.tracker_speed import SPEED
 from benchmarks.scores.recovery import Recovery, judge_recovery, time_scores
+from benchmarks.scores.tracker_speed import SPEED
 from benchmarks.scores.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
 from benchmarks.suites.frame_out.episode_scores import NEES_CAP, added_scores, errors_while_out, offscreen_scores
 from benchmarks.suites.frame_out.events import EVENTS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from benchmarks.scores.row_meanings import SPEED, KAPLAN_MEIER
+from benchmarks.scores.row_meanings import KAPLAN_MEIER, SPEED
 from benchmarks.suites.metric import OWN, RowMeaning
 from benchmarks.suites.stereo.events import EVENT_COUNTS
 from benchmarks.suites.stereo.metrics.people import RIGHT_WITHIN_M, WORST_ERROR_M

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from benchmarks.scores.tracker_speed import SPEED
 from benchmarks.scores.recovery import Recovery
+from benchmarks.scores.tracker_speed import SPEED
 from benchmarks.suites.metric import Statistic
 from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
 from benchmarks.suites.stereo.disparity import DISPARITY
