@@ -6,7 +6,8 @@ edition must be raised, or the change was not meant.
 
 Trackers, controllers and suites get the stored episodes in ``episodes``, so that a change of a scene is no change of
 theirs. They were made by ``frameout generate SCENARIO --preset quick --pictures jpeg`` with ``--size`` and
-``--frame-count``, as ``dataset.json`` in each of them says.
+``--frame-count``, as ``dataset.json`` in each of them says. The harbour's trackers get drawn pictures, as they need a
+background.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.data_sets.data_set import stored_episode
 from benchmarks.data_sets.stored_episode import StoredEpisode
@@ -31,12 +33,19 @@ from benchmarks.suites.judging import Ending
 from benchmarks.suites.registry import Suite, suite
 from scenarios import catalog
 from scenarios.catalog import unversioned
+from scenarios.command_link import LINKS, episode_link
+from scenarios.kept_world import KeptWorld
 from scenarios.loop import Contestant, Loop, ManyContestant, tracker_stream
+from scenarios.road_town.scenario import ROAD_TOWN
+from scenarios.road_town.town import forget_town
 from scenarios.scenario import Frame
+from scenarios.stage import Stage
+from sim.checks import check
+from tests.trackers.drawn_harbour import CAMERA, SURVEY, DrawnHarbour
 from trackers.controllers.catalogue import controllers
 from trackers.follow_one import FollowOne
 from trackers.gaps.types import GapMethod, Piece, Surroundings
-from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Track
+from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Start, Track
 
 HERE = Path(__file__).parent
 DIGESTS = HERE / "digests.json"
@@ -44,11 +53,21 @@ EPISODES = {"road-town": 0, "stereo-follow": 2, "fish-tank": 0, "harbour": 0}
 """Stored episode -> its seed."""
 WATCHED = {"frame-out": "road-town", "stereo": "stereo-follow", "fish": "fish-tank", "harbour": "harbour"}
 """Suite -> stored episode that its trackers watch."""
-WATCHED_FRAMES = {"road-town": 72, "stereo-follow": 30, "fish-tank": 36, "harbour": 20}
-"""How long trackers watch a stored episode: the car is outside from frame 31 to 60, the person hidden from 26 to 29."""
+WATCHED_FRAMES = {"road-town": 72, "stereo-follow": 30, "fish-tank": 36, "harbour": 16}
+"""How long trackers watch: the car is outside from frame 31 to 60, the person hidden from 26 to 29."""
+_BACKGROUND = 30
+"""Pictures of the drawn harbour before its trackers begin."""
 _TINY = {"width_px": 64, "height_px": 48, "extent_m": 300.0, "background": 2}
 """Fields of presets that have them -> smaller values."""
 _FRAMES = 3
+_NEAR_ZERO = 1e-12
+_COURSE = 60
+"""Later frames of a set path, of which no picture is taken."""
+_COMMAND = CameraCommand(1.0, 0.5, 0.2, 0.1, 0.1, 0.05, 0.02)
+_IN_THE_SAME_TOWN = ("hard", "quick", "oblique", "standard-gipps", "standard-slow", "standard-fast")
+"""Presets of ``road-town`` that take place in the town of ``standard``, in closed loop: building a town takes longest
+of all.
+"""
 
 
 @dataclass(frozen=True)
@@ -121,25 +140,78 @@ def _suites() -> Iterator[Canary]:
 
 
 def digest_of_scene(name: str, preset: str) -> str:
-    """Return the digest of the first pictures and truths of an episode's tiny edition, and of what is given before."""
+    """Return the digest of a tiny edition of an episode: pictures and truths of the first frames, what is given before
+    them, and where everything is later on.
+    """
     scenario = catalog.scenario(name)
-    wanted = scenario.presets[preset]
-    tiny = dataclasses.replace(wanted, **{name: value for name, value in _TINY.items() if hasattr(wanted, name)})
-    with closing(scenario.episode(tiny, 0)) as episode:
-        commands = [CameraCommand() if k and episode.closed_loop else None for k in range(_FRAMES)]
+    tiny = _tiny(scenario.presets[preset])
+    kept = _town() if name == ROAD_TOWN.id and preset in _IN_THE_SAME_TOWN else None
+    made = scenario.episode(tiny, 0) if kept is None else ROAD_TOWN.episode_in(kept, tiny, 0)
+    with closing(made) as episode:
+        commands = [_COMMAND if k and episode.closed_loop else None for k in range(_FRAMES)]
         seen = [episode.step(command) for command in commands]
-        return digest([seen, episode.start, episode.rate_hz, episode.frame_count])
+        return digest([seen, episode.start, episode.rate_hz, episode.frame_count, _course(episode)])
+
+
+def _tiny(preset: Any) -> Any:
+    return dataclasses.replace(preset, **{name: value for name, value in _TINY.items() if hasattr(preset, name)})
+
+
+@cache
+def _town() -> KeptWorld:
+    return ROAD_TOWN.keep_world(_tiny(ROAD_TOWN.presets["standard"]), 0)
+
+
+def forget_towns() -> None:
+    """Build the next towns anew."""
+    forget_town()
+    _town.cache_clear()
+
+
+def _course(episode: Stage) -> Iterator[Any]:
+    """Yield where bodies and camera are after the first frames, without a picture."""
+    # A carrier moves from frame to frame, set paths are known beforehand.
+    count = episode.frame_count - _FRAMES if episode.closed_loop else _COURSE
+    for frame in np.linspace(_FRAMES, episode.frame_count - 1, count).astype(int).tolist():
+        if episode.closed_loop:
+            episode._obey(_COMMAND)
+        episode._move_to(frame)
+        yield episode.world.poses, episode._T_world_camera
 
 
 def digest_of_tracker(entrant: Entrant) -> str:
-    """Return the digest of a contestant's answers on the stored episode of its suite."""
+    """Return the digest of a contestant's answers on what its suite has to watch.
+
+    Raises:
+        ValueError: if it never answers, so that its digest tells nothing.
+    """
     judging = suite(next(name for name in WATCHED if name in entrant.suites))
     stored = WATCHED[judging.name]
     episode = _Again(stored)
     rng = tracker_stream(EPISODES[stored], entrant.name)
     contestant = entrant.create(episode, catalog.scenario(stored), rng, judging.follows_many)
-    loop = Loop(episode, [contestant])
-    return digest([[loop.answers for _ in loop.frames(count=WATCHED_FRAMES[stored])], *_hindsight(contestant)])
+    if stored == "harbour":
+        answers = list(_in_the_drawn_harbour(contestant))
+    else:
+        loop = Loop(episode, [contestant])
+        answers = [loop.answers[0] for _ in loop.frames(count=WATCHED_FRAMES[stored])]
+    bridges = isinstance(contestant, ManyContestant) and contestant.gap_method() is not None
+    check("tracker", bridges or any(map(_says_something, answers)), "one that answers", repr(entrant.name))
+    return digest([answers, *_hindsight(contestant)])
+
+
+def _in_the_drawn_harbour(contestant: Contestant) -> Iterator[Any]:
+    """Yield the answers while two people walk on the quay."""
+    harbour = DrawnHarbour(0)
+    start = Start(CAMERA, background=tuple(harbour.pictures(_BACKGROUND)), site=SURVEY)
+    for k in range(WATCHED_FRAMES["harbour"]):
+        walkers_m = [np.array([2.0, -6.0 + 0.7 * k]), np.array([6.0, 5.0 - 0.5 * k])]
+        frame = Frame(harbour.picture(walkers_m), frames_of("harbour")[0].truth)
+        yield contestant.update(frame) if k else contestant.initialise(frame, start)
+
+
+def _says_something(answer: Any) -> bool:
+    return bool(np.isfinite(answer.position_px).all() if isinstance(answer, Estimate) else answer)
 
 
 def _hindsight(contestant: Contestant) -> Iterator[Any]:
@@ -164,8 +236,16 @@ def _bridges(method: GapMethod) -> Iterator[Any]:
 
 def digest_of_suite(judging: Suite) -> str:
     """Return the digest of the rows of written answers on the stored episodes of a suite's scenes."""
-    stored = EPISODES if judging.judges_controllers else [WATCHED[judging.name]]
-    return digest(_rows(judging, name) for name in stored)
+    if not judging.judges_controllers:
+        return digest(_rows(judging, WATCHED[judging.name]))
+    return digest([(_rows(judging, name), _sent(name)) for name in EPISODES])
+
+
+def _sent(stored: str) -> Iterator[CameraCommand]:
+    """Yield what a carrier receives of written commands, over each link."""
+    for link in LINKS.values():
+        sender = episode_link(catalog.scenario(stored).carrier, _stored(stored).rate_hz, link, seed=0)
+        yield from (sender.send(dataclasses.replace(_COMMAND, forward_mps=0.3 * k)) for k in range(8))
 
 
 def _rows(judging: Suite, stored: str) -> Iterator[Any]:
@@ -287,8 +367,11 @@ def digest(held: Any) -> str:
 def _parts(held: Any) -> Iterator[bytes]:
     if dataclasses.is_dataclass(held):
         held = {field.name: getattr(held, field.name) for field in dataclasses.fields(held)}
+    if isinstance(held, float):
+        held = np.array(held)
     if isinstance(held, np.ndarray):
-        yield f"{held.dtype}{held.shape}".encode() + np.ascontiguousarray(held).tobytes()
+        numbers = _rounded(held) if held.dtype.kind == "f" else held
+        yield f"{held.dtype}{held.shape}".encode() + np.ascontiguousarray(numbers).tobytes()
     elif isinstance(held, Mapping):
         for name, each in held.items():
             yield str(name).encode()
@@ -300,6 +383,12 @@ def _parts(held: Any) -> Iterator[bytes]:
         yield b"]"
     else:
         yield f"{held!r};".encode()
+
+
+def _rounded(numbers: NDArray[np.floating[Any]]) -> NDArray[np.floating[Any]]:
+    """Return numbers to about a millionth of each: their last bits are those of a machine."""
+    mantissa, exponent = np.frexp(np.where(np.abs(numbers) < _NEAR_ZERO, 0.0, numbers))
+    return np.ldexp(np.round(mantissa * 2.0**20), exponent - 20)
 
 
 def kept() -> dict[str, dict[str, str]]:

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.run.arithmetic import calculates_like_published
-from scenarios.road_town.town import forget_town
-from tests.canaries.canaries import canaries, kept, verdict
+from tests.canaries.canaries import canaries, forget_towns, kept, verdict
 
 same_instructions = pytest.mark.skipif(
     not calculates_like_published(os.environ), reason="digests are those of the instructions of the published tables"
@@ -41,7 +40,7 @@ CONSTANTS = {
     "trackers.mosaic_graph.registration._CORNER_DISTANCE_PX": (12, "tracker mosaic_graph_pf"),
     "trackers.paper_b.person_kalman._WALKING_MPS": (2.0, "tracker stereo_wb"),
     "trackers.fish_chain.chain._FIRST_LESSON": (10, "tracker shoal_chain"),
-    "trackers.paper_d.swarm._LEAST_SPREAD_M": (0.5, "tracker eigen_swarm"),
+    "trackers.paper_d.eigenspaces._ROUNDING_VARIANCE": (1.0, "tracker eigen_swarm"),
     "trackers.follow_one._SIDES_PER_S": (0.1, "suite follow"),
     "benchmarks.suites.frame_out.episode_scores.NEES_CAP": (1.0, "suite frame-out"),
     "benchmarks.suites.stereo.metrics.people.RIGHT_WITHIN_M": (0.4, "suite stereo"),
@@ -55,9 +54,9 @@ CONSTANTS = {
 @pytest.mark.parametrize("constant", CONSTANTS)
 def test_a_changed_constant_is_named(constant: str, monkeypatch: pytest.MonkeyPatch) -> None:
     value, name = CONSTANTS[constant]
-    forget_town()
+    forget_towns()
     monkeypatch.setattr(constant, value)
     said = verdict(CANARIES[name], kept())
-    forget_town()
+    forget_towns()
     assert said.startswith(f"{name}: it does something else")
     assert CANARIES[name].raise_at in said
