@@ -25,6 +25,7 @@ import dataclasses
 import hashlib
 import importlib.metadata
 import json
+import re
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -48,6 +49,7 @@ _PACKAGES = {"numpy": "numpy", "numba": "numba", "opencv": "opencv-python-headle
 _PYBULLET = ("pybullet", "pybullet-arm64")
 """Packages that bring it, of which one is installed."""
 _DIGITS = 10
+_LOOKS_LIKE_A_PATH = re.compile(r"[\w.-]+(/[\w.-]+)+")
 
 
 def editions_of(
@@ -154,7 +156,8 @@ def own_code(module: str) -> str:
     """Return a digest of a user's module, "" for ours and installed ones.
 
     It covers all modules of users that it imports, directly or not, in their normal form: without comments,
-    docstrings and imports; and the data files in their folders whose name or stem one of them has as a string.
+    docstrings and imports, but for other names that these give to things; and the data files in their folders whose
+    name, stem or path from there one of them has as a string. A module must not write such a file itself.
     """
     files = imported_files([module], users_alone=True)
     return _digest_of_files(files) if files else ""
@@ -164,15 +167,17 @@ def _digest_of_files(files: Sequence[Path]) -> str:
     trees = [_NormalForm().visit(ast.parse(file.read_bytes())) for file in files]
     nodes = (node for tree in trees for node in ast.walk(tree))
     strings = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
-    beside = {each for folder in {file.parent for file in files} for each in folder.iterdir()}
-    data = [each for each in beside if each.suffix != ".py" and {each.name, each.stem} & strings and each.is_file()]
+    folders = {file.parent for file in files}
+    data = {each for folder in folders for each in folder.iterdir() if {each.name, each.stem} & strings}
+    data |= {folder / text for folder in folders for text in strings if _LOOKS_LIKE_A_PATH.fullmatch(text)}
+    data = {each for each in data if each.suffix != ".py" and each.is_file()}
     contents = [ast.dump(tree).encode() for tree in trees]
     contents += [each.name.encode() + b"\0" + each.read_bytes() for each in data]
     return _digest(b"".join(sorted(hashlib.sha256(each).digest() for each in contents)))
 
 
 class _NormalForm(ast.NodeTransformer):
-    """Removes docstrings and imports; comments are in no tree."""
+    """Removes docstrings and imports; comments are in no tree. Of ``from scipy import fft as f`` stays ``fft as f``."""
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
         """See ``ast.NodeTransformer``."""
@@ -180,11 +185,14 @@ class _NormalForm(ast.NodeTransformer):
             node.body = node.body[ast.get_docstring(node, clean=False) is not None :]
         return super().generic_visit(node)
 
-    def visit_Import(self, node: ast.Import) -> None:
+    def visit_Import(self, node: ast.Import) -> ast.Import | None:
         """See ``ast.NodeTransformer``."""
+        renamed = [each for each in node.names if each.asname not in (None, each.name)]
+        return ast.Import(renamed) if renamed else None
 
-    def visit_ImportFrom(self, node: ast.ImportFrom) -> None:
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.Import | None:
         """See ``ast.NodeTransformer``."""
+        return self.visit_Import(ast.Import(node.names))
 
 
 def _words(*parts: object) -> str:

@@ -14,6 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 OURS = ("sim", "trackers", "scenarios", "benchmarks")
 """Names of our packages."""
 _PYTHON = Path(sysconfig.get_path("stdlib")).resolve()
+_IMPORTING = ("import_module", "importlib.import_module", "__import__")
 _INSTALLED = {"site-packages", "dist-packages"}
 
 
@@ -29,7 +30,8 @@ def imported_files(modules: Iterable[str], *, users_alone: bool = False) -> list
         path = None if name in found else source_of(name)
         if path is not None and (is_users(str(path)) or not users_alone):
             found[name] = path
-            waiting += _imports(name, path)
+            # To import a module runs its package.
+            waiting += [name.rpartition(".")[0], *_imports(name, path)]
     return sorted(found.values())
 
 
@@ -86,4 +88,7 @@ def _imports(module: str, path: Path) -> tuple[str, ...]:
         elif isinstance(node, ast.ImportFrom):
             source = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
             imported += [source, *(f"{source}.{alias.name}" for alias in node.names)]
+        elif isinstance(node, ast.Call) and ast.unparse(node.func) in _IMPORTING:
+            named = (each.value for each in node.args[:1] if isinstance(each, ast.Constant))
+            imported += [each for each in named if isinstance(each, str) and not each.startswith(".")]
     return tuple(imported)

@@ -162,3 +162,30 @@ def test_what_a_users_module_imports_and_reads_is_part_of_it(own: Path) -> None:
     assert code_with(own, "weights.npz", "1") == before
     assert code_with(own, "another.npz", "1") == before
     assert code_with(own, "own_gain_model.py", "WEIGHTS = 'weights.npz'\nMORE = 1\n") != before
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("from scipy.ndimage import maximum_filter as f", "from scipy.ndimage import minimum_filter as f"),
+        ("import numpy as xp", "import cupy as xp"),
+    ],
+)
+def test_another_thing_by_the_same_name_is_a_change(own: Path, first: str, second: str) -> None:
+    text = own.read_text()
+    assert code_with(own, own.name, f"{text}\n{first}\n") != code_with(own, own.name, f"{text}\n{second}\n")
+
+
+def test_a_package_and_its_data_and_what_is_imported_by_name_are_part_of_a_module(own: Path) -> None:
+    package = own.parent / "own_package"
+    (package / "data").mkdir(parents=True)
+    (package / "__init__.py").write_text("LIMIT = 1\n")
+    (package / "part.py").write_text("FILE = 'data/net.bin'\n")
+    (package / "data" / "net.bin").write_bytes(b"1")
+    own.write_text(own.read_text() + "\nimport importlib\n\nimportlib.import_module('own_package.part')\n")
+    before = own_code(own.stem)
+    assert code_with(own, "own_package/__init__.py", "LIMIT = 2\n") != before
+    assert code_with(own, "own_package/__init__.py", "LIMIT = 1\n") == before
+    assert code_with(own, "own_package/data/net.bin", "2") != before
+    assert code_with(own, "own_package/data/net.bin", "1") == before
+    assert code_with(own, "own_package/part.py", "FILE = 'data/net.bin'\nMORE = 1\n") != before
