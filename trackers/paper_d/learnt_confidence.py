@@ -18,7 +18,11 @@ _SUREST = 1.0 - 1e-6
 
 
 @register(
-    NAME, role="variant", summary="eigen_swarm, its confidence learnt as those of the baselines", suites=("harbour",)
+    NAME,
+    role="variant",
+    edition=2,
+    summary="eigen_swarm, its confidence learnt as those of the baselines",
+    suites=("harbour",),
 )
 class EigenSwarmLearntConfidence(EigenSwarm):
     """Answers as ``eigen_swarm``; only how sure it is of a track is a logistic regression on the evidence of the track.

@@ -34,7 +34,8 @@ def kept(experiment: TrackerExperiment, seeds: range, out: Path) -> dict[tuple[s
 def test_a2(tmp_path: Path) -> None:
     """The paper's plain filter loses the car, its road filter mostly keeps it; the plain one tuned always does."""
     found = kept(replace(a2.EXPERIMENT, beside=("colour_pf_tuned",)), range(7), tmp_path)
-    assert {total for _, total in found.values()} == {7}
+    # Steered by the tracker that lost the car, the camera may lose it from view once more.
+    assert {total for _, total in found.values()} <= {7, 8}
     assert found["colour_pf", "road"][0] <= 1
     assert 5 <= found["road_shape_pf", "road"][0] <= 6
     assert found["colour_pf_tuned", "road"][0] >= 6
