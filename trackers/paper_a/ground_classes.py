@@ -31,7 +31,7 @@ def load_class_statistics(model: str) -> ClassStatistics:
     Raises:
         ValueError: if there is no such model.
     """
-    bundled = resources.files("trackers").joinpath("paper_a", f"{model}.json")
+    bundled = resources.files(__package__).joinpath(f"{model}.json")
     file = Path(model) if model.endswith(".json") else bundled
     if not file.is_file():
         raise ValueError(f"class_model: expected a model's name or the path of a .json file, got {model!r}")
