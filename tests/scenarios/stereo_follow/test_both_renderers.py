@@ -17,7 +17,7 @@ from tests.sim.ray_casting import away_from_edges
 @pytest.mark.parametrize("pixel_offset", [0.0, 0.5])
 def test_both_renderers_see_the_same_people_in_the_same_building(recorded: Recorded, pixel_offset: float):
     episode = recorded.episode
-    differing = []
+    differing, off_colour = [], []
     for frame in recorded.frames[8::24]:
         episode._people.move_to(frame.truth.frame)
         for pose in (frame.truth.T_world_camera, frame.truth.T_world_right):
@@ -34,7 +34,17 @@ def test_both_renderers_see_the_same_people_in_the_same_building(recorded: Recor
             # Within a body one surface may hide another at an edge.
             allowed_m = 12 * raster.depth_m[solid] ** 2 / NEAR_M * 2.0**-24 + 1e-3
             assert (error_m < allowed_m).mean() > 0.999
+            colour_rgb, reference_rgb = raster.base_colour_rgb.astype(float), reference.base_colour_rgb.astype(float)
+            for body in map(episode.world.bodies.__getitem__, np.unique(raster.instance_id[solid])):
+                of_body = solid & (raster.instance_id == body.index)
+                # A smooth texture's nearest texels are those of the average on average; others are nearest in both.
+                if body.mesh.texture.smooth and of_body.sum() > 1000:
+                    ours, theirs = (each[of_body].mean(axis=0) for each in (colour_rgb, reference_rgb))
+                    np.testing.assert_allclose(ours, theirs, atol=6.0, err_msg=body.name)
+                elif not body.mesh.texture.smooth:
+                    off_colour.append((colour_rgb != reference_rgb).any(axis=-1)[of_body].mean())
     assert np.mean(differing) <= 1e-4
+    assert np.mean(off_colour) <= 0.005
 
 
 def test_an_episode_is_the_same_to_look_at_by_either():
