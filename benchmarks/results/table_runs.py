@@ -129,19 +129,12 @@ class BenchRun(TableRun):
             suite=table.suite,
             scenario=table.scenario,
             presets=(table.preset,),
-            trackers=self._chosen(found[0].trackers),
+            trackers=found[0].trackers,
             controllers=found[0].controllers or None,
             seeds=table.seeds,
         )
         check_names(experiment)
         return experiment
-
-    def _chosen(self, names: tuple[str, ...]) -> tuple[str, ...]:
-        """Return those of the names that the table is about."""
-        left_out = self.table.without
-        among = bool(self.table.trackers) or set(left_out) <= set(names)
-        check("without", among, f"some of {', '.join(names)}", left_out)
-        return tuple(name for name in names if name not in left_out)
 
     @property
     def trackers(self) -> tuple[str, ...]:
