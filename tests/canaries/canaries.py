@@ -20,13 +20,17 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from types import ModuleType
 from typing import Any
+from unittest import mock
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.data_sets.data_set import stored_episode
 from benchmarks.data_sets.stored_episode import StoredEpisode
+from benchmarks.papers import b1, b2
+from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture
 from benchmarks.run.contestants import Entrant, entrants
 from benchmarks.run.editions import controller_edition, judge_edition, scene_edition, tracker_edition
 from benchmarks.suites.judging import Ending
@@ -45,7 +49,7 @@ from tests.trackers.drawn_harbour import CAMERA, SURVEY, DrawnHarbour
 from trackers.controllers.catalogue import controllers
 from trackers.follow_one import FollowOne
 from trackers.gaps.types import GapMethod, Piece, Surroundings
-from trackers.types import CameraCommand, CameraModel, Estimate, Observation, Start, Track
+from trackers.types import CameraCommand, CameraModel, CameraRegisters, Estimate, Observation, Start, Track
 
 HERE = Path(__file__).parent
 DIGESTS = HERE / "digests.json"
@@ -60,6 +64,7 @@ _BACKGROUND = 30
 _TINY = {"width_px": 64, "height_px": 48, "extent_m": 300.0, "background": 2}
 """Fields of presets that have them -> smaller values."""
 _FRAMES = 3
+_SHEET_PICTURES = 40
 _NEAR_ZERO = 1e-12
 _COURSE = 60
 """Later frames of a set path, of which no picture is taken."""
@@ -89,7 +94,7 @@ class Canary:
 
 def canaries() -> dict[str, Canary]:
     """Return all canaries by name."""
-    return {each.name: each for each in (*_scenes(), *_trackers(), *_controllers(), *_suites())}
+    return {each.name: each for each in (*_scenes(), *_trackers(), *_controllers(), *_suites(), *_papers())}
 
 
 def _scenes() -> Iterator[Canary]:
@@ -137,6 +142,31 @@ def _suites() -> Iterator[Canary]:
             f"edition= of the suite, {judging.judge.__module__.rpartition('.')[0]}.suite",
             lambda judging=judging: digest_of_suite(judging),
         )
+
+
+def _papers() -> Iterator[Canary]:
+    for module in (b1, b2):
+        made = module.EXPERIMENT
+        yield Canary(
+            f"paper {made.name}",
+            f"{made.name} {made.edition}",
+            f"edition= of EXPERIMENT in {module.__name__}",
+            lambda module=module, made=made: digest_of_measurement(module, made),
+        )
+
+
+def digest_of_measurement(module: ModuleType, made: CameraExperiment) -> str:
+    """Return the digest of what an experiment measures on drawn pictures of a sheet, in place of its scene's."""
+    with mock.patch.object(module, "photograph", _drawn_sheet):
+        return digest(made.measure(0, "raster"))
+
+
+def _drawn_sheet(*_: Any, **held: bool) -> Iterator[SheetPicture]:
+    rng = np.random.default_rng(len(held))
+    for k in range(_SHEET_PICTURES):
+        picture_rgb = rng.integers(20 + k, 200 - 3 * k, (24, 32, 3), dtype=np.uint8)
+        registers = CameraRegisters(400 + 9 * k, 500 + 13 * k, 90 + 20 * (k % 17), 10 * (k % 23))
+        yield SheetPicture(picture_rgb, registers, np.array([8.0, 6.0, 24.0, 18.0]), 609.0 / (1 + k))
 
 
 def digest_of_scene(name: str, preset: str) -> str:

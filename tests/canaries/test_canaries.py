@@ -45,6 +45,7 @@ CONSTANTS = {
     "benchmarks.suites.frame_out.episode_scores.NEES_CAP": (1.0, "suite frame-out"),
     "benchmarks.suites.stereo.metrics.people.RIGHT_WITHIN_M": (0.4, "suite stereo"),
     "benchmarks.scores.identities.THRESHOLD": (0.9, "suite fish"),
+    "benchmarks.papers.b1.LARGEST_WHITE_BALANCE": (500, "paper B1"),
     "benchmarks.suites.harbour.identity_scores.ZERO_M": (1.0, "suite harbour"),
 }
 """Constant -> another value, and the canary that notices it."""
