@@ -15,10 +15,10 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -33,8 +33,10 @@ from benchmarks.papers import b1, b2
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture
 from benchmarks.run.contestants import Entrant, entrants
 from benchmarks.run.editions import controller_edition, judge_edition, scene_edition, tracker_edition
-from benchmarks.suites.judging import Ending
+from benchmarks.suites.fish.real import FishRecording
+from benchmarks.suites.judging import Ending, Judge
 from benchmarks.suites.registry import Suite, suite
+from benchmarks.track_files.table import TrackTable
 from scenarios import catalog
 from scenarios.catalog import unversioned
 from scenarios.command_link import LINKS, episode_link
@@ -48,7 +50,7 @@ from sim.checks import check
 from tests.trackers.drawn_harbour import CAMERA, SURVEY, DrawnHarbour
 from trackers.controllers.catalogue import controllers
 from trackers.follow_one import FollowOne
-from trackers.gaps.types import GapMethod, Piece, Surroundings
+from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
 from trackers.types import CameraCommand, CameraModel, CameraRegisters, Estimate, Observation, Start, Track
 
 HERE = Path(__file__).parent
@@ -84,12 +86,29 @@ class Canary:
         edition: as rows have it.
         raise_at: where the number of the edition stands.
         digest: runs the thing.
+        settings: preset or parameters, of which the edition has those that are not the defaults, and the digest feels
+            few in so short a run.
     """
 
     name: str
     edition: str
     raise_at: str
     digest: Callable[[], str]
+    settings: Any = None
+
+    @property
+    def values(self) -> dict[str, str]:
+        """The settings by name, those within others too."""
+        return dict(_values(self.settings, "")) if self.settings is not None else {}
+
+
+def _values(settings: Any, prefix: str) -> Iterator[tuple[str, str]]:
+    for field in dataclasses.fields(settings):
+        value = getattr(settings, field.name)
+        if dataclasses.is_dataclass(value):
+            yield from _values(value, f"{prefix}{field.name}.")
+        elif field.name != "summary":
+            yield prefix + field.name, repr(value)
 
 
 def canaries() -> dict[str, Canary]:
@@ -106,6 +125,15 @@ def _scenes() -> Iterator[Canary]:
                 scene_edition(name, preset),
                 f"the version in the id of {type(scenario).__module__}",
                 lambda name=name, preset=preset: digest_of_scene(name, preset),
+                scenario.presets[preset],
+            )
+        # Those of the town share one in closed loop.
+        if "quick" in scenario.presets and name != ROAD_TOWN.id:
+            yield Canary(
+                f"scene {name} steered",
+                scene_edition(name, "quick"),
+                f"the version in the id of {type(scenario).__module__}",
+                lambda name=name: digest_of_scene(name, "quick", closed_loop=True),
             )
 
 
@@ -117,6 +145,7 @@ def _trackers() -> Iterator[Canary]:
                 tracker_edition(entrant),
                 f"edition= where {name} is registered, {entrant.module}",
                 lambda entrant=entrant: digest_of_tracker(entrant),
+                entrant.parameters,
             )
 
 
@@ -130,17 +159,20 @@ def _controllers() -> Iterator[Canary]:
                 lambda stored=stored, entry=entry: digest(
                     entry.create().command(frame.observation, written_estimate(frame)) for frame in frames_of(stored)
                 ),
+                entry.parameters(),
             )
 
 
 def _suites() -> Iterator[Canary]:
-    for name in (*WATCHED, "follow"):
-        judging = suite(name)
+    runs: dict[str, Callable[[Suite], str]] = dict.fromkeys((*WATCHED, "follow"), digest_of_suite)
+    runs |= {"frame-out on sequences": digest_on_sequences, "fish on recordings": digest_on_recordings}
+    for name, run in runs.items():
+        judging = suite(name.partition(" ")[0])
         yield Canary(
             f"suite {name}",
             judge_edition(judging),
             f"edition= of the suite, {judging.judge.__module__.rpartition('.')[0]}.suite",
-            lambda judging=judging: digest_of_suite(judging),
+            lambda judging=judging, run=run: run(judging),
         )
 
 
@@ -169,15 +201,16 @@ def _drawn_sheet(*_: Any, **held: bool) -> Iterator[SheetPicture]:
         yield SheetPicture(picture_rgb, registers, np.array([8.0, 6.0, 24.0, 18.0]), 609.0 / (1 + k))
 
 
-def digest_of_scene(name: str, preset: str) -> str:
+def digest_of_scene(name: str, preset: str, closed_loop: bool | None = None) -> str:
     """Return the digest of a tiny edition of an episode: pictures and truths of the first frames, what is given before
     them, and where everything is later on.
     """
     scenario = catalog.scenario(name)
     tiny = _tiny(scenario.presets[preset])
-    kept = _town() if name == ROAD_TOWN.id and preset in _IN_THE_SAME_TOWN else None
-    made = scenario.episode(tiny, 0) if kept is None else ROAD_TOWN.episode_in(kept, tiny, 0)
-    with closing(made) as episode:
+    make = partial(scenario.episode, closed_loop=closed_loop)
+    if name == ROAD_TOWN.id and preset in _IN_THE_SAME_TOWN:
+        make = partial(ROAD_TOWN.episode_in, _town())
+    with closing(make(tiny, 0)) as episode:
         commands = [_COMMAND if k and episode.closed_loop else None for k in range(_FRAMES)]
         seen = [episode.step(command) for command in commands]
         return digest([seen, episode.start, episode.rate_hz, episode.frame_count, _course(episode)])
@@ -271,6 +304,20 @@ def digest_of_suite(judging: Suite) -> str:
     return digest([(_rows(judging, name), _sent(name)) for name in EPISODES])
 
 
+def digest_on_sequences(judging: Suite) -> str:
+    """Return the digest of the rows of written answers on the stored car, as a sequence with boxes alone."""
+    assert judging.on_sequences is not None
+    judge = judging.on_sequences.judge(_Again("road-town"))
+    return digest(_judged(judge, "road-town", [written_estimate]))
+
+
+def digest_on_recordings(judging: Suite) -> str:
+    """Return the digest of the rows of a written method on the places of the stored fish."""
+    places_px = np.stack([frame.truth.position_px for frame in frames_of("fish-tank")])
+    table = TrackTable("stored", places_px, tuple(map(str, range(places_px.shape[1]))), 30.0)
+    return digest(FishRecording(table).scores(Ending(new_gap_method=_LastPlace)))
+
+
 def _sent(stored: str) -> Iterator[CameraCommand]:
     """Yield what a carrier receives of written commands, over each link."""
     for link in LINKS.values():
@@ -281,10 +328,15 @@ def _sent(stored: str) -> Iterator[CameraCommand]:
 def _rows(judging: Suite, stored: str) -> Iterator[Any]:
     judge = judging.judge(_Again(stored), catalog.scenario(stored))
     many = judging.follows_many
-    answering = [written_tracks] if many else [written_estimate, _reduced()]
+    return _judged(judge, stored, [written_tracks] if many else [written_estimate, _reduced()], steered=not many)
+
+
+def _judged(
+    judge: Judge, stored: str, answering: Sequence[Callable[[Frame], Any]], steered: bool = False
+) -> Iterator[Any]:
     sheets = [judge.sheet() for _ in answering]
     for frame in frames_of(stored):
-        judge.see(frame, CameraCommand(0.1 * frame.truth.frame) if frame.truth.frame and not many else None)
+        judge.see(frame, CameraCommand(0.1 * frame.truth.frame) if frame.truth.frame and steered else None)
         for sheet, answer in zip(sheets, answering, strict=True):
             sheet.keep(frame, answer(frame))
     for sheet in sheets:
@@ -318,6 +370,21 @@ class _Written:
     def update(self, observation: Observation) -> list[Track]:
         """See ``MultiTracker``."""
         return self.tracks
+
+
+class _LastPlace:
+    """A ``GapMethod``: a target stays where it was last."""
+
+    def learn(self, pieces: Sequence[Piece]) -> None:
+        """See ``GapMethod``."""
+
+    def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge:
+        """See ``GapMethod``."""
+        return Bridge(np.tile(past.position_px[-1], (count, 1)), np.tile(100.0 * np.eye(2), (count, 1, 1)))
+
+    def interpolate(self, past: Piece, future: Piece, around: Surroundings) -> Bridge:
+        """See ``GapMethod``."""
+        return self.extrapolate(past, future.first_frame - past.end_frame, around)
 
 
 def written_estimate(frame: Frame) -> Estimate:
@@ -421,22 +488,24 @@ def _rounded(numbers: NDArray[np.floating[Any]]) -> NDArray[np.floating[Any]]:
     return np.ldexp(np.round(mantissa * 2.0**20), exponent - 20)
 
 
-def kept() -> dict[str, dict[str, str]]:
-    """Return the kept digests: name -> ``edition`` and ``digest``."""
+def kept() -> dict[str, dict[str, Any]]:
+    """Return the kept digests: name -> ``edition``, ``digest`` and ``values``."""
     return json.loads(DIGESTS.read_text()) if DIGESTS.is_file() else {}
 
 
-def verdict(canary: Canary, known: Mapping[str, Mapping[str, str]]) -> str:
+def verdict(canary: Canary, known: Mapping[str, Mapping[str, Any]]) -> str:
     """Return what a canary says, "" if all is as it was."""
     before = known.get(canary.name)
     if before is None or before["edition"] != canary.edition:
         was = "none" if before is None else f"one of {before['edition']!r}"
         return f"{canary.name}: expected a digest of {canary.edition!r}, got {was}; python -m tests.canaries keeps one"
+    remedy = f"Raise {canary.raise_at}; or, if nothing was to change, undo what did it"
+    # A new setting changes nothing by itself.
+    changed = [name for name, value in canary.values.items() if before["values"].get(name, value) != value]
+    if changed:
+        return f"{canary.name}: {', '.join(changed)} had other values in the edition {canary.edition!r}. {remedy}"
     if before["digest"] != canary.digest():
-        return (
-            f"{canary.name}: it does something else than the edition {canary.edition!r} did. "
-            f"Raise {canary.raise_at}; or, if nothing was to change, undo what did it"
-        )
+        return f"{canary.name}: it does something else than the edition {canary.edition!r} did. {remedy}"
     return ""
 
 
@@ -447,6 +516,8 @@ def keep(found: Mapping[str, Canary]) -> None:
     for name, canary in found.items():
         old = before.get(name)
         same = old is not None and old["edition"] == canary.edition
-        now[name] = old if same else {"edition": canary.edition, "digest": canary.digest()}
+        made = old["digest"] if same else canary.digest()
+        values = canary.values | (old["values"] if same else {})
+        now[name] = {"edition": canary.edition, "digest": made, "values": values}
     lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(now[name])}" for name in sorted(now))
     DIGESTS.write_text(f"{{\n{lines}\n}}\n")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,16 @@ CANARIES = canaries()
 @pytest.mark.parametrize("name", [name for name in kept() if name in CANARIES])
 def test_what_an_edition_does_stays(name: str) -> None:
     assert not verdict(CANARIES[name], kept())
+
+
+def test_a_changed_default_is_named_and_a_new_field_is_not() -> None:
+    name = "scene harbour-v1 standard"
+    canary, known = CANARIES[name], kept()
+    other = replace(canary, settings=replace(canary.settings, background=100), digest=lambda: known[name]["digest"])
+    assert "background" in verdict(other, known)
+    assert other.raise_at in verdict(other, known)
+    del known[name]["values"]["background"]
+    assert not verdict(other, known)
 
 
 def test_everything_that_is_shipped_has_a_digest() -> None:
