@@ -192,7 +192,8 @@ class Client:
         self._centres_m = np.zeros((len(world.bodies), 3))
         self._joints: dict[int, int] = {}
         self._shown: list[_Shown] = []
-        self.handles = [self._add(body, exact) for body in world.bodies]
+        self._bodies = list(world.bodies)
+        self.handles = [self._add(body, exact) for body in self._bodies]
 
     def _add(self, body: Body, exact: bool) -> int:
         vertices_m, mass_kg = body.mesh.vertices_m, 0.0
@@ -229,9 +230,15 @@ class Client:
         return T_world_body
 
     def push(self) -> None:
-        """Bring every held body to where the world has it now."""
+        """Bring every held body to where the world has it now.
+
+        Raises:
+            ValueError: if the world has other bodies, such as those of the next episode in a kept world.
+        """
+        if count_alike(self._bodies, self._world.bodies) < len(self._bodies):
+            raise ValueError("world: expected the bodies that it had when the client was made, got others")
         shown = {each.body.index for each in self._shown}
-        for body, handle in zip(self._world.bodies, self.handles, strict=False):
+        for body, handle in zip(self._bodies, self.handles, strict=True):
             if body.movable and body.index not in shown:
                 position, quaternion = to_bullet(self._centred(body.index))
                 joint = self._joints.get(body.index)

@@ -144,7 +144,7 @@ class Publish:
 
     def _check_all(self) -> int:
         """Print what differs from published tables; return 1 if anything does."""
-        runs = runs_to_check(names(self.tables), self.episodes)
+        runs = runs_to_check(names(self.tables))
         left_out = [
             table.name for table in tables_named(()) if not self.tables and not table_file(table.name).is_file()
         ]

@@ -10,22 +10,22 @@ from pathlib import Path
 
 from benchmarks.results.figures_hash import Blocks, differing, hash_of_figures
 from benchmarks.results.published import tables_named
-from benchmarks.results.table_files import TableFile, read_rows_of, read_table, rows_file, table_file
+from benchmarks.results.table_files import TableFile, read_rows_of, read_table, table_file
 from benchmarks.results.table_runs import TableRun, run_of
 from benchmarks.run.experiment import Progress
 from benchmarks.run.records import BlockKey, read_blocks, read_rows
 from sim.checks import check
 
 
-def runs_to_check(names: tuple[str, ...], episodes: int | None) -> list[TableRun]:
+def runs_to_check(names: tuple[str, ...]) -> list[TableRun]:
     """Return the runs that make tables again, with the trackers that they were published with.
 
     Args:
-        names: of tables; () = all published ones with rows. episodes: number of first seeds to make; None = all.
+        names: of tables; () = all published ones with rows.
 
     Raises:
-        ValueError: for a table that is not published, was published with other data, or has no rows; for fewer
-            ``episodes`` of one whose rows are not kept; for trackers that need what is not installed.
+        ValueError: for a table that is not published, was published with other data, or has no rows; for trackers that
+            need what is not installed.
     """
     unpublished = [table.name for table in tables_named(names) if not table_file(table.name).is_file()]
     check("tables", not (names and unpublished), "some that were published", ", ".join(unpublished))
@@ -34,16 +34,15 @@ def runs_to_check(names: tuple[str, ...], episodes: int | None) -> list[TableRun
     check("tables", bool(chosen), "some that were published with rows", "none")
     runs = [run_of(replace(table, trackers=tuple(read_table(table.name)["trackers"]))) for table in chosen]
     for run in runs:
-        _check_can_be_compared(run, episodes)
+        _check_can_be_compared(run)
     return runs
 
 
-def _check_can_be_compared(run: TableRun, episodes: int | None) -> None:
+def _check_can_be_compared(run: TableRun) -> None:
     name = run.table.name
-    kept, rows_are_kept = read_table(name), rows_file(name).is_file()
+    kept = read_table(name)
     check("tables", kept["rows"] is not None, "some with rows, as times are never equal", repr(name))
     check("tables", run.command == kept["command"], f"{name} as published, `{kept['command']}`", f"`{run.command}`")
-    check("episodes", episodes is None or rows_are_kept, f"none, as rows of {name} are not kept", episodes)
     run.check_installed()
 
 
@@ -56,7 +55,7 @@ def differences(run: TableRun, out: Path, episodes: int | None, workers: int, pr
     name = run.table.name
     kept, kept_rows = read_table(name), read_rows_of(name)
     left_out = kept["rows"]["unrepeatable"]
-    if kept_rows is not None and hash_of_figures(kept_rows, left_out) != kept["rows"]["sha256"]:
+    if hash_of_figures(kept_rows, left_out) != kept["rows"]["sha256"]:
         return [f"{name}: its committed rows are not those of its hash"]
     seeds = run.table.seeds[:episodes]
     run_of(replace(run.table, seeds=seeds)).run(out, workers, progress)
@@ -64,9 +63,6 @@ def differences(run: TableRun, out: Path, episodes: int | None, workers: int, pr
     # As read from a file: there are no tuples in JSON.
     if episodes is None and json.loads(json.dumps(run.varied(out, read_rows(out)))) != kept["varied"]:
         return [f"{name}: the table of what was fitted, varied, has other figures"]
-    if kept_rows is None:
-        same = hash_of_figures(made, left_out) == kept["rows"]["sha256"]
-        return [] if same else [f"{name}: its figures are other ones; its rows are not kept, so which is not known"]
     wanted = {key: rows for key, rows in kept_rows.items() if key.seed in seeds}
     return _lines(name, differing(wanted, made, left_out))
 
@@ -74,7 +70,7 @@ def differences(run: TableRun, out: Path, episodes: int | None, workers: int, pr
 def other_editions(run: TableRun, out: Path) -> list[str]:
     """Return the parts that made the rows in ``out`` in another edition than the published ones."""
     kept: TableFile = read_table(run.table.name)
-    published: Blocks = read_rows_of(run.table.name) or {}
+    published: Blocks = read_rows_of(run.table.name)
     parts = set()
     for key, rows in read_blocks(out).items():
         before = published.get(key)

@@ -20,7 +20,6 @@ class PublishedTable:
         trackers, controllers: of a bench, by name.
         experiment: of a paper, which sets scenario, preset and methods.
         seeds: of the episodes.
-        keep_rows: whether the rows are committed, compressed.
         stored: whether a speed is that of data sets.
         frames: timed in each town of a speed.
     """
@@ -34,7 +33,6 @@ class PublishedTable:
     controllers: tuple[str, ...] = ()
     experiment: str = ""
     seeds: range
-    keep_rows: bool = True
     stored: bool = False
     frames: int = 60
 

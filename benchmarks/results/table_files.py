@@ -82,9 +82,9 @@ def write_table(run: TableRun, out: Path, commit: str) -> str:
     folder, name = ledger.TABLES_FOLDER, run.table.name
     blocks = read_blocks(out) if (out / FILE_NAME).is_file() else {}
     contents = _contents(run, out, blocks, commit)
-    packed = lzma.compress((out / FILE_NAME).read_bytes()) if blocks and run.table.keep_rows else b""
+    packed = lzma.compress((out / FILE_NAME).read_bytes()) if blocks else b""
     taken = sum(file.stat().st_size for file in folder.glob("*.xz") if file != rows_file(name))
-    room = f"compressed rows of all tables in {ROOM_BYTES / 1e6:.1f} MB; take fewer seeds, or keep_rows=False"
+    room = f"compressed rows of all tables in {ROOM_BYTES / 1e6:.1f} MB; take fewer seeds"
     sizes = f"{(taken + len(packed)) / 1e6:.1f} MB, {len(packed) / 1e6:.1f} of them for {name}"
     check("publish", taken + len(packed) <= ROOM_BYTES, room, sizes)
     folder.mkdir(exist_ok=True)
@@ -102,15 +102,15 @@ def read_table(name: str) -> TableFile:
     return TableFile(json.loads(table_file(name).read_text()))
 
 
-def read_rows_of(name: str) -> dict[Any, list[Row]] | None:
-    """Return the committed rows of a table by block, None if they are not kept."""
+def read_rows_of(name: str) -> dict[Any, list[Row]]:
+    """Return the committed rows of a table by block; none of a speed, and of a table that is not published."""
     file = rows_file(name)
-    return blocks_of_lines(lzma.decompress(file.read_bytes()).splitlines()).blocks if file.is_file() else None
+    return blocks_of_lines(lzma.decompress(file.read_bytes()).splitlines()).blocks if file.is_file() else {}
 
 
 def committed_rows(table: PublishedTable) -> bytes:
     """Return the committed rows of a table's seeds, uncompressed."""
-    kept = read_rows_of(table.name) or {}
+    kept = read_rows_of(table.name)
     return b"".join(lines_of(rows) for key, rows in kept.items() if key.seed in table.seeds)
 
 

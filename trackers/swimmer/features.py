@@ -53,10 +53,6 @@ class Pasts:
         side_px = (self.bounds_xyxy[:, 2:] - self.bounds_xyxy[:, :2]).max(axis=1, keepdims=True)
         return np.maximum(0.5 * side_px, 1.0)
 
-    def displaced(self, step: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the positions (M, 2) at ``step`` (M, 2) units from the last one."""
-        return self.last_px + step * self.unit_px
-
 
 def smoothness(position_px: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (M,) in (0, 1]: 1 where constant velocity predicts a past (M, PAST, 2) well, 0 where it does not.

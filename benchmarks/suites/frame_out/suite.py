@@ -69,7 +69,10 @@ FRAME_OUT = Suite(
         _rate("excursion_recovery_rate", "the same, of those with a way off the road", "recovered", "excursion"),
         _rate("turn_recovery_rate", "the same, of those with a turn at a crossing", "recovered", "turned"),
         _rate(
-            "long_recovery_rate", "the same, of those that last longer than the preset promises", "recovered", "long"
+            "long_recovery_rate",
+            "the same, of those longer than any that the preset draws",
+            "recovered",
+            "long",
         ),
         _rate("kept_rate", "frame-outs recovered and still on the car one second later", "kept"),
         _rate("road_kept_rate", "the same, of frame-outs on the road", "kept", "road"),

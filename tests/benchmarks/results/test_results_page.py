@@ -310,7 +310,7 @@ def test_the_committed_rows_are_those_of_their_hashes() -> None:
     files = sorted(ledger.TABLES_FOLDER.glob("*.json"))
     for file in files:
         rows = table_files.read_rows_of(file.stem)
-        if rows is not None:
+        if rows:
             kept = json.loads(file.read_text())["rows"]
             assert hash_of_figures(rows, kept["unrepeatable"]) == kept["sha256"], file.name
             assert sum(map(len, rows.values())) == kept["count"], file.name
