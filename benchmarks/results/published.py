@@ -42,7 +42,7 @@ def _test_seeds(count: int) -> range:
     return range(10_000, 10_000 + count)
 
 
-_TOWN = (
+_OF_A_CAR = (
     "hold",
     "constant_velocity",
     "hold_ground",
@@ -62,7 +62,7 @@ _TOWN = (
     "oracle_map",
     "oracle_driver",
 )
-_BUILDING = (
+_OF_A_PERSON = (
     "stereo_wb",
     "stereo_wb_tuned",
     "stereo_wb_shutter_gain",
@@ -75,7 +75,7 @@ _BUILDING = (
 """In town and building all but OpenCV's trackers, which take as long as all others together and decide nothing: they
 stand among the earlier figures.
 """
-_HARBOUR = (
+_OF_INTRUDERS = (
     "harbour_watch",
     "harbour_watch_tuned",
     "eigen_swarm",
@@ -88,7 +88,7 @@ _HARBOUR = (
 """Of the background models MOG2 alone: it was ahead of the others, which stand among the earlier figures."""
 
 
-_FISH = (
+_OF_FISH = (
     "sort",
     "sort_appearance",
     "bytetrack",
@@ -155,9 +155,9 @@ def _speed(scenario: str) -> PublishedTable:
 
 
 TABLES: tuple[PublishedTable, ...] = (
-    _bench("frame-out-standard", "frame-out", "road-town-v2", "standard", 50, *_TOWN),
-    _bench("frame-out-hard", "frame-out", "road-town-v2", "hard", 30, *_TOWN),
-    _bench("frame-out-oblique", "frame-out", "road-town-v2", "oblique", 15, *_TOWN),
+    _bench("frame-out-standard", "frame-out", "road-town-v2", "standard", 50, *_OF_A_CAR),
+    _bench("frame-out-hard", "frame-out", "road-town-v2", "hard", 30, *_OF_A_CAR),
+    _bench("frame-out-oblique", "frame-out", "road-town-v2", "oblique", 15, *_OF_A_CAR),
     _paper("A2", 30),
     _paper("A3", 30),
     _paper("B1", 20),
@@ -166,12 +166,12 @@ TABLES: tuple[PublishedTable, ...] = (
     _paper("C", 6),
     # An episode is as long as the paper's, 70 minutes.
     _paper("D", 4),
-    _bench("stereo-standard", "stereo", "stereo-follow-v2", "standard", 30, *_BUILDING),
-    _bench("stereo-hard", "stereo", "stereo-follow-v2", "hard", 15, *_BUILDING),
-    _bench("fish-standard", "fish", "fish-tank-v1", "standard", 6, *_FISH),
-    _bench("fish-hard", "fish", "fish-tank-v1", "hard", 3, *_FISH),
-    _bench("harbour-standard", "harbour", "harbour-v1", "standard", 5, *_HARBOUR),
-    _bench("harbour-hard", "harbour", "harbour-v1", "hard", 4, *_HARBOUR),
+    _bench("stereo-standard", "stereo", "stereo-follow-v2", "standard", 30, *_OF_A_PERSON),
+    _bench("stereo-hard", "stereo", "stereo-follow-v2", "hard", 15, *_OF_A_PERSON),
+    _bench("fish-standard", "fish", "fish-tank-v1", "standard", 6, *_OF_FISH),
+    _bench("fish-hard", "fish", "fish-tank-v1", "hard", 3, *_OF_FISH),
+    _bench("harbour-standard", "harbour", "harbour-v1", "standard", 5, *_OF_INTRUDERS),
+    _bench("harbour-hard", "harbour", "harbour-v1", "hard", 4, *_OF_INTRUDERS),
     *_steered(
         "follow",
         "road-town-v2",
