@@ -34,7 +34,7 @@ from jinja2 import Environment, StrictUndefined, TemplateError
 
 from benchmarks.report.markdown import head, markdown_table, names_and_cells, short
 from benchmarks.report.numbers import interval_text, number_text, unit_sign
-from benchmarks.report.tables import NO_NUMBER, UNRANKED_ROLES, leaderboard
+from benchmarks.report.tables import NO_NUMBER, REFERENCES, UNRANKED_ROLES, leaderboard
 from benchmarks.results import ledger
 from benchmarks.results.table_files import TableFile, label, read_rows_of, read_table
 from benchmarks.run.records import Row
@@ -42,8 +42,6 @@ from benchmarks.scores.summary import paired
 from benchmarks.suites.registry import suite
 from sim.checks import check
 
-NOT_CONTESTANTS = "*not contestants:*"
-"""Heads the part of a table with the lines of blind contestants and oracles."""
 _OF_CONTESTANTS = ("tracker", "controller")
 """Parts of editions: a name, its edition and a digest."""
 
@@ -113,7 +111,7 @@ class _Page:
         texts = [*(["preset"] if several else []), *scores.contestants, "role"]
         heads = [*texts, *map(head, boards[0].columns)]
         if lines and beside:
-            lines.append([NOT_CONTESTANTS, *[""] * (len(heads) - 1)])
+            lines.append([f"*{REFERENCES}*", *[""] * (len(heads) - 1)])
         return f"{markdown_table(heads, lines + beside, words=len(texts))}\n\n{self.origin(*names)}"
 
     def paper(self, name: str) -> str:

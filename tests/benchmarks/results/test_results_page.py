@@ -16,9 +16,10 @@ import pytest
 
 from benchmarks.cli import main
 from benchmarks.papers import c
+from benchmarks.report.tables import REFERENCES
 from benchmarks.results import ledger, table_files
 from benchmarks.results.figures_hash import hash_of_figures
-from benchmarks.results.results_page import NOT_CONTESTANTS, results_pages
+from benchmarks.results.results_page import results_pages
 from benchmarks.results.tuning_budgets import budgets_of
 from benchmarks.run.records import FILE_NAME
 from benchmarks.scores.summary import write_summary
@@ -82,7 +83,7 @@ def test_a_table_stands_where_the_template_names_it(published: dict[str, Any]) -
     cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[4:9]]
     contestants = {f"`{each['tracker']}`" for each in published["summary"] if each["role"] != "oracle"}
     assert {cell[0] for cell in cells} == contestants
-    assert lines[9].startswith(f"| {NOT_CONTESTANTS} |")
+    assert lines[9].startswith(f"| *{REFERENCES}* |")
     assert lines[10].startswith("| `oracle_map` | oracle | ")
     assert {line.count("|") for line in lines[2:11]} == {5}
     recovered = [float(cell[2].split(" ")[0]) for cell in cells]
@@ -98,7 +99,7 @@ def test_a_table_stands_where_the_template_names_it(published: dict[str, Any]) -
     chosen = rendered(f"{{{{ table('first', {COLUMNS}, roles=['ours', 'oracle']) }}}}\n")
     assert chosen.count("\n| `") == 2
     alone = rendered(f"{{{{ table('first', {COLUMNS}, roles=['oracle']) }}}}\n")
-    assert NOT_CONTESTANTS not in alone
+    assert REFERENCES not in alone
     assert alone.count("\n| `") == 1
 
 
@@ -152,7 +153,7 @@ def test_tables_of_one_run_stand_below_each_other(published: dict[str, Any]) -> 
     keep("second", published, summary=harder)
     lines = rendered(f"{{{{ table('first', 'second', {COLUMNS}) }}}}\n").splitlines()
     assert lines[0].startswith("| preset | tracker | role | recovery rate")
-    shown = ["`standard`"] * 5 + ["`hard`"] * 5 + [NOT_CONTESTANTS, "`standard`", "`hard`"]
+    shown = ["`standard`"] * 5 + ["`hard`"] * 5 + [f"*{REFERENCES}*", "`standard`", "`hard`"]
     assert [line.split("|")[1].strip() for line in lines[2:15]] == shown
     assert lines[-1] == "Made by `frameout publish first second`: seeds 10000:10008, commit 0123456789."
 
