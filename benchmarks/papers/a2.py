@@ -18,9 +18,9 @@ EXPERIMENT = TrackerExperiment(
     fitted="on development seeds of the scene's first edition, now deleted, so that the two methods did there as in "
     "the paper. For this edition nothing was set again. The camera looks through 24° from 90 to 99 m (before: 50° "
     "from 55 to 62 m) in air that tilts it by 0.4° (before: 0.8°), so that the picture moves almost rigidly. The car "
-    "is lost once, from frame 48 on for 24 to 28 frames (before: from 34 on for 40 to 45), by a sudden gust ahead, at"
-    " the sharpest bend of its route that is far from crossings. The pose is measured without error. The methods' own"
-    " numbers, of which the paper prints none, were fitted to development data, those that both have once for both.",
+    "is lost once, from frame 48 on for 24 to 28 frames (before: from 34 on for 40 to 45), by a sudden gust ahead, at "
+    "the sharpest bend of its route that is far from crossings. The pose is measured without error. The methods' own "
+    "numbers, of which the paper prints none, were fitted to development data, those that both have once for both.",
     suite="frame-out",
     scenario="road-town-v2",
     preset="paper-a2",

@@ -119,8 +119,8 @@ EXPERIMENT = HarbourExperiment(
     name="D",
     title="Paper D: people, cars and boats in a harbour, seen by a thermal camera",
     setting="A camera of 384 × 288 pixels, 20 m high, watches 90 × 33 × 6 m about 100 m away, for 70 minutes from six "
-    "in the morning, with a picture every two seconds; 400 pictures show the harbour without intruders, on three days"
-    " that differ in sun, weather and tide: clear and calm, half covered and windy a week later, overcast with rain "
+    "in the morning, with a picture every two seconds; 400 pictures show the harbour without intruders, on three days "
+    "that differ in sun, weather and tide: clear and calm, half covered and windy a week later, overcast with rain "
     "eight days after that, with low water at the hours of high water of the day before it. 15 people, 3 cars and a "
     "boat come; who gets out of a car counts anew. One of the cars has stood since before and is as warm as the yard "
     "about it; another car stood in its bay on two of the three days. The paper's parameters are as printed. The "

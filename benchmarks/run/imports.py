@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parents[2]
 OURS = ("sim", "trackers", "scenarios", "benchmarks")
 """Names of our packages."""
 _PYTHON = Path(sysconfig.get_path("stdlib")).resolve()
-_IMPORTING = ("import_module", "importlib.import_module", "__import__")
+_IMPORTING = ("import_module", "__import__")
 _INSTALLED = {"site-packages", "dist-packages"}
 
 
@@ -88,7 +88,7 @@ def _imports(module: str, path: Path) -> tuple[str, ...]:
         elif isinstance(node, ast.ImportFrom):
             source = importlib.util.resolve_name("." * node.level + (node.module or ""), package)
             imported += [source, *(f"{source}.{alias.name}" for alias in node.names)]
-        elif isinstance(node, ast.Call) and ast.unparse(node.func) in _IMPORTING:
+        elif isinstance(node, ast.Call) and getattr(node.func, "attr", getattr(node.func, "id", "")) in _IMPORTING:
             named = (each.value for each in node.args[:1] if isinstance(each, ast.Constant))
             imported += [each for each in named if isinstance(each, str) and not each.startswith(".")]
     return tuple(imported)
