@@ -65,6 +65,6 @@ def test_what_is_shipped_is_what_the_command_learns() -> None:
     for part in ("ahead", "between"):
         for old, new in zip(kept[part], content[part], strict=True):
             for key, value in new.items():
-                # The file was made on another machine, and differs by 0.0085 at most. One episode of the 80 less: by 0.085.
+                # By 0.0085 at most when measured, the reason unknown; with one episode of the 80 less by 0.085.
                 off = np.linalg.norm(np.subtract(old[key], value)) / np.linalg.norm(old[key])
                 assert off < 0.01, (part, key, off)
