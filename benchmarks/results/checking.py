@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.results.figures_hash import Blocks, differing, hash_of_figures
+from benchmarks.results.figures_hash import differing, hash_of_figures
 from benchmarks.results.published import tables_named
-from benchmarks.results.table_files import TableFile, read_rows_of, read_table, table_file
+from benchmarks.results.table_files import read_rows_of, read_table, table_file
 from benchmarks.results.table_runs import TableRun, run_of
 from benchmarks.run.experiment import Progress
 from benchmarks.run.records import BlockKey, read_blocks, read_rows
@@ -69,14 +69,9 @@ def differences(run: TableRun, out: Path, episodes: int | None, workers: int, pr
 
 def other_editions(run: TableRun, out: Path) -> list[str]:
     """Return the parts that made the rows in ``out`` in another edition than the published ones."""
-    kept: TableFile = read_table(run.table.name)
-    published: Blocks = read_rows_of(run.table.name)
-    parts = set()
-    for key, rows in read_blocks(out).items():
-        before = published.get(key)
-        editions = kept["editions"]["shared"] if before is None else before[0]["editions"]
-        parts |= {part for part, edition in editions.items() if rows[0]["editions"].get(part) != edition}
-    return sorted(parts)
+    published, made = read_rows_of(run.table.name), read_blocks(out)
+    pairs = [(published[key][0]["editions"], made[key][0]["editions"]) for key in published.keys() & made.keys()]
+    return sorted({part for before, now in pairs for part in before if now.get(part) != before[part]})
 
 
 def _lines(name: str, keys: Sequence[BlockKey]) -> list[str]:

@@ -239,9 +239,9 @@ def _varied(shown: TableFile) -> str:
 def _editions(shown: TableFile) -> str:
     """Return the editions of a table's rows in words, without digests of parameters; nothing for one without rows."""
     editions = shown.contents.get("editions")
-    if not editions or "scene" not in editions["shared"]:
+    if not editions or not editions["scenes"]:
         return ""
-    scene, judge = editions["shared"]["scene"].split()[0], editions["shared"]["judge"]
+    scenes = sorted({scene.split()[0] for scene in editions["scenes"].values()})
     made = (parts[part] for parts in editions["contestants"].values() for part in _OF_CONTESTANTS if part in parts)
     raised = sorted({" ".join(each.split()[:2]) for each in made if each.split()[1] != "1"})
-    return f", editions {', '.join([scene, judge, *raised, 'all others 1'])}"
+    return f", editions {', '.join([*scenes, editions['shared']['judge'], *raised, 'all others 1'])}"

@@ -8,8 +8,8 @@
 ``commit``       of the checkout that published them; rows may be of an earlier one, see ``BenchRun.is_current``
 ``seeds``        ``A:B``
 ``trackers``     of a bench, in the order of the command; empty for other tables
-``editions``     ``shared``: packages, scene and judge; ``contestants``: label -> tracker and controller, see
-                 ``benchmarks.run.editions``
+``editions``     ``shared``: packages and judge; ``scenes``: preset -> scene; ``contestants``: label -> tracker and
+                 controller; see ``benchmarks.run.editions``
 ``budgets``      of tuned ``trackers`` and ``controllers``: name -> trials, presets and seeds
 ``rows``         ``count``; ``sha256`` of the figures, see ``figures_hash``; ``unrepeatable``: trackers that it leaves
                  out; null for speeds, which have no rows
@@ -135,7 +135,7 @@ def _contents(run: TableRun, out: Path, blocks: Blocks, commit: str) -> dict[str
         "commit": commit,
         "seeds": f"{seeds.start}:{seeds.stop}",
         "trackers": list(run.trackers),
-        "editions": _editions(blocks),
+        "editions": editions_of_rows(blocks),
         "budgets": run.budgets(rows),
         "rows": {
             "count": len(rows),
@@ -157,6 +157,22 @@ def _contents(run: TableRun, out: Path, blocks: Blocks, commit: str) -> dict[str
     }
 
 
+def editions_of_rows(blocks: Blocks) -> dict[str, Any]:
+    """Return the editions of rows, shared and of contestants. Raises ValueError if there are several of one."""
+    shared: dict[str, set[str]] = defaultdict(set)
+    scenes: dict[str, set[str]] = defaultdict(set)
+    contestants: dict[str, dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
+    for block in blocks.values():
+        for part, edition in block[0]["editions"].items():
+            if part == "scene":
+                scenes[block[0]["preset"]].add(edition)
+            else:
+                of = contestants[label(block[0])] if part in _OF_CONTESTANTS else shared
+                of[part].add(edition)
+    by_contestant = {name: _single(parts) for name, parts in contestants.items()}
+    return {"shared": _single(shared), "scenes": _single(scenes), "contestants": by_contestant}
+
+
 def seconds_by_contestant(blocks: Blocks) -> dict[str, float]:
     """Return the mean wall time of an episode by contestant; those without times are left out."""
     seconds: dict[str, list[float]] = defaultdict(list)
@@ -169,17 +185,6 @@ def seconds_by_contestant(blocks: Blocks) -> dict[str, float]:
 def label(row: Mapping[str, Any]) -> str:
     """Return the contestant of a row: the tracker, or ``CONTROLLER+TRACKER`` where a controller steers."""
     return f"{row['controller']}+{row['tracker']}" if row["controller"] else str(row["tracker"])
-
-
-def _editions(blocks: Blocks) -> dict[str, Any]:
-    """Return the editions of rows, shared and of contestants. Raises ValueError if there are several of one."""
-    shared: dict[str, set[str]] = defaultdict(set)
-    contestants: dict[str, dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
-    for block in blocks.values():
-        for part, edition in block[0]["editions"].items():
-            of = contestants[label(block[0])] if part in _OF_CONTESTANTS else shared
-            of[part].add(edition)
-    return {"shared": _single(shared), "contestants": {name: _single(parts) for name, parts in contestants.items()}}
 
 
 def _single(editions: Mapping[str, Iterable[str]]) -> dict[str, str]:

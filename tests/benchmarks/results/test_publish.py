@@ -12,6 +12,7 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -41,11 +42,24 @@ def test_the_files_of_a_table_say_how_it_was_made(checkout: Path, tmp_path: Path
     assert made["summary"] == json.loads((out / "smoke/summary.json").read_text())
     assert {entry["tracker"] for entry in made["summary"]} == {"hold", "constant_velocity"}
     assert set(made["editions"]["contestants"]) == {"hold", "constant_velocity"}
-    assert {"numpy", "scene", "judge"} <= set(made["editions"]["shared"])
+    assert {"numpy", "judge"} <= set(made["editions"]["shared"])
+    assert made["editions"]["scenes"]["quick"].startswith("conveyor-v1 ")
     rows = lzma.decompress((ledger.TABLES_FOLDER / "smoke.jsonl.xz").read_bytes())
     assert rows == (out / "smoke" / FILE_NAME).read_bytes()
     assert made["rows"]["count"] == len(rows.splitlines())
     assert str(tmp_path) not in json.dumps(made)
+
+
+def test_a_table_of_two_presets_names_both_scenes_and_no_preset_has_two() -> None:
+    def block(preset: str, scene: str) -> list[dict[str, Any]]:
+        editions = {"scene": scene, "judge": "belt 1", "tracker": "hold 1"}
+        return [{"preset": preset, "tracker": "hold", "controller": None, "editions": editions}]
+
+    one, other = block("uniform", "conveyor-v1 aa"), block("dressed-apart", "conveyor-v1 bb")
+    made = table_files.editions_of_rows({1: one, 2: other})
+    assert made["scenes"] == {"uniform": "conveyor-v1 aa", "dressed-apart": "conveyor-v1 bb"}
+    with pytest.raises(ValueError, match="rows of one edition of uniform, got conveyor-v1 aa, conveyor-v1 bb"):
+        table_files.editions_of_rows({1: one, 2: block("uniform", "conveyor-v1 bb")})
 
 
 def test_a_stopped_run_keeps_what_was_made_and_goes_on(

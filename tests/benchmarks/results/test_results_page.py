@@ -182,13 +182,15 @@ def test_a_table_does_not_mix_runs(other: dict[str, Any], message: str, publishe
 
 
 def test_each_table_says_its_commit_and_editions(published: dict[str, Any]) -> None:
-    shared = {"numpy": "2.4.6", "scene": "road-town-v2 3f0a9c1b52", "judge": "frame-out 2"}
+    shared = {"numpy": "2.4.6", "judge": "frame-out 2"}
+    scenes = {"standard": "road-town-v2 3f0a9c1b52", "hard": "road-town-v2 77aa9c1b52"}
     contestants = {
         "sharp": {"tracker": "sharp 1 aa"},
         "centre+hold": {"tracker": "hold 3 bb", "controller": "centre 2 cc"},
     }
-    keep("second", published, commit="fedcba9876", editions={"shared": shared, "contestants": contestants})
-    keep("third", published, commit="fedcba9876", editions={"shared": {}, "contestants": {}})
+    made_by = {"shared": shared, "scenes": scenes, "contestants": contestants}
+    keep("second", published, commit="fedcba9876", editions=made_by)
+    keep("third", published, commit="fedcba9876", editions={"shared": {}, "scenes": {}, "contestants": {}})
     made = "seeds 10000:10008, commit fedcba9876"
     editions = "editions road-town-v2, frame-out 2, centre 2, hold 3, all others 1"
     page = rendered("{{ table('first') }}\n\n{{ table('second') }}\n\n{{ origin('third') }}")
