@@ -52,7 +52,7 @@ def _text(data: DataSet) -> str:
             f"drawn by the renderer `{request.renderer}`.",
             "",
             "Simulated by Frameout; nobody is recorded. Licence: MIT, that of Frameout. The same request gives the "
-            "same bytes with the same code (`scene` in `dataset.json`), on Linux with AVX2.",
+            "same bytes with the same edition (`scene` in `dataset.json`), on Linux with AVX2.",
             "",
             f"Made with {made_with or 'packages that were not noted'}.",
             "",

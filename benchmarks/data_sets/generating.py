@@ -82,7 +82,7 @@ def begin(files: AbstractFileSystem, root: str, request: Request, out: str) -> N
         found = replace(kept_request, seeds=request.seeds) if grows else kept_request
         for name in (field.name for field in fields(request)):
             wanted, kept = getattr(request, name), getattr(found, name)
-            why = "; made by other code, whose frames may differ" if name == "scene" else ""
+            why = "; made by another edition, whose frames may differ" if name == "scene" else ""
             check("out", kept == wanted, f"a data set with {name} {wanted!r}", f"{out!r} with {kept!r}{why}")
         if grows:
             put(files, path, found.as_json().encode())

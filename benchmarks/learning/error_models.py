@@ -19,7 +19,7 @@ def make_error_model(
     """Run one episode with pictures for each seed and return the model fitted to these runs.
 
     Args:
-        seeds: of development episodes. folder: where runs are kept; runs of the same code are reused.
+        seeds: of development episodes. folder: where runs are kept; runs of the same editions are reused.
         report: called with (episodes done, all).
     """
     controllers = list(pictureless_of(settings.scenario).runs.controllers)

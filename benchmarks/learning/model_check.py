@@ -44,7 +44,7 @@ def model_check(
 
     Args:
         seeds: of episodes that the model was not fitted to.
-        folder: where runs with pictures are kept; runs of the same code are reused.
+        folder: where runs with pictures are kept; runs of the same editions are reused.
         report: called with (runs with pictures done, all).
 
     Raises:

@@ -94,7 +94,7 @@ def write_runs(
     folder: Path,
     report: Callable[[int, int], None] = lambda done, of: None,
 ) -> list[Path]:
-    """Write a run of every seed, the controllers in turn, to ``folder``; runs of the same code are reused.
+    """Write a run of every seed, the controllers in turn, to ``folder``; runs of the same editions are reused.
 
     ``report`` is called with (runs done, all).
     """

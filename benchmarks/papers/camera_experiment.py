@@ -43,6 +43,11 @@ class CameraExperiment(PaperExperiment):
     scenario: str = PAPER_SHEET.id
     edition: int = 1
 
+    @property
+    def contestants(self) -> tuple[str, ...]:
+        """See ``PaperExperiment``: rows of a camera have one that is no tracker."""
+        return (_TRACKER,)
+
     @abstractmethod
     def measure(self, seed: int, renderer: RendererName) -> Values:
         """Return the values of one episode's rows; the last is the number of frames."""

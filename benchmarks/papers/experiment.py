@@ -58,6 +58,11 @@ class PaperExperiment(ABC):
         return (self.preset,)
 
     @property
+    @abstractmethod
+    def contestants(self) -> tuple[str, ...]:
+        """All trackers of the rows."""
+
+    @property
     def shown_claims(self) -> tuple[Claim, ...]:
         """Lines of the table: the paper's claims, and what else is counted beside them."""
         return self.claims
@@ -70,7 +75,7 @@ class PaperExperiment(ABC):
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
         """Write the rows that ``out`` lacks; return messages about rows that were moved to another file.
 
-        The same call after a stop continues. Rows of other code are made again; those of the other renderer stay.
+        The same call after a stop continues. Rows of other editions are made again; those of the other renderer stay.
 
         Raises:
             ValueError: for a folder that holds rows of other seeds or cannot be written.

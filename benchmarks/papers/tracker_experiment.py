@@ -50,7 +50,7 @@ class TrackerExperiment(PaperExperiment):
 
     @property
     def contestants(self) -> tuple[str, ...]:
-        """All trackers that run."""
+        """See ``PaperExperiment``."""
         return (*self.trackers, *self.beside)
 
     @property

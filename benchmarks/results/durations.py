@@ -6,6 +6,8 @@ import json
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks.results.table_files import committed_rows, seconds_by_contestant
 from benchmarks.results.table_runs import TableRun
 from benchmarks.run.experiment import Progress
@@ -55,7 +57,7 @@ def duration_of(run: TableRun, out: Path, folder: Path, progress: Progress) -> D
         return Duration(0.0, 0.0, _ROWS)
     seconds = seconds_by_contestant(blocks)
     if seconds and len({key.seed for key in blocks}) >= _ENOUGH_SEEDS:
-        return Duration(sum(seconds.values()), missing, _ROWS)
+        return Duration(float(np.mean(list(seconds.values()))) * run.blocks_of_seed, missing, _ROWS)
     return Duration(_measured(run, out, progress), missing, "a few frames")
 
 

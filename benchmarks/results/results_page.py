@@ -42,7 +42,7 @@ from benchmarks.scores.summary import paired
 from benchmarks.suites.registry import suite
 from sim.checks import check
 
-_OF_CONTESTANTS = ("tracker", "controller")
+_SHOWN_PARTS = ("tracker", "controller")
 """Parts of editions: a name, its edition and a digest."""
 
 
@@ -190,7 +190,7 @@ class _Page:
     def _rows_of(self, name: str) -> list[Row]:
         self._read(name)
         if name not in self._rows:
-            self._rows[name] = [row for block in (read_rows_of(name) or {}).values() for row in block]
+            self._rows[name] = [row for block in read_rows_of(name).values() for row in block]
         return self._rows[name]
 
 
@@ -242,6 +242,6 @@ def _editions(shown: TableFile) -> str:
     if not editions or not editions["scenes"]:
         return ""
     scenes = sorted({scene.split()[0] for scene in editions["scenes"].values()})
-    made = (parts[part] for parts in editions["contestants"].values() for part in _OF_CONTESTANTS if part in parts)
+    made = (parts[part] for parts in editions["contestants"].values() for part in _SHOWN_PARTS if part in parts)
     raised = sorted({" ".join(each.split()[:2]) for each in made if each.split()[1] != "1"})
     return f", editions {', '.join([*scenes, editions['shared']['judge'], *raised, 'all others 1'])}"

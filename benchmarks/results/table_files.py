@@ -5,7 +5,7 @@
 ===============  =======================================================================================================
 ``table``        its name
 ``command``      makes the same rows, without the ledger
-``commit``       of the checkout that published them; rows may be of an earlier one, see ``BenchRun.is_current``
+``commit``       of the checkout that published them; rows may be of an earlier one, see ``TableRun.is_current``
 ``seeds``        ``A:B``
 ``trackers``     of a bench, in the order of the command; empty for other tables
 ``editions``     ``shared``: packages and judge; ``scenes``: preset -> scene; ``contestants``: label -> tracker and
@@ -28,7 +28,7 @@ from __future__ import annotations
 import json
 import lzma
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -169,8 +169,11 @@ def editions_of_rows(blocks: Blocks) -> dict[str, Any]:
             else:
                 of = contestants[label(block[0])] if part in _OF_CONTESTANTS else shared
                 of[part].add(edition)
-    by_contestant = {name: _single(parts) for name, parts in contestants.items()}
-    return {"shared": _single(shared), "scenes": _single(scenes), "contestants": by_contestant}
+    return {
+        "shared": _single(shared),
+        "scenes": _single(scenes, "the scene of preset "),
+        "contestants": {name: _single(parts, f"{name}: ") for name, parts in contestants.items()},
+    }
 
 
 def seconds_by_contestant(blocks: Blocks) -> dict[str, float]:
@@ -187,10 +190,10 @@ def label(row: Mapping[str, Any]) -> str:
     return f"{row['controller']}+{row['tracker']}" if row["controller"] else str(row["tracker"])
 
 
-def _single(editions: Mapping[str, Iterable[str]]) -> dict[str, str]:
+def _single(editions: Mapping[str, set[str]], of: str = "") -> dict[str, str]:
     found = {}
     for part, several in editions.items():
-        check("publish", len(list(several)) == 1, f"rows of one edition of {part}", ", ".join(sorted(several)))
+        check("publish", len(several) == 1, f"rows of one edition of {of}{part}", ", ".join(sorted(several)))
         (found[part],) = several
     return found
 

@@ -52,7 +52,7 @@ class TableRun(ABC):
 
     @property
     def trackers(self) -> tuple[str, ...]:
-        """Those of a bench; of others the table's data say which."""
+        """Those of a bench; () for others."""
         return ()
 
     @property
@@ -67,7 +67,7 @@ class TableRun(ABC):
 
     def is_current(self, key: BlockKey, rows: list[Row]) -> bool:
         """Return whether rows are the table's, of the present editions and parameters."""
-        return self.made_now(key) == rows[0].get("editions")
+        return key.seed in self.table.seeds and self.made_now(key) == rows[0].get("editions")
 
     def missing(self) -> dict[str, str]:
         """Return those of ``trackers`` that need what is not installed; each with how to install it."""
@@ -81,7 +81,7 @@ class TableRun(ABC):
     def run(self, out: Path, workers: int, progress: Progress) -> None:
         """Make what ``out`` lacks. Rows of what the table no longer has are moved to another file."""
         found = read_blocks(out) if (out / FILE_NAME).is_file() else {}
-        strangers = {key for key in found if self.made_now(key) is None}
+        strangers = {key for key in found if key.seed not in self.table.seeds or self.made_now(key) is None}
         if strangers:
             tidy(out, strangers)
         self._make(out, workers, progress)
@@ -202,8 +202,7 @@ class PaperRun(TableRun):
     @property
     def blocks_of_seed(self) -> int:
         """See ``TableRun``."""
-        made = self.experiment
-        return len(made.presets) * len(made.contestants) if isinstance(made, TrackerExperiment) else 1
+        return len(self.experiment.presets) * len(self.experiment.contestants)
 
     def _make(self, out: Path, workers: int, progress: Progress) -> None:
         self.experiment.run(out, self.table.seeds, _RENDERER, workers, progress)

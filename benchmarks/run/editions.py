@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.run.imports import imported_files
+from benchmarks.run.imports import OURS, imported_files, source_of
 from benchmarks.suites.registry import Suite, suite
 from scenarios import catalog
 from scenarios.scenario import Scenario
@@ -49,7 +49,7 @@ _PACKAGES = {"numpy": "numpy", "numba": "numba", "opencv": "opencv-python-headle
 _PYBULLET = ("pybullet", "pybullet-arm64")
 """Packages that bring it, of which one is installed."""
 _DIGITS = 10
-_LOOKS_LIKE_A_PATH = re.compile(r"[\w.-]+(/[\w.-]+)+")
+_LOOKS_LIKE_A_PATH = re.compile(r"[\w.-]{1,255}(/[\w.-]{1,255})+")
 
 
 def editions_of(
@@ -155,16 +155,16 @@ def _differs(value: Any, field: dataclasses.Field[Any]) -> bool:
 def own_code(module: str) -> str:
     """Return a digest of a user's module, "" for ours and installed ones.
 
-    It covers all modules of users that it imports, directly or not, in their normal form: without comments,
-    docstrings and imports, but for other names that these give to things; and the data files in their folders whose
-    name, stem or path from there one of them has as a string. A module must not write such a file itself.
+    It covers all modules of users that it imports, directly or not, in their normal form, see ``_NormalForm``; and the
+    data files in their folders whose name, stem or path from there one of them has as a string. A module must not write
+    such a file itself.
     """
     files = imported_files([module], users_alone=True)
     return _digest_of_files(files) if files else ""
 
 
 def _digest_of_files(files: Sequence[Path]) -> str:
-    trees = [_NormalForm().visit(ast.parse(file.read_bytes())) for file in files]
+    trees = [_NormalForm(ast.parse(file.read_bytes())).tree for file in files]
     nodes = (node for tree in trees for node in ast.walk(tree))
     strings = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
     folders = {file.parent for file in files}
@@ -177,7 +177,25 @@ def _digest_of_files(files: Sequence[Path]) -> str:
 
 
 class _NormalForm(ast.NodeTransformer):
-    """Removes docstrings and imports; comments are in no tree. Of ``from scipy import fft as f`` stays ``fft as f``."""
+    """Code without comments, docstrings and imports.
+
+    A name that an import brings becomes the name of what it stands for: after ``from scipy import fft as f`` the code
+    says ``scipy.fft``. Where modules of users and ours lie does not count: of these stays the last part.
+
+    Attributes:
+        tree: of the code.
+    """
+
+    def __init__(self, tree: ast.Module) -> None:
+        self._brought: dict[str, str] = {}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Import):
+                self._brought |= {each.asname: _place_of(each.name) for each in node.names if each.asname}
+            elif isinstance(node, ast.ImportFrom):
+                package = "." * node.level + (node.module or "")
+                for each in node.names:
+                    self._brought[each.asname or each.name] = _place_of(package, each.name)
+        self.tree = self.visit(tree)
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
         """See ``ast.NodeTransformer``."""
@@ -185,14 +203,22 @@ class _NormalForm(ast.NodeTransformer):
             node.body = node.body[ast.get_docstring(node, clean=False) is not None :]
         return super().generic_visit(node)
 
-    def visit_Import(self, node: ast.Import) -> ast.Import | None:
+    def visit_Name(self, node: ast.Name) -> ast.Name:
         """See ``ast.NodeTransformer``."""
-        renamed = [each for each in node.names if each.asname not in (None, each.name)]
-        return ast.Import(renamed) if renamed else None
+        return ast.Name(self._brought.get(node.id, node.id), node.ctx)
 
-    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.Import | None:
+    def visit_Import(self, node: ast.Import) -> None:
         """See ``ast.NodeTransformer``."""
-        return self.visit_Import(ast.Import(node.names))
+
+    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.ImportFrom | None:
+        """See ``ast.NodeTransformer``: what a star brings is not known."""
+        return node if node.names[0].name == "*" else None
+
+
+def _place_of(module: str, name: str = "") -> str:
+    """Return the full name of an installed module or of a thing in it; of a user's and ours the last part."""
+    installed = not module.startswith(".") and source_of(module) is None and module.partition(".")[0] not in OURS
+    return ".".join(filter(None, (module, name))) if installed else name or module.rpartition(".")[2]
 
 
 def _words(*parts: object) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 from benchmarks.report.numbers import counted
 from benchmarks.run.failures import Failure
 
-WHY_MOVED = "rows of other code or of a stopped run, or ones that a second run in the folder has made too"
+WHY_MOVED = "rows of other editions or of a stopped run, or ones that a second run in the folder has made too"
 """What every message about moved rows leaves open."""
 
 

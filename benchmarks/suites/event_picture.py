@@ -33,7 +33,7 @@ def keep_event_picture(
 
     Args:
         trackers: rows by tracker. shown: the trackers in the picture.
-        found: seed and attributes of the event. No picture is written for None, nor for rows made by other code, whose
+        found: seed and attributes of the event. No picture is written for None, nor for rows of other editions, whose
             runs cannot be repeated.
         draw: returns the picture from the jobs, which have the trackers in order, and the event.
     """

@@ -21,7 +21,7 @@ def paint_land(layout: Layout, rng: np.random.Generator, size_px: int) -> NDArra
     """Return the land (size_px, size_px, 3) without paved areas: flat tones first, then variations of light and hue."""
     canvas = Canvas(np.full((size_px, size_px, 3), MEADOW, dtype=np.uint8), layout.extent_m)
     _paint_meadows(canvas, rng)
-    _paint_fields(canvas, rng)
+    _paint_fields(canvas, rng, _FIELDS)
     _paint_footpaths(canvas, rng)
     nearest = _nearest_building(layout, size_px)
     for index, building in enumerate(layout.buildings):
@@ -30,9 +30,7 @@ def paint_land(layout: Layout, rng: np.random.Generator, size_px: int) -> NDArra
     return _varied(canvas.picture, rng)
 
 
-def paint_countryside(
-    extent_m: float, rng: np.random.Generator, size_px: int, fields: int = _FIELDS
-) -> NDArray[np.uint8]:
+def paint_countryside(extent_m: float, rng: np.random.Generator, size_px: int, fields: int) -> NDArray[np.uint8]:
     """Return the picture (size_px, size_px, 3) of a square of land without houses and streets."""
     canvas = Canvas(np.full((size_px, size_px, 3), MEADOW, dtype=np.uint8), extent_m)
     _paint_meadows(canvas, rng)
@@ -113,7 +111,7 @@ def _paint_tufts(canvas: Canvas, rng: np.random.Generator) -> None:
     canvas.discs(places, rng.uniform(0.15, 0.55, len(places)), colours)
 
 
-def _paint_fields(canvas: Canvas, rng: np.random.Generator, count: int = _FIELDS) -> None:
+def _paint_fields(canvas: Canvas, rng: np.random.Generator, count: int) -> None:
     """Paint fields and allotments with rows, mostly near the edge of the land."""
     half_m = 0.5 * canvas.extent_m
     for _ in range(count):

@@ -38,7 +38,7 @@ Height = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64
 """Height of the land in metres at places x and y."""
 
 
-def surroundings(extent_m: float, outer_m: float, texture: Texture, height_m: Height | None = None) -> TexturedMesh:
+def surroundings(extent_m: float, outer_m: float, texture: Texture, height_m: Height) -> TexturedMesh:
     """Return land around a square ground: tiles of its size on all sides, without the ground itself.
 
     Neighbouring tiles are mirror images, so that the texture runs on over their edges.
@@ -47,7 +47,7 @@ def surroundings(extent_m: float, outer_m: float, texture: Texture, height_m: He
         extent_m: side of the ground, and of a tile, > 0.
         outer_m: the land reaches at least to a square of this side, > extent_m.
         texture: covers one tile.
-        height_m: of the land, 0 on the ground's edge; None for flat land.
+        height_m: of the land, 0 on the ground's edge.
     """
     _require_positive("extent_m", extent_m)
     if not outer_m > extent_m:
@@ -59,8 +59,7 @@ def surroundings(extent_m: float, outer_m: float, texture: Texture, height_m: He
             if (i, j) != (0, 0):
                 centre = (i * extent_m, j * extent_m)
                 _add_square(facets, centre, extent_m, CELLS // 2, mirrored=(i % 2 == 1, j % 2 == 1))
-    flat = facets.mesh(texture)
-    return flat if height_m is None else _raised(flat, height_m)
+    return _raised(facets.mesh(texture), height_m)
 
 
 def _raised(flat: TexturedMesh, height_m: Height) -> TexturedMesh:
@@ -79,20 +78,19 @@ def kerb(
     height_m: float,
     rgb: tuple[int, int, int],
     *,
-    bevel_m: float = 0.0,
+    bevel_m: float,
 ) -> TexturedMesh:
-    """Return a low strip of stone along a polyline (n, 2), open below; n >= 2 distinct points.
+    """Return a low strip of stone along a polyline (n, 2), open below and at its ends; n >= 2 distinct points.
 
     Args:
-        bevel_m: width of each side, seen from above. The sides of a kerb without any are upright, and darker; one
-            with bevels is open at its ends, too.
+        bevel_m: width of each sloping side, seen from above.
 
     Raises:
         ValueError: if there are fewer than two points, a size is not positive, or the bevels leave no top.
     """
     _require_positive("width_m", width_m)
     _require_positive("height_m", height_m)
-    check("bevel_m", 0.0 <= bevel_m < 0.5 * width_m, f"a length in [0, {0.5 * width_m:g}) m", bevel_m)
+    check("bevel_m", 0.0 < bevel_m < 0.5 * width_m, f"a length in (0, {0.5 * width_m:g}) m", bevel_m)
     points = np.asarray(polyline_m, dtype=float)
     if points.ndim != 2 or points.shape[1] != 2 or len(points) < 2:
         raise ValueError(f"polyline_m: expected at least two points (n, 2), got shape {points.shape}")
@@ -103,12 +101,10 @@ def kerb(
     for k, (aside_m, height) in enumerate([(foot_m, 0.0), (top_m, height_m), (-top_m, height_m), (-foot_m, 0.0)]):
         rings[:, k, :2] = points + normals * aside_m
         rings[:, k, 2] = height
-    side, top = swatch_uv(0, 2), swatch_uv(1, 2)
+    stone = swatch_uv(0, 1)
     facets = Facets()
-    end = None if bevel_m > 0.0 else side
-    facets.loft(rings, lambda segment, k: (side, top, side, None)[k], end, end)
-    darker = (int(0.8 * rgb[0]), int(0.8 * rgb[1]), int(0.8 * rgb[2]))
-    return facets.mesh(palette([rgb if bevel_m > 0.0 else darker, rgb]))
+    facets.loft(rings, lambda segment, k: (stone, stone, stone, None)[k], None, None)
+    return facets.mesh(palette([rgb]))
 
 
 def _add_square(

@@ -194,7 +194,7 @@ def digest_of_measurement(module: ModuleType, made: CameraExperiment) -> str:
 
 
 def _drawn_sheet(*_: Any, **held: bool) -> Iterator[SheetPicture]:
-    rng = np.random.default_rng(len(held))
+    rng = np.random.default_rng(sum(map(len, held)))
     for k in range(_SHEET_PICTURES):
         picture_rgb = rng.integers(20 + k, 200 - 3 * k, (24, 32, 3), dtype=np.uint8)
         registers = CameraRegisters(400 + 9 * k, 500 + 13 * k, 90 + 20 * (k % 17), 10 * (k % 23))

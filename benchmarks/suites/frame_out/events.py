@@ -19,8 +19,8 @@ def _tests() -> dict[str, EventTest]:
         "off the road": lambda frame_out: frame_out["kind"] == "excursion",
         "with a turn": lambda frame_out: bool(frame_out["turned"]),
         "without a turn": lambda frame_out: frame_out["turned"] is False,
-        "longer than promised": lambda frame_out: frame_out.get("long") is True,
-        "as long as promised": lambda frame_out: frame_out.get("long") is False,
+        "longer than drawn": lambda frame_out: frame_out.get("long") is True,
+        "as long as drawn": lambda frame_out: frame_out.get("long") is False,
     }
     for side in ("left", "right", "top", "bottom"):
         tests[f"left by the {side}"] = _is_by(side)

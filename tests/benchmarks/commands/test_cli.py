@@ -104,7 +104,7 @@ def test_rows_of_other_code_are_set_aside_and_said(tmp_path: Path, capsys: pytes
     assert bench(tmp_path) == 0
     aside = tmp_path / "records.outdated-1.jsonl"
     count = len(made.splitlines())
-    told = f"note: {count} rows that are outdated, cut off or broken were moved to {aside} (rows of other code or "
+    told = f"note: {count} rows that are outdated, cut off or broken were moved to {aside} (rows of other editions or "
     assert told in capsys.readouterr().err
     assert aside.read_text() == made
 

@@ -141,7 +141,7 @@ def test_a_folder_with_something_else_is_refused(tmp_path):
     with pytest.raises(ValueError, match="out: expected a data set with pictures 'png'"):
         made(tiny(pictures="png", seeds=(3, 9)), tmp_path / "set")
     assert (tmp_path / "set/dataset.json").read_bytes() == before
-    with pytest.raises(ValueError, match="made by other code"):
+    with pytest.raises(ValueError, match="made by another edition"):
         made(tiny(scene="other"), tmp_path / "set")
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine/thesis.txt").touch()

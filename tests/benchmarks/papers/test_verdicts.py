@@ -32,7 +32,7 @@ def kept(experiment: TrackerExperiment, seeds: range, out: Path) -> dict[tuple[s
 
 @pytest.mark.heavy
 def test_a2(tmp_path: Path) -> None:
-    """The paper's plain filter loses the car, its road filter mostly keeps it; the plain one tuned always does."""
+    """The paper's plain filter loses the car, its road filter mostly keeps it, and so does the plain one tuned."""
     found = kept(replace(a2.EXPERIMENT, beside=("colour_pf_tuned",)), range(7), tmp_path)
     # Steered by the tracker that lost the car, the camera may lose it from view once more.
     assert {total for _, total in found.values()} <= {7, 8}
@@ -43,7 +43,7 @@ def test_a2(tmp_path: Path) -> None:
 
 @pytest.mark.heavy
 def test_a3(tmp_path: Path) -> None:
-    """The method loses the car off the road, as the paper says, and mostly on it; a simpler one keeps it in a half."""
+    """The method loses the car off the road, as the paper says, and mostly on it; a simpler one keeps it more often."""
     found = kept(replace(a3.EXPERIMENT, beside=("hold_ground",)), range(9), tmp_path)
     (road, on), (excursion, off) = (found["background_pf", kind] for kind in ("road", "excursion"))
     assert (on, off) == (8, 10)

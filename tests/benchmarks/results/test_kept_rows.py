@@ -1,18 +1,20 @@
-"""Published tables keep rows of an earlier commit where the same code would make them, and no others."""
+"""Published tables keep rows of an earlier commit of the present editions, and no others."""
 
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from benchmarks.results import ledger
+from benchmarks.results import durations, ledger
 from benchmarks.results.durations import duration_of
-from benchmarks.results.table_runs import run_of
-from benchmarks.run.records import read_blocks
+from benchmarks.results.published import PublishedTable
+from benchmarks.results.table_runs import PaperRun, run_of
+from benchmarks.run.records import FILE_NAME, BlockKey, read_blocks
 from tests.benchmarks.results.conftest import SMOKE, commit_all, contents, git, publish
 from trackers import registry
 
@@ -48,7 +50,7 @@ def test_rows_of_an_earlier_commit_stay_where_the_same_code_made_them(
         assert (rows == before[key]) == (key.tracker != "constant_velocity")
 
 
-def test_the_plan_counts_rows_of_other_code_as_missing(
+def test_the_plan_counts_rows_of_other_editions_as_missing(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
@@ -62,13 +64,34 @@ def test_the_plan_counts_rows_of_other_code_as_missing(
     assert missing() > 0.0
 
 
-def test_rows_of_a_contestant_that_a_table_lost_go(checkout: Path, tmp_path: Path, listed: Callable[..., None]) -> None:
+def test_the_hours_of_a_paper_are_of_all_its_presets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = run_of(PublishedTable(name="b3", kind="paper", experiment="B3", seeds=range(8)))
+    presets, trackers = run.experiment.presets, run.experiment.contestants
+    assert len(presets) == 2
+    row = {"controller": None, "seconds": 3.0}
+    blocks = {
+        BlockKey("stereo", "stereo-follow-v2", preset, "raster", "", tracker, seed): [row | {"tracker": tracker}]
+        for preset, tracker, seed in itertools.product(presets, trackers, range(4))
+    }
+    monkeypatch.setattr(durations, "read_blocks", lambda folder: blocks)
+    monkeypatch.setattr(PaperRun, "is_current", lambda *_: True)
+    (tmp_path / FILE_NAME).touch()
+    found = duration_of(run, tmp_path, tmp_path, lambda done, of: None)
+    assert found.missing == 4
+    assert found.seed_s == pytest.approx(3.0 * 2 * len(trackers))
+
+
+def test_rows_of_contestants_and_seeds_that_a_table_lost_go(
+    checkout: Path, tmp_path: Path, listed: Callable[..., None]
+) -> None:
     out = tmp_path / "out"
     assert publish(out) == 0
-    listed(replace(SMOKE, trackers=("hold",)))
+    less = replace(SMOKE, trackers=("hold",), seeds=range(2, 4))
+    assert duration_of(run_of(less), out, out / SMOKE.name, lambda done, of: None).missing == 2
+    listed(less)
     commit_all(checkout, "second")
     assert publish(out) == 0
-    assert {key.tracker for key in read_blocks(out / "smoke")} == {"hold"}
+    assert {(key.tracker, key.seed) for key in read_blocks(out / "smoke")} == {("hold", 2), ("hold", 3)}
     assert {entry["tracker"] for entry in contents()["summary"]} == {"hold"}
     assert list((out / "smoke").glob("records.outdated-*"))
 

@@ -58,7 +58,8 @@ def test_a_table_of_two_presets_names_both_scenes_and_no_preset_has_two() -> Non
     one, other = block("uniform", "conveyor-v1 aa"), block("dressed-apart", "conveyor-v1 bb")
     made = table_files.editions_of_rows({1: one, 2: other})
     assert made["scenes"] == {"uniform": "conveyor-v1 aa", "dressed-apart": "conveyor-v1 bb"}
-    with pytest.raises(ValueError, match="rows of one edition of uniform, got conveyor-v1 aa, conveyor-v1 bb"):
+    wrong = "rows of one edition of the scene of preset uniform, got conveyor-v1 aa, conveyor-v1 bb"
+    with pytest.raises(ValueError, match=wrong):
         table_files.editions_of_rows({1: one, 2: block("uniform", "conveyor-v1 bb")})
 
 

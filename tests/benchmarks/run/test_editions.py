@@ -168,12 +168,29 @@ def test_what_a_users_module_imports_and_reads_is_part_of_it(own: Path) -> None:
     ("first", "second"),
     [
         ("from scipy.ndimage import maximum_filter as f", "from scipy.ndimage import minimum_filter as f"),
-        ("import numpy as xp", "import cupy as xp"),
+        ("from cv2 import blur as f", "from scipy.ndimage import blur as f"),
+        ("import numpy as f", "import cupy as f"),
+        ("from numpy import *", "from scipy import *"),
     ],
 )
 def test_another_thing_by_the_same_name_is_a_change(own: Path, first: str, second: str) -> None:
     text = own.read_text()
-    assert code_with(own, own.name, f"{text}\n{first}\n") != code_with(own, own.name, f"{text}\n{second}\n")
+    used = "\nUSED = f\n"
+    assert code_with(own, own.name, text + first + used) != code_with(own, own.name, text + second + used)
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("import numpy as f", "import numpy as g"),
+        ("from numpy import fft as f", "import numpy.fft as g"),
+        ("from own_gain_model import WEIGHTS as f", "from own_gain_model import WEIGHTS as g"),
+    ],
+)
+def test_the_same_thing_by_another_name_is_no_change(own: Path, first: str, second: str) -> None:
+    text = own.read_text()
+    before = code_with(own, own.name, f"{text}{first}\nUSED = f\n")
+    assert code_with(own, own.name, f"{text}{second}\nUSED = g\n") == before
 
 
 def test_a_package_and_its_data_and_what_is_imported_by_name_are_part_of_a_module(own: Path) -> None:

@@ -29,8 +29,8 @@ class FrameOut:
             is not known.
         side: side of the picture by which it left; "" where it is not known.
         turned: whether it turned at a crossing while outside; None where it is not known.
-        long: whether it lasts longer than the preset promises, e.g. because the pilot flew on without having seen where
-            the car went; None where nothing is promised.
+        long: whether it lasts longer than any that the preset draws, e.g. because the pilot flew on without having seen
+            where the car went; None where it draws none.
     """
 
     index: int

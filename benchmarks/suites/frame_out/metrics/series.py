@@ -27,7 +27,7 @@ class TruthSeries:
         visible_fraction: (F,) of the target.
         state, side: (F,) str; side is "" before the first exit.
         on_road, turning: (F,) bool.
-        longest_frames: of a frame-out, as the preset promises; None where none is promised: in closed loop and in real
+        longest_frames: of a frame-out that the preset draws; None where it draws none: in closed loop and in real
             sequences.
     """
 

@@ -36,23 +36,23 @@ def test_a_frame_out_is_found_with_its_attributes() -> None:
     assert found.watch_end_frame == 8
 
 
-def test_what_lasts_longer_than_the_preset_promises_is_long() -> None:
+def test_what_lasts_longer_than_any_that_the_preset_draws_is_long() -> None:
     states = ["in", "out", "out", "in", "out", "out", "out", "in"]
     assert [each.long for each in find_frame_outs(replace(truth_of(states), longest_frames=2))] == [False, True]
     assert [each.long for each in find_absences(np.array(states))] == [None, None]
 
 
-def test_the_promise_is_that_of_the_set_path_of_the_preset() -> None:
+def test_the_longest_is_that_of_the_set_path_of_the_preset() -> None:
     """In closed loop the length of a frame-out is the contestant's doing."""
     assert isinstance(RoadTownEpisode.preset, property)
     start = Start(CameraModel(100, 80, 100.0), box_xyxy=np.zeros(4))
-    for preset, closed_loop, promised in (
+    for preset, closed_loop, longest_frames in (
         (PRESETS["standard"], False, 120),
         (PRESETS["standard"], True, None),
         ("another scene's", False, None),
     ):
         episode: Any = SimpleNamespace(rate_hz=15.0, closed_loop=closed_loop, start=start, preset=preset)
-        assert FrameOutJudge(episode, catalog.scenario("road-town"))._longest_frames == promised
+        assert FrameOutJudge(episode, catalog.scenario("road-town"))._longest_frames == longest_frames
 
 
 def test_a_car_that_only_peeps_in_is_not_back() -> None:
