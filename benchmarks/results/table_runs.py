@@ -80,10 +80,12 @@ class TableRun(ABC):
 
     def run(self, out: Path, workers: int, progress: Progress) -> None:
         """Make what ``out`` lacks. Rows of what the table no longer has are moved to another file."""
-        found = read_blocks(out) if (out / FILE_NAME).is_file() else {}
-        strangers = {key for key in found if key.seed not in self.table.seeds or self.made_now(key) is None}
-        if strangers:
-            tidy(out, strangers)
+        for folder in (file.parent for file in out.rglob(FILE_NAME)):
+            # What a paper varies, in a folder of its own, has names that the table does not know.
+            known = (lambda key: True) if folder != out else self.made_now
+            strangers = {key for key in read_blocks(folder) if key.seed not in self.table.seeds or not known(key)}
+            if strangers:
+                tidy(folder, strangers)
         self._make(out, workers, progress)
 
     @abstractmethod

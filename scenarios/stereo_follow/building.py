@@ -71,7 +71,7 @@ def draw_building(plan: FloorPlan, rng: np.random.Generator) -> Building:
     """Draw a building on a floor plan."""
     sky = _sky(rng)
     panels = [*_corridor(plan, sky, rng), *_hall(plan, sky, rng), *_doorway(plan, rng), *_yard(plan, rng)]
-    return Building(plan, tuple(panels), tuple(_trees(plan.yard, plan.door, rng)), sky)
+    return Building(plan, tuple(panels), tuple(_trees(plan.yard, rng)), sky)
 
 
 def _sky(rng: np.random.Generator) -> Sky:
@@ -265,7 +265,7 @@ def _facade_windows(
                 yield new_panel(f"{name} window", corner_m, (0.0, sign * width_m, 0.0), (0.0, 0.0, 1.4), glass)
 
 
-def _trees(yard: Area, door: Area, rng: np.random.Generator) -> Iterator[tuple[TexturedMesh, NDArray[np.float64]]]:
+def _trees(yard: Area, rng: np.random.Generator) -> Iterator[tuple[TexturedMesh, NDArray[np.float64]]]:
     """Yield trees along the hedges; their crowns reach over the paths."""
     for y_m, first_m in ((yard.y0 + 1.0, 5.0), (yard.y1 - 1.0, 3.5)):
         for x_m in np.arange(yard.x0 + first_m, yard.x1 - 1.5, rng.uniform(5.0, 8.0)):

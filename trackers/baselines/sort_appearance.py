@@ -130,7 +130,7 @@ class SortAppearance(Sort):
         return LookingTarget(identity, detection, self._parameters.memory, self._spread)
 
     def _matched(self, expected_xyxy: NDArray[np.float64], detections: Sequence[Detection]) -> list[tuple[int, int]]:
-        pairs = self._matched_by_look(expected_xyxy, detections)
+        pairs = self._matched_by_look(detections)
         rows, columns = {row for row, _ in pairs}, {column for _, column in pairs}
         recent = [k for k, each in enumerate(self._targets) if k not in rows and each.frames_since == 1]
         left = [k for k in range(len(detections)) if k not in columns]
@@ -138,9 +138,7 @@ class SortAppearance(Sort):
         nearest = matched_by_overlap(expected_xyxy[recent], rest, self._parameters.least_overlap)
         return pairs + [(recent[row], left[column]) for row, column in nearest]
 
-    def _matched_by_look(
-        self, expected_xyxy: NDArray[np.float64], detections: Sequence[Detection]
-    ) -> list[tuple[int, int]]:
+    def _matched_by_look(self, detections: Sequence[Detection]) -> list[tuple[int, int]]:
         """Return the pairs of the matching cascade: targets of the fewest frames without a detection choose first."""
         p = self._parameters
         targets = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import shutil
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -86,12 +87,14 @@ def test_rows_of_contestants_and_seeds_that_a_table_lost_go(
 ) -> None:
     out = tmp_path / "out"
     assert publish(out) == 0
-    less = replace(SMOKE, trackers=("hold",), seeds=range(2, 4))
-    assert duration_of(run_of(less), out, out / SMOKE.name, lambda done, of: None).missing == 2
+    shutil.copytree(out / "smoke", out / "smoke/robustness")
+    less = replace(SMOKE, trackers=("hold",), seeds=range(1, 3))
+    assert duration_of(run_of(less), out, out / SMOKE.name, lambda done, of: None).missing == 1
     listed(less)
     commit_all(checkout, "second")
     assert publish(out) == 0
-    assert {(key.tracker, key.seed) for key in read_blocks(out / "smoke")} == {("hold", 2), ("hold", 3)}
+    assert {(key.tracker, key.seed) for key in read_blocks(out / "smoke")} == {("hold", 1), ("hold", 2)}
+    assert {key.seed for key in read_blocks(out / "smoke/robustness")} == {1}
     assert {entry["tracker"] for entry in contents()["summary"]} == {"hold"}
     assert list((out / "smoke").glob("records.outdated-*"))
 
