@@ -70,15 +70,16 @@ def scored_anew(
 ) -> dict[str, Any]:
     """Return a file of tuned values with the scores that its values have now, on the search's seeds and fresh ones.
 
-    Scenes and trackers may have changed since the search. Without tuned values the best trial's are not known, so that
-    its scores stay.
+    Scenes and trackers may have changed since the search: the scores of the check, which chose then, go. Without tuned
+    values the best trial's are not known, so that all its scores stay.
     """
     tuned = document["parameters"]
-    scores = {}
+    gone, scores = {"fresh", "no_fresh"}, {}
     if tuned:
         found = scores_on({"tuned": {**written, **tuned}, "written": dict(written)}, searched)
         scores = {"score": round(found["tuned"], 6), "default_score": round(found["written"], 6)}
-    kept = {key: value for key, value in document.items() if key not in ("fresh", "no_fresh")}
+        gone |= {"check_score", "check_default_score"}
+    kept = {key: value for key, value in document.items() if key not in gone}
     episodes = len(document["preset"].split()) * len(searched)
     return {
         **kept,
