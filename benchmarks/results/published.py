@@ -190,7 +190,7 @@ TABLES: tuple[PublishedTable, ...] = (
     *(_speed(scenario) for scenario in ("road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1")),
     PublishedTable(name="speed-stored", kind="speed", scenario="road-town-v2", stored=True, frames=300, seeds=range(2)),
 )
-"""In the order of RESULTS.md, with as many seeds as take 2.5 hours together on two cores that may be threads of one. A
+"""In the order of RESULTS.md, with as many seeds as take about 2.5 hours together on two cores. A
 change of a table's data needs new runs.
 """
 

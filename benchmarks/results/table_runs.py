@@ -81,9 +81,10 @@ class TableRun(ABC):
     def run(self, out: Path, workers: int, progress: Progress) -> None:
         """Make what ``out`` lacks. Rows of what the table no longer has are moved to another file."""
         for folder in (file.parent for file in out.rglob(FILE_NAME)):
-            # What a paper varies, in a folder of its own, has names that the table does not know.
-            known = (lambda key: True) if folder != out else self.made_now
-            strangers = {key for key in read_blocks(folder) if key.seed not in self.table.seeds or not known(key)}
+            found = read_blocks(folder)
+            strangers = {key for key in found if key.seed not in self.table.seeds}
+            if folder == out:  # What a paper varies, in a folder of its own, has names that the table does not know.
+                strangers |= {key for key in found if self.made_now(key) is None}
             if strangers:
                 tidy(folder, strangers)
         self._make(out, workers, progress)

@@ -190,11 +190,11 @@ class _NormalForm(ast.NodeTransformer):
         self._brought: dict[str, str] = {}
         for node in ast.walk(tree):
             if isinstance(node, ast.Import):
-                self._brought |= {each.asname: _place_of(each.name) for each in node.names if each.asname}
+                self._brought |= {each.asname: _name_of(each.name) for each in node.names if each.asname}
             elif isinstance(node, ast.ImportFrom):
                 package = "." * node.level + (node.module or "")
                 for each in node.names:
-                    self._brought[each.asname or each.name] = _place_of(package, each.name)
+                    self._brought[each.asname or each.name] = _name_of(package, each.name)
         self.tree = self.visit(tree)
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
@@ -215,7 +215,7 @@ class _NormalForm(ast.NodeTransformer):
         return node if node.names[0].name == "*" else None
 
 
-def _place_of(module: str, name: str = "") -> str:
+def _name_of(module: str, name: str = "") -> str:
     """Return the full name of an installed module or of a thing in it; of a user's and ours the last part."""
     installed = not module.startswith(".") and source_of(module) is None and module.partition(".")[0] not in OURS
     return ".".join(filter(None, (module, name))) if installed else name or module.rpartition(".")[2]

@@ -103,7 +103,7 @@ def kerb(
         rings[:, k, 2] = height
     stone = swatch_uv(0, 1)
     facets = Facets()
-    facets.loft(rings, lambda segment, k: (stone, stone, stone, None)[k], None, None)
+    facets.loft(rings, lambda segment, k: None if k == 3 else stone, None, None)
     return facets.mesh(palette([rgb]))
 
 

@@ -95,7 +95,7 @@ def test_report_and_compare_say_which_lines_they_ignore(tmp_path: Path, capsys: 
     assert rows.read_bytes().count(b"\xff") == 1
 
 
-def test_rows_of_other_code_are_set_aside_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_rows_of_other_editions_are_set_aside_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bench(tmp_path)
     rows = tmp_path / "records.jsonl"
     made = re.sub(r'"judge": "[^"]+"', '"judge": "another"', rows.read_text())

@@ -27,7 +27,7 @@ def change_parameters(tracker: str, monkeypatch: pytest.MonkeyPatch, **values: f
     monkeypatch.setitem(registry._ENTRIES, tracker, changed)
 
 
-def test_rows_of_an_earlier_commit_stay_where_the_same_code_made_them(
+def test_rows_of_an_earlier_commit_of_the_present_editions_stay(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     out = tmp_path / "out"
