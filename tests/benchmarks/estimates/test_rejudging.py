@@ -138,7 +138,7 @@ def other_rows(folder: Path) -> None:
     path.write_text(path.read_text().replace('"suite": "frame-out"', '"suite": "fish"'))
 
 
-def other_code(folder: Path) -> None:
+def another_edition(folder: Path) -> None:
     path = folder / FILE_NAME
     lines = [json.loads(line) for line in path.read_text().splitlines()]
     changed = [row | {"editions": row["editions"] | {"tracker": "another"}} for row in lines]
@@ -156,7 +156,7 @@ def cut_off(folder: Path) -> None:
         (no_estimates, r"estimates: expected files of `frameout bench --keep-estimates`, got none in"),
         (other_rows, r"expected estimates of a block of rows in records\.jsonl, got suite frame-out, fake-town-v1"),
         (
-            other_code,
+            another_edition,
             r"expected estimates of the editions that made the rows in .*, got another \['tracker'\]",
         ),
         (cut_off, r"000003-fake_still-\w+\.parquet: expected a whole file of estimates, got"),
@@ -172,7 +172,7 @@ def test_what_does_not_fit_is_named_and_nothing_is_written(
     assert (copied / FILE_NAME).read_bytes() == before
 
 
-def test_estimates_on_frames_of_other_code_are_refused(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_estimates_on_frames_of_another_edition_are_refused(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("benchmarks.estimates.rejudging.scene_edition", lambda scenario, preset: "new")
     with pytest.raises(ValueError, match=r"expected estimates on frames of the scene's present edition, new, got"):
         judged_again(copied)

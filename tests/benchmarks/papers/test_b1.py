@@ -115,7 +115,7 @@ def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
     assert width / ILLUMINANCES > height / len(CONDITIONS)
 
 
-def test_a_stopped_run_goes_on_and_what_other_code_made_is_made_again(
+def test_a_stopped_run_goes_on_and_what_another_edition_made_is_made_again(
     tmp_path: Path, block: list[Row], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     measured = []

@@ -99,7 +99,7 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.
     assert run(TINY, tmp_path).episodes == 0
 
 
-def test_what_other_code_made_is_made_again(tmp_path: Path) -> None:
+def test_what_another_edition_made_is_made_again(tmp_path: Path) -> None:
     run(TINY, tmp_path)
     file = tmp_path / "records.jsonl"
     lines = file.read_text().splitlines()
