@@ -57,7 +57,8 @@ def duration_of(run: TableRun, out: Path, folder: Path, progress: Progress) -> D
         return Duration(0.0, 0.0, _ROWS)
     seconds = seconds_by_contestant(blocks)
     if seconds and len({key.seed for key in blocks}) >= _ENOUGH_SEEDS:
-        return Duration(float(np.mean(list(seconds.values()))) * run.blocks_of_seed, missing, _ROWS)
+        blocks_of_seed = run.blocks_of_seed + run.varied_blocks / len(run.table.seeds)
+        return Duration(float(np.mean(list(seconds.values()))) * blocks_of_seed, missing, _ROWS)
     return Duration(_measured(run, out, progress), missing, "a few frames")
 
 

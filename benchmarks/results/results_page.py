@@ -244,4 +244,5 @@ def _editions(shown: TableFile) -> str:
     scenes = sorted({scene.split()[0] for scene in editions["scenes"].values()})
     made = (parts[part] for parts in editions["contestants"].values() for part in _SHOWN_PARTS if part in parts)
     raised = sorted({" ".join(each.split()[:2]) for each in made if each.split()[1] != "1"})
-    return f", editions {', '.join([*scenes, editions['shared']['judge'], *raised, 'all others 1'])}"
+    others = ["all others 1"] if editions["contestants"] else []
+    return f", editions {', '.join([*scenes, editions['shared']['judge'], *raised, *others])}"

@@ -65,6 +65,11 @@ class TableRun(ABC):
         """How many blocks of rows a seed has."""
         return 1
 
+    @property
+    def varied_blocks(self) -> int:
+        """How many blocks of rows a paper's varied settings have beside, in all."""
+        return 0
+
     def is_current(self, key: BlockKey, rows: list[Row]) -> bool:
         """Return whether rows are the table's, of the present editions and parameters."""
         return key.seed in self.table.seeds and self.made_now(key) == rows[0].get("editions")
@@ -206,6 +211,15 @@ class PaperRun(TableRun):
     def blocks_of_seed(self) -> int:
         """See ``TableRun``."""
         return len(self.experiment.presets) * len(self.experiment.contestants)
+
+    @property
+    def varied_blocks(self) -> int:
+        """See ``TableRun``."""
+        made = self.experiment
+        if not isinstance(made, TrackerExperiment):
+            return 0
+        varied = made.varied_runs(made.runs(self.table.seeds, _RENDERER, workers=0))
+        return sum(len(each.presets) * len(each.trackers) * len(each.seeds) for each in varied)
 
     def _make(self, out: Path, workers: int, progress: Progress) -> None:
         self.experiment.run(out, self.table.seeds, _RENDERER, workers, progress)

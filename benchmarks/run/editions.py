@@ -25,7 +25,8 @@ import dataclasses
 import hashlib
 import importlib.metadata
 import json
-import re
+import os
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -33,7 +34,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.run.imports import OURS, imported_files, source_of
+from benchmarks.run.imports import imported_files
 from benchmarks.suites.registry import Suite, suite
 from scenarios import catalog
 from scenarios.scenario import Scenario
@@ -49,7 +50,6 @@ _PACKAGES = {"numpy": "numpy", "numba": "numba", "opencv": "opencv-python-headle
 _PYBULLET = ("pybullet", "pybullet-arm64")
 """Packages that bring it, of which one is installed."""
 _DIGITS = 10
-_LOOKS_LIKE_A_PATH = re.compile(r"[\w.-]{1,255}(/[\w.-]{1,255})+")
 
 
 def editions_of(
@@ -169,8 +169,9 @@ def _digest_of_files(files: Sequence[Path]) -> str:
     strings = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
     folders = {file.parent for file in files}
     data = {each for folder in folders for each in folder.iterdir() if {each.name, each.stem} & strings}
-    data |= {folder / text for folder in folders for text in strings if _LOOKS_LIKE_A_PATH.fullmatch(text)}
-    data = {each for each in data if each.suffix != ".py" and each.is_file()}
+    data |= {folder / text for folder in folders for text in strings if "/" in text}
+    # Unlike ``Path.is_file`` it takes any string, one of 10,000 letters too.
+    data = {each for each in data if each.suffix != ".py" and os.path.isfile(each)}
     contents = [ast.dump(tree).encode() for tree in trees]
     contents += [each.name.encode() + b"\0" + each.read_bytes() for each in data]
     return _digest(b"".join(sorted(hashlib.sha256(each).digest() for each in contents)))
@@ -179,22 +180,24 @@ def _digest_of_files(files: Sequence[Path]) -> str:
 class _NormalForm(ast.NodeTransformer):
     """Code without comments, docstrings and imports.
 
-    A name that an import brings becomes the name of what it stands for: after ``from scipy import fft as f`` the code
-    says ``scipy.fft``. Where modules of users and ours lie does not count: of these stays the last part.
+    A name that an import brings becomes the full name of what it stands for: after ``from scipy import fft as f`` the
+    code says ``scipy.fft``; all of them, if several imports bring it.
 
     Attributes:
         tree: of the code.
     """
 
     def __init__(self, tree: ast.Module) -> None:
-        self._brought: dict[str, str] = {}
+        self._brought: defaultdict[str, set[str]] = defaultdict(set)
         for node in ast.walk(tree):
             if isinstance(node, ast.Import):
-                self._brought |= {each.asname: _name_of(each.name) for each in node.names if each.asname}
+                for each in node.names:
+                    package = each.name.partition(".")[0]
+                    self._brought[each.asname or package].add(each.name if each.asname else package)
             elif isinstance(node, ast.ImportFrom):
                 package = "." * node.level + (node.module or "")
                 for each in node.names:
-                    self._brought[each.asname or each.name] = _name_of(package, each.name)
+                    self._brought[each.asname or each.name].add(f"{package}.{each.name}")
         self.tree = self.visit(tree)
 
     def generic_visit(self, node: ast.AST) -> ast.AST:
@@ -205,7 +208,7 @@ class _NormalForm(ast.NodeTransformer):
 
     def visit_Name(self, node: ast.Name) -> ast.Name:
         """See ``ast.NodeTransformer``."""
-        return ast.Name(self._brought.get(node.id, node.id), node.ctx)
+        return ast.Name(" or ".join(sorted(self._brought.get(node.id, {node.id}))), node.ctx)
 
     def visit_Import(self, node: ast.Import) -> None:
         """See ``ast.NodeTransformer``."""
@@ -213,12 +216,6 @@ class _NormalForm(ast.NodeTransformer):
     def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.ImportFrom | None:
         """See ``ast.NodeTransformer``: what a star brings is not known."""
         return node if node.names[0].name == "*" else None
-
-
-def _name_of(module: str, name: str = "") -> str:
-    """Return the full name of an installed module or of a thing in it; of a user's and ours the last part."""
-    installed = not module.startswith(".") and source_of(module) is None and module.partition(".")[0] not in OURS
-    return ".".join(filter(None, (module, name))) if installed else name or module.rpartition(".")[2]
 
 
 def _words(*parts: object) -> str:

@@ -27,7 +27,7 @@ def imported_files(modules: Iterable[str], *, users_alone: bool = False) -> list
     waiting = list(modules)
     while waiting:
         name = waiting.pop()
-        path = None if name in found else source_of(name)
+        path = None if name in found else _source_of(name)
         if path is not None and (is_users(str(path)) or not users_alone):
             found[name] = path
             # To import a module runs its package.
@@ -35,7 +35,7 @@ def imported_files(modules: Iterable[str], *, users_alone: bool = False) -> list
     return sorted(found.values())
 
 
-def source_of(module: str) -> Path | None:
+def _source_of(module: str) -> Path | None:
     """Return the source file of one of our modules or of a user's; None for others."""
     top = module.partition(".")[0]
     if top in OURS:

@@ -65,7 +65,7 @@ def test_the_plan_counts_rows_of_other_editions_as_missing(
     assert missing() > 0.0
 
 
-def test_the_hours_of_a_paper_are_of_all_its_presets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_hours_of_a_paper_are_of_all_its_presets_and_varied_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = run_of(PublishedTable(name="b3", kind="paper", experiment="B3", seeds=range(8)))
     presets, trackers = run.experiment.presets, run.experiment.contestants
     assert len(presets) == 2
@@ -79,7 +79,10 @@ def test_the_hours_of_a_paper_are_of_all_its_presets(tmp_path: Path, monkeypatch
     (tmp_path / FILE_NAME).touch()
     found = duration_of(run, tmp_path, tmp_path, lambda done, of: None)
     assert found.missing == 4
-    assert found.seed_s == pytest.approx(3.0 * 2 * len(trackers))
+    made = run.experiment.robustness
+    varied = len(made.trackers) * (len(made.settings) + len(made.rates)) * made.episodes
+    assert varied > 0
+    assert found.seed_s == pytest.approx(3.0 * (2 * len(trackers) + varied / 8))
 
 
 def test_rows_of_contestants_and_seeds_that_a_table_lost_go(

@@ -124,7 +124,8 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "own_gain_model.py").write_text("WEIGHTS = 'weights.npz'\n")
     (tmp_path / "weights.npz").write_bytes(b"1")
     file = tmp_path / "own_gain_tracker.py"
-    file.write_text(TRACKER + "\n\nfrom own_gain_model import WEIGHTS\n")
+    no_path = "a/" * 3000
+    file.write_text(TRACKER + f"\n\nfrom own_gain_model import WEIGHTS\n\nTEXT = '{no_path}'\n")
     return file
 
 
@@ -174,6 +175,11 @@ def test_what_a_users_module_imports_and_reads_is_part_of_it(own: Path) -> None:
         ("import numpy as f", "import numpy as g", True),
         ("from numpy import fft as f", "import numpy.fft as g", True),
         ("from own_gain_model import WEIGHTS as f", "from own_gain_model import WEIGHTS as g", True),
+        ("import trackers.sort as f", "import trackers.bytetrack as f", False),
+        ("from trackers.one import Model as f", "from trackers.two import Model as f", False),
+        ("import one as f, two as f", "import one as f, three as f", False),
+        ("import three as f, two as f", "import one as f, two as f", False),
+        ("import one as f, two as f", "import two as f, one as f", True),
     ],
 )
 def test_what_an_import_brings_counts_and_not_its_name(own: Path, first: str, second: str, same: bool) -> None:
