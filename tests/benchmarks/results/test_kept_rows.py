@@ -65,7 +65,9 @@ def test_the_plan_counts_rows_of_other_editions_as_missing(
     assert missing() > 0.0
 
 
-def test_the_hours_of_a_paper_are_of_all_its_presets_and_varied_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_hours_of_a_paper_are_of_all_its_presets_and_varied_settings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     run = run_of(PublishedTable(name="b3", kind="paper", experiment="B3", seeds=range(8)))
     presets, trackers = run.experiment.presets, run.experiment.contestants
     assert len(presets) == 2
