@@ -163,7 +163,8 @@ def test_every_file_says_on_how_many_episodes_and_what_fresh_ones_gave() -> None
         assert found["episodes"] == len(found["preset"].split()) * (end - first), file.name
         fresh = found["fresh"]
         if fresh is None:
-            assert found["no_fresh"], file.name
+            assert found["no_fresh"] == NO_VALUES, file.name
+            assert not found["parameters"], file.name
         else:
             assert set(fresh) == {"seeds", "written", "tuned"}, file.name
             assert int(fresh["seeds"].split(":")[0]) >= end, file.name
