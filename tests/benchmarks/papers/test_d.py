@@ -83,10 +83,12 @@ def test_eight_points_and_a_third(found: Mapping[str, int], width_m: float, disa
 
 HELD = [
     (WRITTEN, "paper_detection_rate", True, 0.76, 0.08),
-    (WRITTEN, "region_width_m person", True, 1.52, 0.3),
     (WRITTEN, "region_width_m person", False, 1.52, 0.3),
+    (WRITTEN, "region_depth_m person", True, 1.66, 0.3),
+    (WRITTEN, "region_height_m person", False, 2.80, 0.3),
     (WRITTEN, "region_width_m car", True, 3.11, 0.6),
-    (WRITTEN, "region_width_m car", True, 3.11, 0.6),
+    (WRITTEN, "region_depth_m car", False, 1.67, 0.3),
+    (WRITTEN, "region_height_m car", True, 3.02, 0.3),
     (WRITTEN, "tide_share", True, 0.90, 0.08),
     (WRITTEN, "froc_area_1_100", True, -0.77, 0.12),
     (OURS, "detection_rate_at_a_tenth", True, 0.58, 0.15),
