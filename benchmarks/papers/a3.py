@@ -71,9 +71,9 @@ EXPERIMENT = BackgroundExperiment(
     "(from 0.8°). The car goes straight on at crossings where it can: its weight of a turn is 0.0001 (from 0.3). "
     "Frame-outs on the road were 5 to 14 frames long (from 8 to 25) and those off it 25 and more, which alone could "
     "have made the paper's difference. In this edition all are drawn from 15 to 30 frames, whatever the method then "
-    "does, and nothing else was set anew. The method's own "
-    "numbers, of which the paper prints the existence probabilities alone, were fitted to development data; "
-    "its colour statistics and the numbers of lights were learnt in other towns.",
+    "does, and nothing else was set anew. The method's own numbers, of which the paper prints the existence "
+    "probabilities alone, were fitted to development data; its colour statistics and the numbers of lights were learnt "
+    "in other towns.",
     suite="frame-out",
     scenario="road-town-v2",
     preset="paper-a3",

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.results.table_files import committed_rows, seconds_by_contestant
+from benchmarks.results.table_files import read_rows_of, seconds_by_contestant
 from benchmarks.results.table_runs import TableRun
 from benchmarks.run.experiment import Progress
-from benchmarks.run.records import FILE_NAME, blocks_of_lines, read_blocks
+from benchmarks.run.records import FILE_NAME, read_blocks
 from trackers.atomic_file import write_atomic
 
 _MEASURED = "seconds-of-a-seed.json"
@@ -50,7 +50,7 @@ def duration_of(run: TableRun, out: Path, folder: Path, progress: Progress) -> D
     if folder.is_dir():
         found = read_blocks(folder) if (folder / FILE_NAME).is_file() else {}
     else:
-        found = blocks_of_lines(committed_rows(run.table).splitlines()).blocks
+        found = read_rows_of(run.table.name)
     blocks = {key: rows for key, rows in found.items() if run.is_current(key, rows)}
     missing = len(run.table.seeds) - len(blocks) / run.blocks_of_seed
     if missing <= 0:

@@ -190,9 +190,7 @@ TABLES: tuple[PublishedTable, ...] = (
     *(_speed(scenario) for scenario in ("road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1")),
     PublishedTable(name="speed-stored", kind="speed", scenario="road-town-v2", stored=True, frames=300, seeds=range(2)),
 )
-"""In the order of RESULTS.md, with as many seeds as take at most 2.5 hours together on two cores. A
-change of a table's data needs new runs.
-"""
+"""In the order of RESULTS.md. A change of a table's data needs new runs."""
 
 
 def tables_named(names: tuple[str, ...]) -> tuple[PublishedTable, ...]:
