@@ -4,13 +4,12 @@
 
 .PHONY: demo test docs check check-all format lint types layers clean
 
-# The first interpreter of version 3.11, or nothing. A name on PATH may be a shim that fails, so it is asked.
-PYTHON := $(shell for name in python3.11 python3; do \
-	if "$$name" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' 2>/dev/null; \
+# The first interpreter that will do, or nothing. A name on PATH may be a shim that fails, so it is asked.
+PYTHON := $(shell for name in python3.11 python3.12 python3.13 python3; do \
+	if "$$name" -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' 2>/dev/null; \
 	then command -v "$$name"; break; fi; done)
 UV := $(shell command -v uv)
-WRONG_PYTHON = frameout needs Python 3.11, because the last wheels of PyBullet are for it: \
-	install python3.11 (or uv, which brings it)
+WRONG_PYTHON = frameout needs Python 3.11, 3.12 or 3.13: install one of them (or uv, which brings it)
 
 # What uv takes if it may choose an interpreter itself.
 INTERPRETER = $(or $(PYTHON),3.11)

@@ -60,7 +60,7 @@ def _pybullet() -> Any:
     except ImportError as error:
         raise ImportError(
             "pybullet: expected to be installed, for --renderer pybullet and sim.bullet alone; "
-            "`pip install pybullet` on Linux x86-64 with Python 3.11, elsewhere `pip install pybullet-arm64`",
+            "`pip install pybullet` on Linux x86-64 with Python 3.11, `pip install pybullet-arm64` elsewhere",
             name="pybullet",
         ) from error
     return pybullet
