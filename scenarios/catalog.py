@@ -26,7 +26,6 @@ class Entry:
         id: catalogue id with its version. place: ``module:name`` of the ``Scenario``.
         env_id: Gymnasium's id of its env, '' if there is none.
         tracker, preset: defaults of that env.
-        episode_steps: default ``max_episode_steps`` of that env; 300 frames have 299 steps.
         survey: ``module:name`` of its ``Survey``, '' if there is none.
         largest: largest values of preset fields that its env takes; the world has no room for more. They stand here,
             since a check in the preset would make all episodes those of another version.
@@ -37,7 +36,6 @@ class Entry:
     env_id: str = ""
     tracker: str = ""
     preset: str = "standard"
-    episode_steps: int = 299
     survey: str = ""
     largest: Mapping[str, float] = field(default_factory=dict)
 
@@ -58,14 +56,13 @@ _ENTRIES: tuple[Entry, ...] = (
         "frameout/StereoFollow-v2",
         "stereo_people",
     ),
-    Entry("fish-tank-v1", "scenarios.fish_tank.scenario:FISH_TANK", "frameout/FishTankFollow-v1", "shoal_chain"),
+    Entry("fish-tank-v1", "scenarios.fish_tank.scenario:FISH_TANK", "frameout/FishTankFollow-v2", "shoal_chain"),
     Entry(
         "harbour-v1",
         "scenarios.harbour.scenario:HARBOUR",
         "frameout/HarbourFollow-v1",
         "harbour_watch",
         preset="patrol",
-        episode_steps=899,
     ),
     Entry("paper-sheet-v1", "scenarios.paper_sheet.scenario:PAPER_SHEET"),
 )
@@ -78,6 +75,7 @@ SUCCESSORS: Mapping[str, str] = {
     "frameout/RoadTownFollow-v1": "frameout/RoadTownFollow-v2",
     "stereo-follow-v1": "stereo-follow-v2",
     "frameout/StereoFollow-v1": "frameout/StereoFollow-v2",
+    "frameout/FishTankFollow-v1": "frameout/FishTankFollow-v2",
 }
 """Id of a scenario or env that has been deleted → what took its place. A deleted id is never given again."""
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import os
 import tempfile
+import threading
 import weakref
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -342,8 +343,8 @@ def client(world: World, exact: bool = False) -> Client:
     return Client(world, exact)
 
 
-class _LentList:
-    """A reused list of numbers or points for PyBullet, which never frees the lists passed to it.
+class _LentList(threading.local):
+    """A reused list of numbers or points for PyBullet, which never frees the lists passed to it; one a thread.
 
     With new lists a worker would grow by 25 MB with each town.
     """

@@ -68,7 +68,7 @@ class Train(WithModules):
             results/episodes (default: 256).
         starts: first frame of episodes without pictures: episodes (frame 0), or frame-outs (shortly before the target
             is likely to be lost).
-        episode_steps: maximum number of steps of an episode.
+        episode_steps: maximum number of steps of an episode (default: all of them, as are scored).
         seed: of all random numbers.
         check_model: instead of training, run controllers in episodes A:B with pictures and without, and print both:
             this shows how accurate the model of the tracker's errors is.
@@ -93,7 +93,7 @@ class Train(WithModules):
     envs: Annotated[int, COUNT] = 0
     episodes: Annotated[int, COUNT] = 256
     starts: Starts = "episodes"
-    episode_steps: int = 300
+    episode_steps: Annotated[int | None, COUNT] = None
     seed: int = 0
     check_model: Annotated[str, USUAL_SEEDS] = ""
     fit_model: Annotated[str, USUAL_SEEDS] = ""

@@ -87,8 +87,6 @@ def play(played: Play) -> int:
         link=played.link,
         render_mode="rgb_array",
         disable_env_checker=True,
-        # Episodes have the preset's length, as in the benchmark.
-        max_episode_steps=-1,
     )
     recorded = _Recorded(env, played)
     keys = {word: shares.astype(np.float32) for word, shares in key_combinations(recorded.carrier)}

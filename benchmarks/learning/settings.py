@@ -44,7 +44,7 @@ class Training:
         episodes: number planned for the env without pictures, with seeds from 0.
         starts: first frame without pictures: frame 0 (``episodes``), as in the rendered env, or shortly before the
             target is likely to be lost (``frame-outs``).
-        episode_steps: maximum number of steps of an episode.
+        episode_steps: maximum number of steps of an episode; None: all of them, as are scored.
         seed: of all random numbers.
         modules: users' own modules, imported first in every process.
     """
@@ -65,7 +65,7 @@ class Training:
     envs: int = 0
     episodes: int = 256
     starts: Starts = "episodes"
-    episode_steps: int = 300
+    episode_steps: int | None = None
     seed: int = 0
     modules: tuple[str, ...] = ()
 
@@ -73,7 +73,8 @@ class Training:
         catalog.check_env(self.env)
         check("algorithm", self.algorithm in ("ppo", "sac"), "ppo or sac", repr(self.algorithm))
         for name in ("steps", "episodes", "episode_steps"):
-            check(name, getattr(self, name) >= 1, "a whole number >= 1", getattr(self, name))
+            value = getattr(self, name)
+            check(name, value is None or value >= 1, "a whole number >= 1", value)
         check("envs", self.envs >= 0, "a whole number >= 0", self.envs)
         whole = self.starts == "episodes" or not self.pictures
         check("starts", whole, "episodes with pictures, which begin on frame 0", repr(self.starts))

@@ -77,7 +77,7 @@ def measure_cycle(training: Training, seed: int, steps: int) -> CycleSample:
             taken_s = [_cpu_s(partial(env.step, still)) for _ in range(UNTIMED_FRAMES + steps)]
             first_s.append(sum(taken_s[:UNTIMED_FRAMES]))
             step_s.append(tuple(taken_s[UNTIMED_FRAMES:]))
-    return CycleSample(tuple(reset_s), tuple(first_s), tuple(step_s), min(training.episode_steps, longest))
+    return CycleSample(tuple(reset_s), tuple(first_s), tuple(step_s), min(training.episode_steps or longest, longest))
 
 
 def _cpu_s(act: Callable[[], object]) -> float:

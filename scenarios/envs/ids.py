@@ -33,9 +33,6 @@ def _register(registration: ModuleType) -> None:
                 id=entry.env_id,
                 entry_point="scenarios.envs.follow_env:FollowEnv",
                 vector_entry_point="scenarios.envs.vector_entry:follow_vector_env",
-                max_episode_steps=entry.episode_steps,
-                # Gymnasium's checker fails in the first step after a refused reset; the tests run the full checker.
-                disable_env_checker=True,
                 kwargs={"scenario": entry.id, "tracker": entry.tracker},
             )
 

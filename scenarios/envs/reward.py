@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import Any
 
 import numpy as np
 
 from scenarios.in_view import SHORTEST_LENGTH_PX, centring, is_in_view, length_px
 from scenarios.scenario import Frame
 from sim.checks import check
+from sim.choices import check_choice
 
 TERMS = ("in_view", "centred", "size", "effort", "loss")
 
@@ -38,11 +41,20 @@ class Reward:
     loss_after_s: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in TERMS:
-            check(f"reward.{name}", bool(np.isfinite(getattr(self, name))), "a finite number", getattr(self, name))
-        for name in ("length_share", "loss_after_s"):
-            good = 0 < getattr(self, name) < np.inf
-            check(f"reward.{name}", good, "a finite number > 0", getattr(self, name))
+        for name, value in asdict(self).items():
+            positive = name not in TERMS
+            good = isinstance(value, int | float | np.number) and np.isfinite(value) and (value > 0 or not positive)
+            check(f"reward.{name}", bool(good), f"a finite number{' > 0' if positive else ''}", repr(value))
+
+
+def reward_of(weights: Any) -> Reward:
+    """Return a ``Reward``, made from a mapping of fields; the others keep their defaults. Raises ValueError if none."""
+    if isinstance(weights, Reward):
+        return weights
+    check("reward", isinstance(weights, Mapping), "a Reward, or a mapping of its fields", repr(weights))
+    for name in weights:
+        check_choice("reward", name, [each.name for each in fields(Reward)])
+    return Reward(**weights)
 
 
 class Rewarder:

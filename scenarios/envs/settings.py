@@ -11,7 +11,7 @@ import numpy as np
 
 from scenarios import catalog
 from scenarios.command_link import LINKS, Link
-from scenarios.envs.reward import Reward
+from scenarios.envs.reward import Reward, reward_of
 from scenarios.kept_world import KeepsWorlds
 from scenarios.scenario import RendererName
 from sim.checks import check
@@ -58,7 +58,7 @@ class FollowSettings:
         correction_share: the largest correction, as a share of the command's limit, above 0 and at most 2; of the
             action ``correction``.
         corrects: when corrections are added: ``always``, or while the target is ``unseen``; of the same action.
-        reward: weights of the reward's terms.
+        reward: weights of the reward's terms, a ``Reward`` or a mapping of some of its fields, e.g. ``{"effort": 0.5}``.
         lost_after_s: the episode terminates when the target has been out of view for this time; None: never.
         renderer: ``raster`` or ``pybullet``.
         worlds: number of worlds that the env keeps and uses again, with other cars or people in them, which makes most
@@ -92,7 +92,7 @@ class FollowSettings:
             check_choice(name, getattr(self, name), get_args(kind))
         check("corrects", self.corrects in ("always", "unseen"), "one of always, unseen", repr(self.corrects))
         check("correction_share", 0 < self.correction_share <= 2, "a number in (0, 2]", self.correction_share)
-        check("reward", isinstance(self.reward, Reward), "a Reward", repr(self.reward))
+        object.__setattr__(self, "reward", reward_of(self.reward))
         good = self.lost_after_s is None or (is_number(self.lost_after_s) and self.lost_after_s > 0)
         check("lost_after_s", good, "None or a number > 0", repr(self.lost_after_s))
         check(

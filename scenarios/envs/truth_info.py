@@ -1,4 +1,7 @@
-"""The ``info`` of envs: truth, for scoring. Every step has the same keys, with numbers or arrays of fixed shape."""
+"""The ``info`` of envs: truth, for scoring. Every step has the same keys, with numbers or arrays of fixed shape.
+
+Where truth has NaN, ``info`` has inf: checkers of envs compare infos, and a NaN equals no other.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,8 @@ def truth_keys(kind: type[Truth]) -> dict[str, tuple[str, tuple[int, ...], str]]
         if meaning.per_pixel or meaning.unit == "word" or dtype_of(kind, name).hasobject:
             continue
         shape = tuple(int(size) for size in (meaning.shape[1:] if meaning.per_object else meaning.shape))
-        words = ("of the target" if meaning.per_object else "", meaning.unit.removeprefix("1"), meaning.coding)
+        coding = meaning.coding.replace("NaN", "inf")
+        words = ("of the target" if meaning.per_object else "", meaning.unit.removeprefix("1"), coding)
         keys[name] = (dtype_of(kind, name).name, shape, ", ".join(filter(None, words)))
     return keys
 
@@ -46,7 +50,7 @@ INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "error_px": (
         "float64",
         (),
-        "distance in pixels of the tracker's estimate from the true centre; NaN without one; no key with tracker=None",
+        "distance in pixels of the tracker's estimate from the true centre; inf without one; no key with tracker=None",
     ),
     "command": ("float64", (len(COMMANDS),), f"command obeyed: {', '.join(COMMANDS)}"),
     **{f"reward_{term}": ("float64", (), "weighted term of the step's reward; 0 after a reset") for term in TERMS},
@@ -72,14 +76,16 @@ def truth_info(
     """
     truth, camera = frame.judged
     kind: Any = type(truth)
-    # Left out without a tracker: checkers of envs compare infos, and a NaN equals no other.
     error = {}
     if estimate is not None:
-        error["error_px"] = float(np.linalg.norm(estimate.position_px - frame.truth.position_px[target]))
+        error["error_px"] = _plain(np.linalg.norm(estimate.position_px - frame.truth.position_px[target]))
     return {
         "episode_seed": episode_seed,
         "world_seed": world_seed,
-        **{name: _plain(getattr(truth, name), each, target) for name, each in _is_per_object(kind).items()},
+        **{
+            name: _plain(getattr(truth, name)[target] if per_object else getattr(truth, name))
+            for name, per_object in _is_per_object(kind).items()
+        },
         "state": _STATES.index(truth.state[target]),
         "in_view": is_in_view(truth, target, camera),
         "centring": centring(truth, target, camera),
@@ -96,7 +102,9 @@ def _is_per_object(kind: Any) -> dict[str, bool]:
     return {name: meanings(kind)[name].per_object for name in truth_keys(kind)}
 
 
-def _plain(value: Any, per_object: bool, target: int) -> Any:
-    """Return a field of the frame or of the target: a copy of an array, or a Python number."""
-    value = value[target] if per_object else value
-    return value.copy() if np.ndim(value) else getattr(value, "item", lambda: value)()
+def _plain(value: Any) -> Any:
+    """Return a copy of an array, or a Python number, with inf in place of NaN."""
+    array = np.array(value)
+    if array.dtype.kind == "f":
+        array[np.isnan(array)] = np.inf
+    return array if array.ndim else array.item()

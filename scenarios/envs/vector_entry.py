@@ -1,18 +1,36 @@
-"""The vector entry point of ``gym.make_vec``, used without a ``vectorization_mode``: envs without pictures."""
+"""The vector entry point of ``gym.make_vec``, used without a ``vectorization_mode``."""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
-from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
+from gymnasium.vector import SyncVectorEnv, VectorEnv
+from gymnasium.wrappers import TimeLimit
+
+from scenarios.envs.follow_env import FollowEnv
 from sim.checks import check
 
 
-def follow_vector_env(num_envs: int = 1, *, pictures: bool = True, **keywords: Any) -> PicturelessVectorEnv:
-    """Return ``PicturelessVectorEnv`` with these keywords.
+def follow_vector_env(
+    num_envs: int = 1, *, pictures: bool = True, max_episode_steps: int | None = None, **keywords: Any
+) -> VectorEnv[Any, Any, Any]:
+    """Return rendered envs, one after the other as ``vectorization_mode="sync"`` has them, or ``PicturelessVectorEnv``.
 
-    Raises:
-        ValueError: with ``pictures``: Gymnasium itself vectorises rendered envs.
+    Args:
+        pictures: whether they are rendered.
+        max_episode_steps: longer episodes are truncated; None: at their last frame.
+        keywords: of ``FollowEnv``, or of ``PicturelessVectorEnv``.
     """
-    check("pictures", not pictures, 'False, or vectorization_mode="async" (or "sync") for envs with pictures', pictures)
-    return PicturelessVectorEnv(num_envs, **keywords)
+    check("num_envs", num_envs >= 1, "a whole number >= 1", num_envs)
+    if pictures:
+        return SyncVectorEnv([partial(_rendered, max_episode_steps, **keywords)] * num_envs)
+    # It imports kernels, which takes seconds.
+    from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
+
+    return PicturelessVectorEnv(num_envs, max_episode_steps=max_episode_steps, **keywords)
+
+
+def _rendered(max_episode_steps: int | None, **keywords: Any) -> Any:
+    env = FollowEnv(**keywords)
+    return env if max_episode_steps is None else TimeLimit(env, max_episode_steps)

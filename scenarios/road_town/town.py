@@ -32,8 +32,8 @@ _KERB_PIECE_M = 25.0
 _KERB_PIECE_CORNERS = 12
 _KINDS_OF_TREES = 12
 
-_latest: dict[tuple[object, ...], list[tuple[Body, NDArray[np.float64]]]] = {}
-"""Static objects with their poses of the town that was drawn last, by what it was drawn from."""
+_latest: tuple[tuple[object, ...], list[tuple[Body, NDArray[np.float64]]]] | None = None
+"""What the latest town was drawn from, and its static objects with their poses. Threads share it: each reads it once."""
 
 
 def town_of(seed: int, layout: Layout) -> World:
@@ -45,22 +45,25 @@ def town_of(seed: int, layout: Layout) -> World:
     Args:
         seed: of the episode. layout: its streets, buildings and trees.
     """
+    global _latest
     # The bytes stand for the content: layouts hold arrays, which have no hash.
-    key = pickle.dumps(layout), seed, tuple(VEHICLES)
-    if key not in _latest:
-        forget_town()
+    key, latest = (pickle.dumps(layout), seed, tuple(VEHICLES)), _latest
+    if latest is None or latest[0] != key:
+        # Let go before drawing, so that two towns need not be held at a time.
+        latest = _latest = None
         world = build_town(layout, generator(seed, "town"))
-        _latest[key] = list(zip(world.bodies, world.poses, strict=True))
+        _latest = key, list(zip(world.bodies, world.poses, strict=True))
         return world
     world = World()
-    for body, T_world_body in _latest[key]:
+    for body, T_world_body in latest[1]:
         world.add(body.mesh, T_world_body, name=body.name, category=body.category)
     return world
 
 
 def forget_town() -> None:
     """Draw the next town anew, also if it is the latest one."""
-    _latest.clear()
+    global _latest
+    _latest = None
 
 
 def build_town(layout: Layout, rng: np.random.Generator) -> World:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -127,6 +128,14 @@ def test_worlds_that_come_and_go_leave_no_lists_behind():
     for _ in range(4):
         after = live()
     assert after - before < 0.1 * count
+
+
+def test_each_thread_lends_pybullet_lists_of_its_own():
+    points = np.eye(3)
+    lent = bullet._VERTICES.holding(points)
+    with ThreadPoolExecutor(1) as other:
+        other.submit(bullet._VERTICES.holding, 2.0 * points).result()
+    np.testing.assert_array_equal(lent, points)
 
 
 def test_clients_and_renderers_that_are_dropped_leave_no_connection():

@@ -45,8 +45,10 @@ def see(
     if observation.right_rgb is None:
         return None, 0.0
     way = (matcher.parameters, mounting.height_m, mounting.R_robot_camera.tobytes(), parameters)
-    if _latest is not None and _latest.observation is observation and _latest.way == way:
-        return _latest.view, _latest.cpu_s
+    # Read once: another thread may replace it in between.
+    latest = _latest
+    if latest is not None and latest.observation is observation and latest.way == way:
+        return latest.view, latest.cpu_s
     began_s = time.thread_time()
     depth_m = matcher.depth_m(observation.image_rgb, observation.right_rgb, observation.camera)
     points = points_m(depth_m, observation.camera, mounting)

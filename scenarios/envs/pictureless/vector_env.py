@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -29,7 +29,9 @@ from trackers.belief.features import FEATURES, features_of
 from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, update_beliefs
 
 Starts = Literal["episodes", "frame-outs"]
-_OWN = ("max_episode_steps", "starts", "seeds", "cache", "bank", "model")
+_OWN = ("max_episode_steps", "autoreset_mode", "starts", "seeds", "cache", "bank", "model")
+_OPTIONS = ("episode_seed", "reset_mask")
+_MODES = tuple(mode.value for mode in AutoresetMode)
 
 
 class PicturelessVectorEnv(gym.vector.VectorEnv):
@@ -37,11 +39,12 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
     Nothing is rendered: the target's path, the air and the walls are those of the rendered episodes with the same
     seeds, and an error model replaces picture and tracker. Check a policy trained here in the rendered env. Episodes
-    are drawn from a bank. An env whose episode ends begins another one within the same step, as Gymnasium defines it,
-    with the end in ``final_obs`` and ``final_info``. Infos are those of ``truth_info`` that need no picture.
+    are drawn from a bank. Where an episode ends, ``autoreset_mode`` says when another one begins, as Gymnasium defines
+    it: within the same step, with the end in ``final_obs`` and ``final_info``; in the next step; or by a reset with the
+    option ``reset_mask``. Infos are those of ``truth_info`` that need no picture.
     """
 
-    metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}
+    metadata: dict[str, Any] = {"render_modes": []}
 
     def __init__(
         self,
@@ -50,6 +53,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         tracker: str,
         *,
         max_episode_steps: int | None = None,
+        autoreset_mode: AutoresetMode | str = AutoresetMode.SAME_STEP,
         starts: Starts = "episodes",
         seeds: Iterable[int] = range(256),
         cache: Path | str | None = None,
@@ -61,6 +65,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
         Args:
             max_episode_steps: longer episodes are truncated; None: at their last frame.
+            autoreset_mode: ``SameStep``, ``NextStep`` or ``Disabled``; most of Gymnasium's wrappers take the last two.
             starts: ``episodes``: on frame 0, as in the rendered env; ``frame-outs``: shortly before a likely loss.
             seeds: episodes of the bank; those that are not stored yet are planned first, about a second each. cache:
                 folder that stores planned episodes.
@@ -68,9 +73,12 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             model: replaces the tracker's own error model.
             settings: those of ``FollowSettings`` that need no picture.
         """
-        check("num_envs", num_envs >= 1, "a whole number >= 1", num_envs)
         good = max_episode_steps is None or max_episode_steps >= 1
         check("max_episode_steps", good, "None or a whole number >= 1", max_episode_steps)
+        known_mode = isinstance(autoreset_mode, AutoresetMode) or autoreset_mode in _MODES
+        check("autoreset_mode", known_mode, f"one of {', '.join(_MODES)}", repr(autoreset_mode))
+        self._mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self._mode}
         check("starts", starts in get_args(Starts), f"one of {', '.join(get_args(Starts))}", repr(starts))
         for name in settings:
             check_choice("keywords", name, (*_OWN, *KEYWORDS))
@@ -110,6 +118,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         lost_after_s = self.settings.lost_after_s
         self._lost_frames = np.inf if lost_after_s is None else max(round(lost_after_s / self._world.interval_s), 1)
         self._begun = False
+        # Whose episodes have ended, if no other has begun.
+        self._over = np.zeros(num_envs, dtype=bool)
 
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: dict[str, Any] | None = None
@@ -117,24 +127,49 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         """Begin an episode in every env.
 
         Args:
-            seed: one number for all random draws of all envs.
+            seed: of all random draws, which the envs share: a number, or one for each env (B,), None to leave it out.
             options: ``episode_seed``: the bank's episode for all envs, or for each (B,), from frame 0 on.
+                ``reset_mask``: (B,) bool, the envs to reset; the others go on.
         """
         self._check_open()
-        check("seed", seed is None or isinstance(seed, int | np.integer), "None or one whole number", seed)
-        super().reset(seed=seed)  # type: ignore[arg-type]
         wanted = options or {}
         for name in wanted:
-            check("options", name == "episode_seed", "episode_seed alone", repr(name))
-        every = np.arange(self.num_envs)
+            check("options", name in _OPTIONS, f"keys among {', '.join(_OPTIONS)}", repr(name))
+        mask = self._checked_mask(wanted.get("reset_mask"))
+        which, at_frame_outs = np.flatnonzero(mask), self._at_frame_outs
+        self._seed(seed)
         if "episode_seed" in wanted:
-            seeds = np.broadcast_to(wanted["episode_seed"], self.num_envs)
-            self._begin(every, np.array([self.bank.index_of(int(each)) for each in seeds]), False)
+            seeds, at_frame_outs = np.broadcast_to(wanted["episode_seed"], self.num_envs)[which], False
+            episodes = np.array([self.bank.index_of(int(each)) for each in seeds])
         else:
-            self._begin(every, self._drawn(self.num_envs), self._at_frame_outs)
+            episodes = self._drawn(len(which))
+        self._begin(which, episodes, at_frame_outs)
         self._begun = True
-        self._terms[:] = 0.0
-        return self._observed(), _masked(self._infos(), np.ones(self.num_envs, dtype=bool))
+        return self._observed(), _masked(self._infos(), mask)
+
+    def _checked_mask(self, mask: Any) -> NDArray[np.bool_]:
+        """Return the option ``reset_mask``, every env without it. Raises ValueError for no mask of some envs."""
+        if mask is None:
+            return np.ones(self.num_envs, dtype=bool)
+        good = isinstance(mask, np.ndarray) and (mask.dtype, mask.shape) == (np.dtype(bool), (self.num_envs,))
+        check(
+            "reset_mask", good and mask.any(), f"an array ({self.num_envs},) of bool, True for one or more", repr(mask)
+        )
+        check("reset_mask", self._begun or mask.all(), "every env in the first reset", repr(mask))
+        return mask.copy()
+
+    def _seed(self, seed: Any) -> None:
+        """Seed all random draws by a number, or by those of a list, one for each env."""
+        alone = seed is None or isinstance(seed, int | np.integer)
+        seeds = [seed] if alone else list(seed) if isinstance(seed, Sequence | np.ndarray) else [""]
+        good = all(each is None or (isinstance(each, int | np.integer) and each >= 0) for each in seeds)
+        wanted = f"None, a whole number >= 0 or a list of {self.num_envs} such"
+        check("seed", good and (alone or len(seeds) == self.num_envs), wanted, repr(seed))
+        known = [int(each) for each in seeds if each is not None]
+        if known:
+            # A list of one seeds as its number does.
+            self._np_random = np.random.default_rng(known[0] if len(known) == 1 else known)
+            self._np_random_seed = known[0]
 
     def step(
         self, actions: NDArray[Any]
@@ -142,23 +177,34 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         """Advance all envs by a frame.
 
         Raises:
-            ResetNeeded: before the first reset.
+            ResetNeeded: before the first reset, and with autoreset_mode ``Disabled`` after an end.
             ClosedEnvironmentError: after closing.
             ValueError: for actions of another shape, not finite or outside [-1, 1].
         """
         self._check_open()
         if not self._begun:
             raise gym.error.ResetNeeded("step: expected reset() before it, got episodes not begun")
+        again = self._over.copy()
+        if again.any() and self._mode == AutoresetMode.DISABLED:
+            wanted = "step: expected a reset with the option reset_mask of the envs whose episodes have ended"
+            raise gym.error.ResetNeeded(f"{wanted}, got none of env {np.flatnonzero(again)[0]}")
+        # They move with the others, within their episodes, and begin anew below.
+        self.states["frame"][again] -= 1
         self._command(checked_actions(actions, self.action_space.shape))
         self._world.move(self.states, self._wanted, self._waiting, self.sightings, self.np_random)
         update_beliefs(self.beliefs, self.sightings, self._world.interval_s)
         states = self.states
+        if again.any():
+            self._begin(np.flatnonzero(again), self._drawn(int(again.sum())), self._at_frame_outs)
         terms_of(states, self._weights, self._loss_frames, 2.0 * self._world.camera[1], self._limits, self._terms)
-        terminated = states["frames_out"] >= self._lost_frames
+        self._terms[again] = 0.0
+        terminated = (states["frames_out"] >= self._lost_frames) & ~again
         truncated = (states["frame"] + 1 >= self.bank.frame_count) | (states["steps"] >= self._most_steps)
         observed, rewards, infos = self._observed(), self._terms.sum(axis=1), self._infos()
         ended = terminated | truncated
-        final = self._begun_again(ended, observed, infos) if ended.any() else {}
+        same_step = self._mode == AutoresetMode.SAME_STEP
+        final = self._begun_again(ended, observed, infos) if same_step and ended.any() else {}
+        self._over |= ended & (not same_step)
         infos = _masked(self._infos() if final else infos, np.ones(self.num_envs, dtype=bool))
         return observed, rewards, terminated, truncated, infos | final
 
@@ -175,7 +221,6 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         for k in which:
             last[k] = observed[k].copy()
         self._begin(which, self._drawn(len(which)), self._at_frame_outs)
-        self._terms[which] = 0.0
         observed[which] = self._observed()[which]
         final = {"final_obs": last, "final_info": _masked(infos, ended)}
         return final | {f"_{name}": ended.copy() for name in final}
@@ -184,7 +229,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         return self.np_random.integers(len(self.bank.seeds), size=count)
 
     def _begin(self, which: NDArray[np.int64], episodes: NDArray[np.int64], at_frame_outs: bool) -> None:
-        self._waiting[which] = self._wanted[which] = 0.0
+        self._waiting[which] = self._wanted[which] = self._terms[which] = 0.0
+        self._over[which] = False
         self._world.begin(self.states, which, episodes, at_frame_outs, self.sightings, self.np_random)
         beliefs = np.zeros(len(which), BELIEF)
         update_beliefs(beliefs, self.sightings[which], self._world.interval_s)
@@ -228,7 +274,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             "centring": states["centring"].copy(),
             "length_px": states["length_px"].copy(),
             "position_px": states["target_px"].copy(),
-            "error_px": np.where(known, error_px, np.nan),
+            "error_px": np.where(known, error_px, np.inf),
             "command": command,
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
         }

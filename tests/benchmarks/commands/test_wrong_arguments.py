@@ -99,7 +99,7 @@ def test_help_says_something_of_every_option(
         ),
         (["train", "--algorithm", "pp"], r"algorithm: expected one of ppo, sac; got 'pp' \(did you mean ppo\?\)"),
         (["train", "--reward.in-view", "big"], "reward.in-view: expected a number, got 'big'"),
-        (["train", "frameout/FishTankFollow-v1"], "pictures: expected --pictures, since fish-tank-v1 has no env .*"),
+        (["train", "frameout/FishTankFollow-v2"], "pictures: expected --pictures, since fish-tank-v1 has no env .*"),
         (
             ["train", "--controller", "none", "--controller-values", "a", "1"],
             "controller_values: expected none with controller none, got .*",

@@ -58,7 +58,7 @@ def test_a_second_camera_is_steered_through_its_outline(tmp_path: Path, monkeypa
     step = FollowEnv.step
     monkeypatch.setattr(FollowEnv, "step", pressed)
     monkeypatch.setattr(playing._Recorded, "render", shown)
-    command = ["play", "frameout/FishTankFollow-v1", "--preset", "quick", "--seeds", "3", "--out", str(tmp_path)]
+    command = ["play", "frameout/FishTankFollow-v2", "--preset", "quick", "--seeds", "3", "--out", str(tmp_path)]
     assert main(command) == 130
     assert white[-1] < white[0] - 5
 

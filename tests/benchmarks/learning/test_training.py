@@ -159,7 +159,7 @@ def test_worlds_are_kept_where_that_is_possible_if_pictures_are_made() -> None:
         return int(Training(env, pictures=True, **settings).env_keywords["worlds"])
 
     assert worlds("frameout/RoadTownFollow-v2") == worlds("frameout/StereoFollow-v2") == 2
-    assert worlds("frameout/FishTankFollow-v1") == worlds("frameout/RoadTownFollow-v2", worlds=0) == 0
+    assert worlds("frameout/FishTankFollow-v2") == worlds("frameout/RoadTownFollow-v2", worlds=0) == 0
     assert not {"worlds", "episodes_per_world"} & set(TINY.env_keywords)
     assert not {"worlds", "episodes_per_world"} & set(TINY.resolved)
     with pytest.raises(ValueError, match="worlds: expected 0 without pictures, where there are none, got 4"):

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.settings import ActionMode, ObservationMode
 from tests import fakes_scenario, fakes_trackers
@@ -30,6 +29,13 @@ class Far(Still):
 
     def misbehave(self, observation: Observation) -> Estimate:
         return Estimate(np.array([1e12, -1e12]), np.array([-1e12, -1e12, 1e12, 1e12]), in_view_probability=1.0)
+
+
+class Mute(Still):
+    """Answers NaN from the first picture on."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        return Estimate(np.full(2, np.nan))
 
 
 @pytest.mark.parametrize("env_id", IDS)
@@ -206,10 +212,16 @@ def test_an_episode_ends_when_the_target_is_lost_if_so_asked():
     assert not info["in_view"]
 
 
-def test_ids_have_a_time_limit():
-    steps = {entry.env_id: entry.episode_steps for entry in catalog.entries()}
-    for env_id in IDS:
-        assert gym.spec(env_id).max_episode_steps == steps[env_id]
-    env = gym.make(IDS[0], max_episode_steps=5, **keywords())
+@pytest.mark.parametrize(("limits", "steps"), [({}, 399), ({"max_episode_steps": 5}, 5)])
+def test_an_episode_has_the_frames_that_are_asked_for_unless_a_limit_of_steps_is(limits, steps):
+    env = gym.make(IDS[0], **limits, **keywords(changes={"frame_count": 400}, observation="track"))
     env.reset(seed=0)
-    assert [env.step(np.zeros(4))[3] for _ in range(5)] == [False] * 4 + [True]
+    assert [env.step(env.action_space.sample())[3] for _ in range(steps)] == [False] * (steps - 1) + [True]
+
+
+def test_checkers_are_content_with_a_tracker_that_never_answers():
+    env = gym.make(IDS[0], disable_env_checker=False, **keywords(tracker=fresh(Mute)))
+    check_env(env.unwrapped, skip_render_check=True)
+    env.reset(seed=0)
+    *_, info = env.step(env.action_space.sample())
+    assert info["error_px"] == np.inf

@@ -18,10 +18,10 @@ from trackers.types import CameraCommand
 TRACKERS = {
     "frameout/RoadTownFollow-v2": "colour_pf",
     "frameout/StereoFollow-v2": "stereo_wb",
-    "frameout/FishTankFollow-v1": "shoal_chain",
+    "frameout/FishTankFollow-v2": "shoal_chain",
     "frameout/HarbourFollow-v1": "harbour_mog2",
 }
-NOT_STOOD_IN_FOR = ("frameout/FishTankFollow-v1", "frameout/HarbourFollow-v1")
+NOT_STOOD_IN_FOR = ("frameout/FishTankFollow-v2", "frameout/HarbourFollow-v1")
 STEPS, SEED = 6, 21
 
 

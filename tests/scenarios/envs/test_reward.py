@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.envs.reward import TERMS, Reward, Rewarder
+from scenarios.envs.reward import TERMS, Reward, Rewarder, reward_of
 from sim.optics import PinholeCamera
 
 CAMERA = PinholeCamera(200, 100, 100.0)
@@ -53,3 +53,7 @@ def test_terms_keep_to_their_ranges(steps: list[tuple[float, float, float]]) -> 
         assert 0.0 <= terms["size"] <= terms["in_view"]
         assert terms["effort"] == -effort
         assert terms["loss"] in (0.0, -1.0)
+
+
+def test_a_mapping_changes_the_fields_that_it_names() -> None:
+    assert reward_of({"effort": 0, "size": np.float32(0.5)}) == Reward(effort=0.0, size=0.5)

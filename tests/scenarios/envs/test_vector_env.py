@@ -69,20 +69,27 @@ def assert_episodes_of_single_envs(envs: gym.vector.VectorEnv, single: list[gym.
 
 @pytest.mark.usefixtures("stand_in")
 @pytest.mark.parametrize("env_id", IDS)
-def test_gymnasium_s_vector_envs_take_the_ids(env_id):
+@pytest.mark.parametrize("mode", [{}, {"vectorization_mode": "sync"}])
+def test_gymnasium_s_vector_envs_take_the_ids(env_id, mode):
     single = [gym.make(env_id, **of_ids()) for _ in range(COUNT)]
-    with contextlib.closing(gym.make_vec(env_id, COUNT, vectorization_mode="sync", **of_ids())) as envs:
+    with contextlib.closing(gym.make_vec(env_id, COUNT, **mode, **of_ids())) as envs:
         assert_episodes_of_single_envs(envs, single)
+
+
+@pytest.mark.usefixtures("stand_in")
+def test_rendered_envs_side_by_side_take_a_limit_of_steps_and_refuse_what_single_ones_do():
+    with contextlib.closing(gym.make_vec(IDS[0], COUNT, max_episode_steps=2, **of_ids())) as envs:
+        envs.reset(seed=0)
+        assert [envs.step(envs.action_space.sample())[3].all() for _ in range(2)] == [False, True]
+    with pytest.raises(ValueError, match="keywords: expected one of tracker, preset, .*; got 'weather'"):
+        gym.make_vec(IDS[0], COUNT, weather="bad")
+    with pytest.raises(ValueError, match="num_envs: expected a whole number >= 1, got 0"):
+        gym.make_vec(IDS[0], 0)
 
 
 def test_processes_live_as_single_envs_do():
     with contextlib.closing(processes()) as envs:
         assert_episodes_of_single_envs(envs, [FollowEnv(**keywords()) for _ in range(COUNT)])
-
-
-def test_with_pictures_one_says_how_they_are_put_side_by_side():
-    with pytest.raises(ValueError, match=r'^pictures: expected False, or vectorization_mode="async" .*, got True'):
-        gym.make_vec(IDS[0], 2)
 
 
 def test_info_says_what_is_declared():

@@ -200,3 +200,18 @@ def test_a_car_that_moves(layout):
     world.move(body, pose_on_ground(3.0, -4.0, 0.5))
     assert body.category == "vehicle"
     np.testing.assert_allclose(world.poses[body.index] @ [1, 0, 0, 1], [3 + np.cos(0.5), -4 + np.sin(0.5), 0, 1])
+
+
+def test_a_town_that_another_thread_forgets_meanwhile_is_whole(world, monkeypatch):
+    class Interrupted(World):
+        def __init__(self) -> None:
+            super().__init__()
+            town.forget_town()
+
+    monkeypatch.setattr(town, "build_town", lambda layout, rng: world)
+    town.town_of(3, "streets")
+    monkeypatch.setattr(town, "World", Interrupted)
+    again = town.town_of(3, "streets")
+    town.forget_town()
+    assert [body.name for body in again.bodies] == [body.name for body in world.bodies]
+    np.testing.assert_array_equal(again.poses, world.poses)

@@ -82,4 +82,4 @@ def test_envs_name_no_scenario_and_no_carrier() -> None:
 
 def test_an_env_with_pictures_only_names_the_keyword_that_it_refuses() -> None:
     with pytest.raises(ValueError, match=r"pictures: expected True, since fish-tank-v1 has no dynamics .*, got False"):
-        gym.make_vec("scenarios:frameout/FishTankFollow-v1", 2, pictures=False)
+        gym.make_vec("scenarios:frameout/FishTankFollow-v2", 2, pictures=False)

@@ -7,6 +7,7 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.reward import TERMS
@@ -72,6 +73,69 @@ def test_who_ends_begins_anew_within_the_step() -> None:
     assert (made.step(nothing)[4]["frame"] == 1).all()
 
 
+def test_who_ends_begins_anew_in_the_next_step_if_so_asked() -> None:
+    made = envs(3, autoreset_mode="NextStep")
+    made.reset(seed=1, options={"episode_seed": np.array([3, 8, 3])})
+    ways = np.ones((3, 4)), np.zeros((3, 4))
+    for _ in range(2):
+        for frame in range(1, FRAMES):
+            _, _, terminated, truncated, infos = made.step(ways[0])
+            assert (infos["frame"] == frame).all()
+            assert truncated.all() == (frame == FRAMES - 1)
+            assert "final_obs" not in infos
+        observed, rewards, terminated, truncated, infos = made.step(ways[1])
+        assert (infos["frame"] == 0).all()
+        assert not (rewards.any() or terminated.any() or truncated.any())
+        assert made.single_observation_space.contains(observed[0])
+
+
+def test_without_autoreset_a_mask_chooses_who_begins_anew() -> None:
+    made = envs(3, autoreset_mode=AutoresetMode.DISABLED)
+    with pytest.raises(ValueError, match="reset_mask: expected every env in the first reset"):
+        made.reset(options={"reset_mask": np.array([True, False, False])})
+    made.reset(seed=1)
+    for _ in range(5):
+        made.step(np.zeros((3, 4)))
+    mask = np.array([False, True, False])
+    before = made.states.copy()
+    _, infos = made.reset(options={"reset_mask": mask, "episode_seed": 8})
+    np.testing.assert_array_equal(infos["_frame"], mask)
+    np.testing.assert_array_equal(made.states["frame"], [5, 0, 5])
+    assert infos["episode_seed"][1] == 8
+    assert (made.states[~mask] == before[~mask]).all()
+    for _ in range(FRAMES - 6):
+        *_, truncated, infos = made.step(np.zeros((3, 4)))
+    np.testing.assert_array_equal(truncated, ~mask)
+    with pytest.raises(gym.error.ResetNeeded, match="step: expected a reset with the option reset_mask .* of env 0"):
+        made.step(np.zeros((3, 4)))
+    made.reset(options={"reset_mask": ~mask})
+    assert (made.step(np.zeros((3, 4)))[-1]["frame"] == [1, FRAMES - 5, 1]).all()
+    for bad in ([True, False, False], np.zeros(3, dtype=bool), np.ones(3), np.ones(2, dtype=bool)):
+        with pytest.raises(ValueError, match=r"reset_mask: expected an array \(3,\) of bool"):
+            made.reset(options={"reset_mask": bad})
+
+
+@pytest.mark.parametrize(
+    "wrapper", ["NormalizeObservation", "NormalizeReward", "RecordEpisodeStatistics", "FlattenObservation"]
+)
+def test_gymnasium_s_wrappers_take_it(wrapper: str) -> None:
+    made = getattr(gym.wrappers.vector, wrapper)(envs(3, autoreset_mode="NextStep"))
+    made.reset(seed=[1, 2, 3])
+    for _ in range(FRAMES + 2):
+        observed = made.step(made.action_space.sample())[0]
+    assert observed.shape == made.observation_space.shape
+
+
+def test_a_list_seeds_all_envs_together() -> None:
+    first, again, other = (envs(2).reset(seed=seeds)[0] for seeds in ([1, 2], np.array([1, 2]), [1, 3]))
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first, other)
+    np.testing.assert_array_equal(envs(2).reset(seed=4)[0], envs(2).reset(seed=[None, 4])[0])
+    for bad in ([1], [1, -2], "ab", 1.5, -1):
+        with pytest.raises(ValueError, match="seed: expected None, a whole number >= 0 or a list of 2 such, got "):
+            envs(2).reset(seed=bad)  # type: ignore[arg-type]
+
+
 def test_being_lost_may_end_an_episode() -> None:
     made = envs(4, lost_after_s=0.4)
     made.reset(seed=1)
@@ -106,6 +170,10 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
     ("changes", "message"),
     [
         ({"starts": "anywhere"}, "starts: expected one of"),
+        (
+            {"autoreset_mode": "Sometimes"},
+            "autoreset_mode: expected one of NextStep, SameStep, Disabled, got 'Sometimes'",
+        ),
         ({"foo": 1}, "keywords: expected one of max_episode_steps, .*preset.*; got 'foo'"),
         ({"seeds": 5, "bank": None}, r"seeds: expected whole numbers >= 0, e\.g\. range\(256\), got 5"),
         ({"seeds": [3, -1], "bank": None}, r"seeds: expected whole numbers >= 0, .*, got -1 among them"),
