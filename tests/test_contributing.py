@@ -12,6 +12,7 @@ from benchmarks.cli import main
 from tests.documents import RESULTS, ROOT, blocks_of, commands, in_one_process, succeeds
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "heading",
     [
@@ -45,6 +46,7 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     assert re.search(expected[heading], told)
 
 
+@pytest.mark.heavy
 def test_the_scenes_that_contributing_shows_run_in_a_checkout(tmp_path: Path) -> None:
     for command in commands("CONTRIBUTING.md", "checkout"):
         succeeds(in_one_process(command).replace("results/", f"{tmp_path}/"), ROOT)
@@ -68,6 +70,7 @@ def test_long_commands_are_understood(
     assert "out: expected a folder that can be written" in capsys.readouterr().err
 
 
+@pytest.mark.heavy
 def test_python_about_envs_and_data_sets_in_contributing_runs(tmp_path: Path) -> None:
     texts = {block.heading: block.text for block in blocks_of("CONTRIBUTING.md") if block.language == "python"}
     succeeds("frameout generate road-town --preset quick --seeds 0:1 --workers 0 --out results/set", tmp_path)
@@ -79,6 +82,7 @@ def test_python_about_envs_and_data_sets_in_contributing_runs(tmp_path: Path) ->
     assert told[1].startswith("(240, 320, 3) target in")
 
 
+@pytest.mark.heavy
 def test_python_about_results_in_contributing_runs(tmp_path: Path) -> None:
     (text,) = [each.text for each in blocks_of("CONTRIBUTING.md") if each.heading == "From Python"]
     (tmp_path / "look.py").write_text(text)

@@ -23,6 +23,7 @@ def kinds_of(cell: dict[str, Any]) -> list[list[str]]:
     return [sorted(each.get("data", {each["output_type"]: ""})) for each in shown]
 
 
+@pytest.mark.heavy
 def test_the_notebook_runs_and_shows_what_is_committed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
     pytest.importorskip("ipykernel")
@@ -47,6 +48,7 @@ def test_the_notebook_is_small_and_has_its_pictures() -> None:
     assert all(cell["outputs"] for cell in cells if cell["cell_type"] == "code")
 
 
+@pytest.mark.heavy
 def test_the_robot_is_in_the_picture_and_does_not_pass_through_the_wall(monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("pybullet")
     monkeypatch.syspath_prepend(str(NOTEBOOK.parent))

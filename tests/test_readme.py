@@ -12,6 +12,7 @@ from benchmarks.cli import main
 from tests.documents import ROOT, blocks_of, commands, in_one_process, succeeds
 
 
+@pytest.mark.heavy
 def test_commands_of_the_readme_run_one_after_the_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """In this process, which has loaded what they need; those of CONTRIBUTING register things and get their own."""
     monkeypatch.chdir(tmp_path)
@@ -23,6 +24,7 @@ def test_commands_of_the_readme_run_one_after_the_other(tmp_path: Path, monkeypa
         assert out is None or (tmp_path / out[1]).exists()
 
 
+@pytest.mark.heavy
 def test_python_in_the_readme_runs(tmp_path: Path) -> None:
     blocks = [block.text for block in blocks_of("README.md") if block.language == "python"]
     told = []
@@ -36,6 +38,7 @@ def test_python_in_the_readme_runs(tmp_path: Path) -> None:
     assert loop.startswith("(240, 320, 3) in")
 
 
+@pytest.mark.heavy
 def test_envs_side_by_side_are_made_as_the_readme_says(tmp_path: Path) -> None:
     (call,) = re.findall(r"`(gym\.make_vec\(ID, .*?\))`", (ROOT / "README.md").read_text())
     named = call.replace("ID, 2", "'scenarios:frameout/StereoFollow-v2', 2, preset='quick', tracker='stereo_wb'")

@@ -71,6 +71,7 @@ def addresses(page: BeautifulSoup, attributes: dict[str, str]) -> Iterator[str]:
         yield from (found[attribute] for found in page.find_all(tag, {attribute: True}))
 
 
+@pytest.mark.heavy
 def test_every_link_and_picture_leads_to_something(pages: dict[Path, BeautifulSoup]) -> None:
     names = {path: {found["id"] for found in page.find_all(id=True)} for path, page in pages.items()}
     dead = []
@@ -111,6 +112,7 @@ def summary_of(shown: ShownPreset) -> str:
     return str(catalog.scenario(shown.scenario).presets[shown.preset].summary)
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("pages")
 def test_a_new_preset_is_in_the_next_build(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     presets = catalog.scenario(DRAWN.scenario).presets

@@ -21,6 +21,7 @@ SCENES = ("road-town", "stereo-follow", "fish-tank", "harbour")
 FRAMES, PIXELS, PLACES = (0, 40), 300, 300
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", SCENES)
 def test_rays_agree_with_what_is_visible_and_what_is_hidden(name: str) -> None:
     pytest.importorskip("pybullet")

@@ -51,11 +51,13 @@ def run(program: str, folder: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("program", [SCENES, ENV])
 def test_all_scenes_and_an_env_run_without_pybullet(program: str, tmp_path: Path) -> None:
     run(BLOCKED + program, tmp_path)
 
 
+@pytest.mark.heavy
 def test_an_env_imports_no_pybullet_where_there_is_one(tmp_path: Path) -> None:
     run(ENV + "import sys; assert 'pybullet' not in sys.modules", tmp_path)
 

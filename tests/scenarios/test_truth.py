@@ -72,6 +72,7 @@ def assert_equal(ours: Any, theirs: Any, name: str) -> None:
         np.testing.assert_array_equal(ours, theirs, err_msg=name)
 
 
+@pytest.mark.heavy
 @each_kind
 @each_extent
 def test_truth_is_what_its_fields_say(kind: Kind, extent: TruthExtent) -> None:

@@ -105,6 +105,7 @@ def test_pictures_that_come_as_tuples_are_the_same():
         assert one.dtype == other.dtype
 
 
+@pytest.mark.heavy
 def test_worlds_that_come_and_go_leave_no_lists_behind():
     pytest.importorskip("pybullet")
     count = 3000

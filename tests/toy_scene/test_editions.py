@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 _EDITIONS_OF_CHANGED_FILES = """
 from pathlib import Path
@@ -29,6 +31,7 @@ for file in ("thermal.py", "judge.py", "tracker.py"):
 """
 
 
+@pytest.mark.heavy
 def test_a_change_of_the_scene_is_told_from_one_of_the_tracker(tmp_path: Path) -> None:
     """Rows name the content of a scene, a judge and a tracker that lie outside the four packages."""
     for package in ("sim", "trackers", "scenarios", "benchmarks"):

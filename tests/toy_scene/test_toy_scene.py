@@ -76,6 +76,7 @@ def test_bench_ranks_trackers_of_many(results: Path) -> None:
     assert (row["suite"], row["scenario"]) == ("toy-many", "toy-yard-v1")
 
 
+@pytest.mark.heavy
 def test_rows_are_the_same_bytes_whatever_the_workers(results: Path, tmp_path: Path) -> None:
     """Workers import the modules themselves."""
     command = ["bench", "toy-many", *MODULES, "--preset", "quick", "--seeds", "0:2", "--out", str(tmp_path)]
@@ -87,6 +88,7 @@ def test_rows_are_the_same_bytes_whatever_the_workers(results: Path, tmp_path: P
     assert json.dumps(rows_of(results)) == json.dumps(rows_of(tmp_path))
 
 
+@pytest.mark.heavy
 def test_compare_report_and_list_take_the_modules_too(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pair = ("warm_bodies", "warm_bodies_no_motion")
     assert main(["compare", *pair, "--directory", str(results), "--json", *MODULES]) == 0
@@ -110,6 +112,7 @@ def test_compare_report_and_list_take_the_modules_too(results: Path, capsys: pyt
     assert "crate_found_rate" in capsys.readouterr().out
 
 
+@pytest.mark.heavy
 def test_commands_in_another_process_know_the_suite_by_the_modules_alone(results: Path) -> None:
     shell = [sys.executable, "-m", "benchmarks.cli"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}

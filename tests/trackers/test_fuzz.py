@@ -31,6 +31,7 @@ def test_no_picture_makes_a_tracker_raise(name):
     assert frames >= 100
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("ego", ["measured", "never"])
 def test_a_camera_that_tips_over_the_horizon_gives_nan_and_no_error(ego):
     finite = [

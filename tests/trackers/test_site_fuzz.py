@@ -59,6 +59,7 @@ def resized(observation: Observation, factor: float, camera_too: bool) -> Observ
     return replace(observation, image_rgb=image_rgb, camera=camera)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("camera_too", [True, False])
 @pytest.mark.parametrize("name", NAMES)
 def test_pictures_of_another_size_make_no_tracker_raise(name: str, camera_too: bool) -> None:

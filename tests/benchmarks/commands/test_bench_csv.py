@@ -27,6 +27,7 @@ def test_a_file_holds_the_table_of_python_and_the_leaderboard_stays(
     pd.testing.assert_frame_equal(pd.read_csv(file), read_again(Results(tmp_path / "out").rows()))
 
 
+@pytest.mark.heavy
 def test_a_dash_prints_the_table_and_nothing_else(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert bench(tmp_path, "--csv", "-") == 0
     printed = pd.read_csv(io.StringIO(capfd.readouterr().out))

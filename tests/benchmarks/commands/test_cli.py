@@ -44,6 +44,7 @@ def test_json_is_all_that_stdout_holds(tmp_path: Path, capfd: pytest.CaptureFixt
     assert document["failures"] == []
 
 
+@pytest.mark.heavy
 def test_a_run_to_be_published_is_in_the_ledger_when_it_is_through(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -71,6 +72,7 @@ def test_a_tracker_that_fails_is_told_in_one_line_and_in_the_status(
     assert "Traceback" not in out + err
 
 
+@pytest.mark.heavy
 def test_report_is_made_again_from_rows_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bench(tmp_path)
     made = {name: (tmp_path / name).read_bytes() for name in ("summary.json", "comparisons.json", "report.html")}
@@ -81,6 +83,7 @@ def test_report_is_made_again_from_rows_alone(tmp_path: Path, capsys: pytest.Cap
     assert capsys.readouterr().out.endswith(f"{tmp_path / 'report.html'}\n")
 
 
+@pytest.mark.heavy
 def test_report_and_compare_say_which_lines_they_ignore(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bench(tmp_path)
     rows = tmp_path / "records.jsonl"
@@ -95,6 +98,7 @@ def test_report_and_compare_say_which_lines_they_ignore(tmp_path: Path, capsys: 
     assert rows.read_bytes().count(b"\xff") == 1
 
 
+@pytest.mark.heavy
 def test_rows_of_other_editions_are_set_aside_and_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bench(tmp_path)
     rows = tmp_path / "records.jsonl"
@@ -109,6 +113,7 @@ def test_rows_of_other_editions_are_set_aside_and_said(tmp_path: Path, capsys: p
     assert aside.read_text() == made
 
 
+@pytest.mark.heavy
 def test_a_full_disk_is_reported_in_one_line_and_the_same_command_continues(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -194,6 +199,7 @@ def test_a_mistake_in_a_users_module_is_said_with_its_line(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.heavy
 def test_report_prints_the_leaderboard_in_markdown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bench(tmp_path)
     capsys.readouterr()
@@ -246,12 +252,14 @@ def test_list_names_everything(capsys: pytest.CaptureFixture[str]) -> None:
     assert json.loads(capsys.readouterr().out)["scenarios"][0]["scenario"] == "road-town-v2"
 
 
+@pytest.mark.heavy
 def test_a_reader_who_leaves_early_sees_no_traceback() -> None:
     listing = f"{sys.executable} -m benchmarks.cli list --metrics | head -1; echo ${{PIPESTATUS[0]}}"
     done = subprocess.run(["bash", "-c", listing], capture_output=True, text=True, check=True)
     assert (done.stdout.splitlines()[-1], done.stderr) == ("141", "")
 
 
+@pytest.mark.heavy
 def test_commands_and_workers_start_without_packages_that_only_some_need() -> None:
     """They take longer to import than all the rest, in every process."""
     script = """

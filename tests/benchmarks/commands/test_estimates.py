@@ -20,6 +20,7 @@ def bench(out: Path, *more: str) -> int:
     return main(["bench", "--workers", "0", "--seeds", "0:1", *trackers, "--out", str(out), *more])
 
 
+@pytest.mark.heavy
 def test_summary_and_comparisons_are_made_from_estimates_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

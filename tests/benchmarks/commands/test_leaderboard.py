@@ -74,6 +74,7 @@ def test_a_metric_without_rows_is_named(results: Path, capsys: pytest.CaptureFix
     assert "no row gives" not in capsys.readouterr().out
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("fake_suite")
 def test_bench_takes_metrics_and_plots_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["bench", "--workers", "0", "--seeds", "0:3", "--trackers", "fake_still", "--out", str(tmp_path)]
@@ -92,6 +93,7 @@ def test_bench_takes_metrics_and_plots_too(tmp_path: Path, capsys: pytest.Captur
     assert (tmp_path / "rows.csv").exists()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("words", "told"),
     [

@@ -75,6 +75,7 @@ def test_every_command_about_contestants_or_episodes_has_the_option() -> None:
     assert fields == WITH_MODULES
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("fake_suite")
 def test_the_command_on_the_report_of_an_own_tracker_runs_as_it_stands(own: str, tmp_path: Path) -> None:
     words = ["--trackers", "waits", "fake_still", "--seeds", "0:1", "--modules", "tests.fakes_scenario", own]

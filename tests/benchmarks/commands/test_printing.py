@@ -43,6 +43,7 @@ print("result")
     assert sorted(done.stderr.split()) == ["kept", "native"]
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("fake_suite")
 @pytest.mark.parametrize("workers", ["0", "1"])
 def test_a_tracker_that_prints_leaves_results_as_they_are(

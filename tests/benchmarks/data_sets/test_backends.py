@@ -12,6 +12,7 @@ from tests.benchmarks.data_sets.small import MODULES, made, tiny
 from tests.benchmarks.data_sets.test_generating import digests
 
 
+@pytest.mark.heavy
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize(
     ("backend", "package"), [("dask", "distributed"), pytest.param("ray", "ray", marks=pytest.mark.heavy)]
@@ -23,6 +24,7 @@ def test_two_workers_of_a_cluster_make_the_same_bytes(data, tmp_path, backend, p
     assert digests(tmp_path / "set") == digests(data.root)
 
 
+@pytest.mark.heavy
 @pytest.mark.filterwarnings("ignore")
 def test_a_set_on_an_s3_store_has_the_same_contents(data, monkeypatch):
     server = pytest.importorskip("moto.server")

@@ -48,6 +48,7 @@ def test_scores_on_stored_episodes_are_those_on_rendered_ones(suite: str, tmp_pa
     assert rows(tmp_path / "stored") == rows(tmp_path / "rendered") != []
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -66,6 +67,7 @@ def test_a_set_that_gives_other_scores_is_refused(changes: dict[str, Any], messa
         benchmark_of(str(tmp_path / "set"))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["pixels-00000.tar", "objects.parquet"])
 @pytest.mark.parametrize("command", ["bench", "generate"])
 def test_a_file_that_is_gone_is_told_in_one_line(

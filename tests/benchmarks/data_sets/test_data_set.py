@@ -88,6 +88,7 @@ def test_many_episodes_are_read_with_few_open(tmp_path: Path) -> None:
     assert [frame.truth.frame for frame in many] == [0, 1] * 8
 
 
+@pytest.mark.heavy
 def test_threads_read_many_episodes_at_once(tmp_path: Path) -> None:
     many = made(tiny(seeds=(0, 8), frame_count=2), tmp_path / "set")
     order = np.random.default_rng(0).integers(0, len(many), 200).tolist()

@@ -28,6 +28,7 @@ def digests(folder) -> dict[str, str]:
     return {str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("workers", [1, pytest.param(2), pytest.param(4, marks=pytest.mark.heavy)])
 def test_any_number_of_workers_makes_the_same_bytes(data, tmp_path, workers):
     made(tiny(), tmp_path / "set", Workers(workers, modules=MODULES))

@@ -42,6 +42,7 @@ def assert_same(stored: Any, live: Any, where: str) -> None:
         assert stored == live or (stored != stored and live != live), where
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scenario", SCENES)
 def test_frames_read_back_are_those_that_were_simulated(scenario, tmp_path, monkeypatch):
     asked = Request(scenario, SCENES[scenario], (SEED, SEED + 1), ())
@@ -64,6 +65,7 @@ def test_frames_read_back_are_those_that_were_simulated(scenario, tmp_path, monk
     assert len(data) == FRAMES
 
 
+@pytest.mark.heavy
 def test_rows_and_shards_beyond_the_first_are_read_too(tmp_path, monkeypatch):
     """More frames than a row group holds, and more bytes than a shard."""
     monkeypatch.setattr("benchmarks.data_sets.shards.ShardWriter.__init__.__defaults__", (4096,))

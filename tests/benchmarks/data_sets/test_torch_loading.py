@@ -57,6 +57,7 @@ def itself(frame: Frame) -> Frame:
     return frame
 
 
+@pytest.mark.heavy
 def test_two_spawned_workers_load_what_this_process_loads(data: DataSet) -> None:
     samples = data.samples(labelled, ("image_rgb", "instance_map"))
     here = list(DataLoader(samples, batch_size=5))

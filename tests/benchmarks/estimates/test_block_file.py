@@ -23,6 +23,7 @@ def path(kept: Path, tmp_path: Path) -> Path:
     return Path(shutil.copy(next((kept / "estimates").glob("000003-fake_raises-*")), tmp_path))
 
 
+@pytest.mark.heavy
 def test_a_file_says_how_the_run_went(path: Path) -> None:
     facts = facts_of(path)
     (run_,) = facts.runs

@@ -25,6 +25,7 @@ def test_every_tracker_and_episode_has_a_file(kept: Path) -> None:
     assert all(name.endswith(".parquet") for name in files)
 
 
+@pytest.mark.heavy
 def test_rows_do_not_depend_on_whether_estimates_are_kept(kept: Path, tmp_path: Path) -> None:
     run(replace(TOWN, keep_estimates=False), tmp_path)
     assert not (tmp_path / "estimates").exists()

@@ -88,6 +88,7 @@ def test_in_closed_loop_the_camera_obeys_what_it_obeyed(tmp_path: Path) -> None:
     assert len(set(told[1:])) > 10
 
 
+@pytest.mark.heavy
 def test_rows_of_many_targets_are_those_of_the_run(tmp_path: Path) -> None:
     run(FISH, tmp_path)
     rows = rows_in(tmp_path)

@@ -31,6 +31,7 @@ ENV = "frameout/RoadTownFollow-v2"
 STEPS = 2 * 128
 
 
+@pytest.mark.heavy
 def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_word(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -73,6 +73,7 @@ def test_the_preset_is_the_env_s(env: str, preset: str, tmp_path: Path, monkeypa
     assert (asked[0].preset, asked[0].tracker) == (preset, catalog.envs()[env][1])
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("stand_in")
 def test_an_episode_is_played_and_scored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pygame = pytest.importorskip("pygame")
@@ -104,6 +105,7 @@ def test_an_episode_is_played_and_scored(tmp_path: Path, monkeypatch: pytest.Mon
     assert any(entry["metric"] == "time_in_view" and entry["controller"] == "human" for entry in entries)
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("stand_in")
 def test_an_episode_without_a_key_pressed_is_not_scored(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -68,6 +68,7 @@ def test_comparisons_are_in_per_cent() -> None:
     assert row.split() == ["centre", "2", "60.0", "%", "65.0", "%", "+5.0", "5.0"]
 
 
+@pytest.mark.heavy
 def test_a_hovering_carrier_sees_the_same_with_pictures_and_without(tmp_path: Path) -> None:
     """A hovering carrier ignores the tracker's errors: only plan and dynamics are compared."""
     scores = scores_without_pictures("road-town-v2", "quick", "mosaic_graph_pf", "hold", {}, [3], tmp_path)
@@ -87,6 +88,7 @@ def test_repeats_are_averaged_for_each_episode(tmp_path: Path) -> None:
     np.testing.assert_allclose(often["time_in_view"], once["time_in_view"], atol=1e-12)
 
 
+@pytest.mark.heavy
 def test_speed_without_pictures_is_an_entry_of_a_summary(tmp_path: Path) -> None:
     [entry] = measure_pictureless("frameout/StereoFollow-v2", "quick", range(2), tmp_path)
     assert (entry["metric"], entry["scenario"], entry["n"]) == (

@@ -56,6 +56,7 @@ def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
 BUDGET = Budget("frame-out", ("tiny",), range(1), ("tiny",), range(1, 3), trials=20, workers=0)
 
 
+@pytest.mark.heavy
 def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> None:
     told: list[tuple[int, int]] = []
     tuned = tune("fake_shaky", BUDGET, lambda done, of: told.append((done, of)))
@@ -218,6 +219,7 @@ def test_a_search_goes_on_unless_what_it_depends_on_has_changed(tmp_path: Path) 
     assert len(tried) == 10
 
 
+@pytest.mark.heavy
 def test_a_tracker_that_ends_its_process_scores_as_one_without_answers() -> None:
     town, modules = fakes_scenario.FAKE_TOWN.id, ("tests.fakes_scenario",)
     trackers = ("fake_kills", "fake_silent")

@@ -121,6 +121,7 @@ def test_the_off_policy_method_goes_on_with_what_it_remembers(tmp_path: Path) ->
     assert any((a != b).any() for a, b in zip(first.weights, more.weights, strict=True))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 @pytest.mark.parametrize("within", ["step", "optimizer"])
 def test_a_training_that_is_interrupted_leaves_what_it_has_learnt(

@@ -25,6 +25,7 @@ def block() -> list[Row]:
     return EXPERIMENT.block(3, "raster")
 
 
+@pytest.mark.heavy
 def test_rows_hold_every_curve_and_claim(block):
     values = {row["metric"]: row["value"] for row in block}
     for condition in CONDITIONS:
@@ -40,6 +41,7 @@ def test_rows_hold_every_curve_and_claim(block):
     assert max(values["II_gain"]) == max(values["III_white_balance"]) == 0.0
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("unit", [1.0, 1023.0])
 def test_a_wrong_scale_of_p_c_is_noticed(unit: float, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(b1, "_UNIT", unit)
@@ -62,6 +64,7 @@ def test_p_c_and_p_l_are_shown_at_every_illuminance(tmp_path: Path, block: list[
     assert as_shares[-1] < 0.13
 
 
+@pytest.mark.heavy
 def test_conditions_differ_in_what_the_camera_holds_alone():
     taken = {name: list(photograph(EXPERIMENT.preset, 3, **held)) for name, held in CONDITIONS.items()}
     first = taken["I"][0]
@@ -93,6 +96,7 @@ def test_a_claim_is_judged_by_its_bound(block):
     assert found["I_change_proportional"].agrees is None
 
 
+@pytest.mark.heavy
 def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

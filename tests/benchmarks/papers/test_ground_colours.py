@@ -22,6 +22,7 @@ from scenarios.road_town.scenario import ROAD_TOWN
 from trackers.paper_a.ground_classes import load_class_statistics
 
 
+@pytest.mark.heavy
 def test_labels_agree_with_what_is_drawn_there() -> None:
     """Labels come from depth and map; the ids of what was drawn are another witness."""
     episode = catalog.scenario("road-town").episode("quick", 3, closed_loop=False)
@@ -75,6 +76,7 @@ def test_moments_are_numpys_and_the_model_is_what_trackers_read(
     assert read.of_road.tolist() == [True] * len(model["road"]) + [False] * len(model["other"])
 
 
+@pytest.mark.heavy
 def test_road_other_and_building_are_told_apart_in_towns_not_learnt_from() -> None:
     """The shipped model, learnt on seeds 0 to 15: most of each class is right in other towns."""
     shipped = json.loads(ground_colours.MODEL_PATH.read_text())["command"]

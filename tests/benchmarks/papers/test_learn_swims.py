@@ -26,6 +26,7 @@ def test_the_noise_of_known_swims_is_found() -> None:
     assert found.jerk_px == pytest.approx(0.02, rel=0.3)
 
 
+@pytest.mark.heavy
 def test_what_is_learnt_is_the_same_each_time_and_is_read_as_written(tmp_path) -> None:
     content = learn_swims(range(2))
     assert content == learn_swims(range(2))
@@ -40,6 +41,7 @@ def test_what_is_learnt_is_the_same_each_time_and_is_read_as_written(tmp_path) -
     assert set(between) == {(gap, share) for gap in GAPS for share in SHARES}
 
 
+@pytest.mark.heavy
 def test_the_detected_track_goes_where_the_fish_swims() -> None:
     frames, known = 160, 60
     track = detected_track("paper-c", 5, frame_count=frames)

@@ -160,6 +160,7 @@ def test_the_command_takes_no_folder_of_something_else(
     )
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda each: each.name)
 def test_a_run_leaves_rows_figures_and_page(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], experiment: TrackerExperiment

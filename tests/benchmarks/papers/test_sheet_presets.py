@@ -51,6 +51,7 @@ def still(monkeypatch: pytest.MonkeyPatch) -> str:
     return "still"
 
 
+@pytest.mark.heavy
 def test_trackers_are_benchmarked_on_it(
     preset: str, still: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

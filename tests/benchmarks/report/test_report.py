@@ -69,6 +69,7 @@ class WellFormed(html.parser.HTMLParser):
         assert self.open.pop() == tag
 
 
+@pytest.mark.heavy
 def test_the_page_is_whole_and_needs_nothing_from_outside(page: str) -> None:
     parser = WellFormed()
     parser.feed(page)
@@ -88,6 +89,7 @@ def test_what_the_plots_refer_to_is_theirs_alone(page: str) -> None:
         assert parser.ids.count(reference) == 1
 
 
+@pytest.mark.heavy
 def test_the_same_rows_make_the_same_page(results: Path, page: str, tmp_path: Path) -> None:
     write_rows(tmp_path)
     assert write_report(tmp_path).read_text() == page

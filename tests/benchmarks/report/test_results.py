@@ -111,6 +111,7 @@ def test_a_contestant_without_a_mean_is_named_below_the_others(results: Results)
     assert [line.get_ydata()[0] for line in axes.lines[1::2]] == [*range(2, len(names))]
 
 
+@pytest.mark.heavy
 def test_conditions_have_axes_of_their_own(results: Results, tmp_path: Path) -> None:
     lines = (results.directory / "records.jsonl").read_text()
     (tmp_path / "records.jsonl").write_text(lines + lines.replace('"standard"', '"hard"'))

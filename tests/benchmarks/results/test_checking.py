@@ -19,6 +19,7 @@ from tests.benchmarks.results.conftest import SMOKE, contents, publish
 pytestmark = pytest.mark.usefixtures("smoke", "unmeasured")
 
 
+@pytest.mark.heavy
 def test_a_fresh_run_has_the_same_figures_and_a_changed_row_is_found(
     checkout: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -90,6 +91,7 @@ def test_a_check_of_all_takes_what_can_be_compared_and_names_the_rest(
         assert last in capsys.readouterr().err
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("has_them", [True, False])
 def test_a_machine_with_other_instructions_is_told_that_figures_may_differ(
     has_them: bool, checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -142,6 +142,7 @@ def test_more_rows_than_there_is_room_for_are_refused(
     assert not (ledger.TABLES_FOLDER / "second.json").exists()
 
 
+@pytest.mark.heavy
 def test_runs_on_the_test_split_are_in_the_ledger(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, listed: Callable[..., None]
 ) -> None:

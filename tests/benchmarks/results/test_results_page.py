@@ -309,6 +309,7 @@ def test_tables_of_the_committed_pages_end_before_their_prose(page: Path) -> Non
     assert swallowed == []
 
 
+@pytest.mark.heavy
 def test_the_committed_rows_are_those_of_their_hashes() -> None:
     files = sorted(ledger.TABLES_FOLDER.glob("*.json"))
     for file in files:

@@ -26,6 +26,7 @@ SUITE = replace(
 TINY: dict[str, Any] = {"seeds": range(1), "workers": 0, "trackers": ["fake_knowing", "fake_raises"]}
 
 
+@pytest.mark.heavy
 def test_results_and_what_failed_come_back(tmp_path: Path) -> None:
     assert bench is same
     told = "fake_raises failed in fake-town-v1 tiny, seed 0, frame 20: RuntimeError: a bug"

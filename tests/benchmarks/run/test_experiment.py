@@ -44,6 +44,7 @@ def mean_of(outcome: Outcome, tracker: str, metric: str) -> float:
     return float(mean)
 
 
+@pytest.mark.heavy
 def test_the_right_tracker_wins(tmp_path: Path) -> None:
     outcome = run(TINY, tmp_path)
     assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
@@ -75,6 +76,7 @@ def test_rows_do_not_depend_on_workers_order_or_company(tmp_path: Path) -> None:
     assert here == without_times(tmp_path / "apart")
 
 
+@pytest.mark.heavy
 def test_a_stopped_run_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls: list[int] = []
 
@@ -99,6 +101,7 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.
     assert run(TINY, tmp_path).episodes == 0
 
 
+@pytest.mark.heavy
 def test_what_another_edition_made_is_made_again(tmp_path: Path) -> None:
     run(TINY, tmp_path)
     file = tmp_path / "records.jsonl"
@@ -202,6 +205,7 @@ def test_a_tracker_that_kills_its_process_is_found_and_the_others_results_stand(
     assert not (tmp_path / ".running").exists()
 
 
+@pytest.mark.heavy
 def test_in_closed_loop_the_tracker_steers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # Cars of that world are ten pixels long.
     monkeypatch.setattr("scenarios.in_view.SHORTEST_LENGTH_PX", 8.0)

@@ -42,6 +42,7 @@ def test_they_are_read_as_they_were_written_and_broken_lines_are_left_out(tmp_pa
     assert read_failures(tmp_path) == {}
 
 
+@pytest.mark.heavy
 def test_a_run_tells_what_failed_in_an_earlier_one(tmp_path: Path) -> None:
     raising = replace(TINY, trackers=("fake_raises", "fake_still"), seeds=range(2))
     first = run(raising, tmp_path)
@@ -65,6 +66,7 @@ def test_rows_that_are_gone_take_their_failures_along(tmp_path: Path, monkeypatc
     assert not (tmp_path / FILE_NAME).exists()
 
 
+@pytest.mark.heavy
 def test_a_contestant_that_ended_its_process_is_in_no_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """To draw it would end this process too."""
     drawn: list[str] = []

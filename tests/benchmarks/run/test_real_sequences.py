@@ -142,6 +142,7 @@ def test_a_tracker_that_breaks_is_scored_to_the_end(ran: Path) -> None:
     assert values["failed_at_frame"] == 30
 
 
+@pytest.mark.heavy
 def test_the_same_command_continues_and_a_new_annotation_is_run_again(
     ran: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -163,6 +164,7 @@ def test_the_same_command_continues_and_a_new_annotation_is_run_again(
         bench(ran / "cars", ran / "out")
 
 
+@pytest.mark.heavy
 def test_leaderboard_report_and_compare_speak_of_sequences(ran: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bench(ran / "cars", ran / "out")
     told = capsys.readouterr()
@@ -181,6 +183,7 @@ def test_leaderboard_report_and_compare_speak_of_sequences(ran: Path, capsys: py
     assert "success_auc" in told.out
 
 
+@pytest.mark.heavy
 def test_the_command_of_the_report_makes_the_same_rows_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -64,6 +64,7 @@ def taken(obeyed: Commands) -> Commands:
     return commands
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("link", ["prompt", "noisy"])
 def test_render_shows_what_the_suite_of_controllers_scores(link: str, tmp_path: Path, obeyed: Commands) -> None:
     expected = scored(tmp_path, obeyed, link=link)
@@ -76,6 +77,7 @@ def test_render_shows_what_the_suite_of_controllers_scores(link: str, tmp_path: 
     assert len({command for command in shown if command is not None}) > 20, "it is steered"
 
 
+@pytest.mark.heavy
 def test_a_preset_that_is_steered_by_itself_is_shown_as_suites_of_trackers_have_it(
     tmp_path: Path, obeyed: Commands
 ) -> None:
@@ -89,6 +91,7 @@ def test_a_preset_that_is_steered_by_itself_is_shown_as_suites_of_trackers_have_
     assert taken(obeyed) == linked[:40]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "changes",
     [{}, {"link": "delayed"}, {"suite": "frame-out", "presets": ("tiny-loop",)}, {"suite": "frame-out"}],

@@ -70,6 +70,7 @@ def test_wall_time_counts_what_is_waited_for_but_no_waiting_for_a_core(
     assert Stopwatch().taken.wall_s == pytest.approx(3.0)
 
 
+@pytest.mark.heavy
 def test_compiling_counts_neither_against_the_limit_nor_as_work() -> None:
     compile_something()  # What numba itself loads at its first compilation is not the point.
     began = time.thread_time()

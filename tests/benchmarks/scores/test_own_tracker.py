@@ -19,6 +19,7 @@ def _rows(roles: dict[str, str]) -> list[Row]:
     return [{**row, "tracker": name, "role": role} for name, role in roles.items() for row in of_hold]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("roles", "compared"),
     [

@@ -119,6 +119,7 @@ def test_the_same_rows_give_the_same_interval() -> None:
     assert bootstrap_interval(pool_of(values)) == bootstrap_interval(pool_of(values.copy()))
 
 
+@pytest.mark.heavy
 def test_holm_is_statsmodels_and_textbook() -> None:
     p = np.array([0.01, 0.04, 0.03, 0.005])
     # By hand: sorted 0.005 x 4, 0.01 x 3, 0.03 x 2, 0.04 x 1, then the running maximum.

@@ -142,6 +142,7 @@ def test_actors_take_turns(monkeypatch):
     assert told == 2 * (10 * [2.0] + 10 * [4.0]) + 5 * [2.0] + 5 * [4.0]
 
 
+@pytest.mark.heavy
 def test_resets_do_not_count_as_steps(monkeypatch):
     reset = FakeEpisode.__init__
 
@@ -161,6 +162,7 @@ def test_resets_do_not_count_as_steps(monkeypatch):
     assert all(0.0 < seconds < 4 * 0.1 for episode in told for seconds in episode[:2])
 
 
+@pytest.mark.heavy
 def test_a_soak_goes_through_episodes_and_weighs_every_process():
     told: list[SoakSample] = []
     samples = soak.soak("tiny", 2 * 3 * FRAMES, 2, told.append, samples=10)

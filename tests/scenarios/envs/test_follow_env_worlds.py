@@ -50,6 +50,7 @@ def test_every_scene_s_latest_env_is_tried():
     }
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("env_id", TRACKERS)
 def test_an_episode_is_the_catalogue_s_byte_for_byte_and_an_env_from_a_pickle_lives_it_again(env_id):
     env = FollowEnv(**keywords(env_id))
@@ -74,6 +75,7 @@ def test_an_episode_is_the_catalogue_s_byte_for_byte_and_an_env_from_a_pickle_li
     episode.close()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("env_id", NOT_STOOD_IN_FOR)
 def test_a_checker_is_content(env_id):
     """The checker with fewer resets, which are slow here.
@@ -86,6 +88,7 @@ def test_a_checker_is_content(env_id):
     env.close()
 
 
+@pytest.mark.heavy
 def test_two_worlds_in_one_process_do_not_disturb_each_other(capfd):
     envs = SyncVectorEnv([lambda: FollowEnv(**keywords("frameout/RoadTownFollow-v2"))] * 2)
     single = FollowEnv(**keywords("frameout/RoadTownFollow-v2"))

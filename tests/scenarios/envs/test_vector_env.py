@@ -87,6 +87,7 @@ def test_rendered_envs_side_by_side_take_a_limit_of_steps_and_refuse_what_single
         gym.make_vec(IDS[0], 0)
 
 
+@pytest.mark.heavy
 def test_processes_live_as_single_envs_do():
     with contextlib.closing(processes()) as envs:
         assert_episodes_of_single_envs(envs, [FollowEnv(**keywords()) for _ in range(COUNT)])
@@ -100,6 +101,7 @@ def test_info_says_what_is_declared():
     assert {key: (str(np.asarray(value).dtype), np.shape(value)) for key, value in info.items()} == declared
 
 
+@pytest.mark.heavy
 def test_a_process_that_is_killed_is_told_in_one_line_and_the_others_are_ended(monkeypatch, capsys):
     with contextlib.closing(processes()) as envs:
         ids = [process.pid for process in envs.processes]
@@ -135,6 +137,7 @@ with contextlib.closing(processes()) as envs:
 """
 
 
+@pytest.mark.heavy
 def test_ctrl_c_ends_all_processes_with_one_traceback():
     command = [sys.executable, "-W", "error", "-c", SCRIPT]
     pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}

@@ -69,6 +69,7 @@ def alone_in_the_fake_town() -> FollowEnv:
     return FollowEnv(FAKE_TOWN.id, **keywords(**ALONE))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("kind", "count"), [(gym.vector.SyncVectorEnv, 2), (EnvProcesses, 1)])
 def test_they_run_side_by_side_and_in_processes_of_their_own(kind: Any, count: int) -> None:
     single = [alone_in_the_fake_town() for _ in range(count)]

@@ -123,6 +123,7 @@ def rollout(env: FollowEnv, **options: Any) -> tuple[Any, ...]:
     return tuple(results)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scenario", SCENES)
 def test_an_episode_in_a_used_world_is_the_one_in_a_world_built_for_it(scenario):
     """That an episode without a world of the bank is the catalogue's is tested in ``test_follow_env_worlds``."""

@@ -55,6 +55,7 @@ def with_and_without_the_change(name: str, closed_loop: bool) -> tuple[Handed, H
     return handed(name, closed_loop), other
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("closed_loop", [False, True])
 @pytest.mark.parametrize("name", PRESETS)
 def test_fish_change_pictures_from_then_on_and_nothing_else(name: str, closed_loop: bool) -> None:

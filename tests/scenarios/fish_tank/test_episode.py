@@ -164,6 +164,7 @@ def test_a_fish_is_hidden_by_one_above_it() -> None:
     assert above > 0.9 * hidden
 
 
+@pytest.mark.heavy
 def test_both_renderers_see_the_same_fish(seen: list[Frame]) -> None:
     other = next(frames(FISH_TANK.episode(SMALL, 5, renderer="pybullet"), 1)).truth.instance_map
     ours = seen[0].truth.instance_map
@@ -260,6 +261,7 @@ def test_the_whole_tank_is_in_a_wide_picture() -> None:
     assert states == {"in"}
 
 
+@pytest.mark.heavy
 def test_as_many_fish_as_a_preset_may_have_find_room() -> None:
     episode = FISH_TANK.episode(dataclasses.replace(PRESETS["hard"], fish=150, frame_count=2), 0)
     assert len(episode.step().truth.names) >= 150

@@ -179,6 +179,7 @@ def speeds_and_turns(rate_hz: float, seed: int) -> NDArray[np.float64]:
     return np.array([swims.speed_mps.mean(), *np.percentile(swims.speed_mps, (10, 50, 90)), turn_rad.mean()])
 
 
+@pytest.mark.heavy
 def test_the_rate_of_frames_does_not_change_how_they_swim():
     """Steps of 1/120 and 1/240 s, so that the draws differ too: only statistics can agree."""
     slow, fast = (np.array([speeds_and_turns(rate, seed) for seed in range(10)]) for rate in (30.0, 240.0))

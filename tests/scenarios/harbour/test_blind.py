@@ -58,6 +58,7 @@ def with_and_without_the_change(name: str, closed_loop: bool) -> tuple[Handed, H
     return handed(name, closed_loop), other
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("name", "closed_loop"), MODES)
 def test_intruders_change_pictures_from_then_on_and_nothing_else(name: str, closed_loop: bool) -> None:
     assert_pictures_alone_change(*with_and_without_the_change(name, closed_loop), CHANGED_FROM)

@@ -75,6 +75,7 @@ def objects(frames: list[Frame]) -> Iterator[tuple[int, HarbourTruth, int]]:
             yield number, truth, k
 
 
+@pytest.mark.heavy
 def test_an_episode_is_the_same_bytes_again_whenever_the_days_before_are_looked_at(seen: Any) -> None:
     again = HARBOUR.episode(SMALL, SEED)
     before = again.start.background
@@ -247,6 +248,7 @@ def test_no_noise_of_a_long_episode_comes_again_on_the_days_before(monkeypatch: 
         taken.clear()
 
 
+@pytest.mark.heavy
 def test_both_renderers_show_the_same(seen: Any) -> None:
     """Two of 110,592 pixels differ; one part of a person, or a rope, would be more than the ten that may."""
     episode = HARBOUR.episode(SMALL, SEED, renderer="pybullet")

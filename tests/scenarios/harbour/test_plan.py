@@ -229,6 +229,7 @@ def test_cars_come_along_the_lane_from_outside_the_picture() -> None:
         assert abs(way[0, 1]) - 5.9 > 0.2493 * (LANE_X_M + 100.0)
 
 
+@pytest.mark.heavy
 def test_true_sizes_vary_by_a_fifth_to_either_side() -> None:
     rng = rng_of(3)
     people = [draw_person(rng) for _ in range(200)]

@@ -53,6 +53,7 @@ def _views(count: int) -> Iterator[tuple[PinholeCamera, np.ndarray]]:
             yield camera(160, 120), camera_pose(place_m, heading_rad + turned)
 
 
+@pytest.mark.heavy
 def test_there_is_no_hole_in_the_building(world):
     renderer = create_renderer("raster", world)
     for view in _views(25):
@@ -78,6 +79,7 @@ def _region(frame: Frame) -> np.ndarray:
     return region_of_sheet(frame.camera, frame.truth.T_world_camera, frame.truth.T_world_object[0])
 
 
+@pytest.mark.heavy
 def test_the_sheet_stays_where_it_is(some):
     for frame in some:
         np.testing.assert_allclose(_region(frame), _region(some[0]), atol=1e-6)

@@ -41,6 +41,7 @@ def registers(frames: list[Frame]):
     return [frame.truth.registers for frame in frames]
 
 
+@pytest.mark.heavy
 def test_the_sheet_is_lit_as_the_paper_says(taken):
     for frames in taken.values():
         lit_lx = [frame.truth.illuminance_lx[0] for frame in frames]
@@ -84,6 +85,7 @@ def test_a_held_exposure_lets_the_picture_go_dark_and_an_automatic_one_does_not(
     assert level("auto")[-1] == pytest.approx(level("auto")[0], rel=0.15)
 
 
+@pytest.mark.heavy
 def test_the_loops_have_come_to_rest_on_every_picture(taken):
     """If an illuminance is given twice, the second picture has the settings of the first."""
     twice = frames_of(replace(PRESET, illuminances_lx=tuple(np.repeat(PRESET.illuminances_lx, 2))))
@@ -92,6 +94,7 @@ def test_the_loops_have_come_to_rest_on_every_picture(taken):
         assert first.truth.gain == pytest.approx(second.truth.gain, rel=1e-4)
 
 
+@pytest.mark.heavy
 def test_both_renderers_show_the_same(taken):
     drawn, first = frames_of(replace(PRESET, illuminances_lx=(609.0,)), renderer="pybullet")[0], taken["auto"][0]
     difference = np.abs(drawn.observation.image_rgb.astype(int) - first.observation.image_rgb)

@@ -40,6 +40,7 @@ def _flat(value) -> list[np.ndarray]:
     return [np.asarray(value)]
 
 
+@pytest.mark.heavy
 def test_episodes_are_a_function_of_the_seed_alone(first):
     preset, box, frames = first
     with closing(PAPER_SHEET.episode(preset, 3)) as again:

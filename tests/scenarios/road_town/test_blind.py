@@ -150,6 +150,7 @@ def flights_with_and_without_the_car(preset: RoadTown, each: Town) -> tuple[NDAr
     return poses[: end + 1], others[: end + 1], poses[end + 1 : end + 30], others[end + 1 : end + 30]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", SET_PATHS)
 def test_a_lost_car_does_not_move_the_camera_until_it_is_seen_again(name: str) -> None:
     for seed in (0, 1):

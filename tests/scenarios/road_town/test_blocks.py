@@ -28,6 +28,7 @@ def _footprint(centre_m, size_m, yaw_rad) -> shapely.Polygon:
     return shapely.Polygon(np.array(centre_m) + half @ np.array([[c, s], [-s, c]]))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("pattern", sorted(STREET_PATTERNS))
 @pytest.mark.parametrize("seed", [0, 1])
 def test_nothing_overlaps(pattern, seed):

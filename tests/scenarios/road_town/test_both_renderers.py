@@ -20,6 +20,7 @@ def views():
     episode.close()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("pixel_offset", [0.0, 0.5])
 def test_both_renderers_see_the_same_town(views, pixel_offset):
     world, poses = views

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from scenarios.road_town.plan import STARTS_BEFORE_TURN_M, Plan, make_plan
 from scenarios.road_town.presets import PRESETS, RoadTown
@@ -26,6 +27,7 @@ def _mean(plans: list[Plan], controller: str) -> float:
     return float(shares_in_view(plans, create).mean())
 
 
+@pytest.mark.heavy
 def test_quick_random_commands_lose_the_car_more_than_rest_and_rest_more_than_centring() -> None:
     plans = _plans(PRESETS["quick"], 16)
     randoms = [shares_in_view(plans, lambda number, draw=draw: AtRandom(100 * draw + number)) for draw in range(3)]
@@ -34,6 +36,7 @@ def test_quick_random_commands_lose_the_car_more_than_rest_and_rest_more_than_ce
     assert rest < _mean(plans, "centre") - 0.15
 
 
+@pytest.mark.heavy
 def test_quick_the_car_drives_on_and_is_swung_out_of_view_while_it_turns() -> None:
     ways_m, over_turns = [], []
     for plan in _plans(PRESETS["quick"], 12):
@@ -45,6 +48,7 @@ def test_quick_the_car_drives_on_and_is_swung_out_of_view_while_it_turns() -> No
     assert np.mean(over_turns) > 0.7
 
 
+@pytest.mark.heavy
 def test_standard_gusts_that_build_up_are_flown_against_and_sudden_ones_are_not() -> None:
     standard = PRESETS["standard"]
     sudden = replace(standard, frame_outs=replace(standard.frame_outs, build_up_s=None))
@@ -56,6 +60,7 @@ def test_standard_gusts_that_build_up_are_flown_against_and_sudden_ones_are_not(
     assert leant < 0.99, "frame-outs remain to recover from"
 
 
+@pytest.mark.heavy
 def test_oblique_a_helicopter_that_centres_does_not_fly_over_the_car() -> None:
     plans = _plans(PRESETS["oblique"], 4)
     centred = _mean(plans, "centre")

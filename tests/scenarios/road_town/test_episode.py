@@ -38,6 +38,7 @@ def _flat(value) -> list[np.ndarray]:
     return [np.asarray(value)]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("preset", PRESETS)
 def test_same_seed_same_bytes(preset):
     first = _frames(preset, 0, 4)
@@ -53,6 +54,7 @@ def test_same_seed_same_bytes(preset):
         episode.close()
 
 
+@pytest.mark.heavy
 def test_another_seed_is_another_picture():
     episodes = [_frames("quick", seed, 1) for seed in (0, 1)]
     one, other = (frames[0].observation.image_rgb for _, frames in episodes)
@@ -61,6 +63,7 @@ def test_another_seed_is_another_picture():
         episode.close()
 
 
+@pytest.mark.heavy
 def test_pictures_do_not_depend_on_larger_views_drawn_between():
     plain, with_views = (ROAD_TOWN.episode("quick", 3) for _ in range(2))
     for _ in range(3):
@@ -72,6 +75,7 @@ def test_pictures_do_not_depend_on_larger_views_drawn_between():
 LEFT_OUT = {"flow_px", "visible_fraction"}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("closed_loop", [False, True])
 def test_less_truth_is_the_same_where_it_is(closed_loop):
     whole, less = (_frames("quick", 1, 6, closed_loop=closed_loop, truth=extent)[1] for extent in ("all", "target"))
@@ -99,6 +103,7 @@ def quick():
     episode.close()
 
 
+@pytest.mark.heavy
 def test_states_and_exit_counts_are_those_of_the_plan(quick):
     episode, frames = quick
     planned = picture_states(episode.plan.camera, episode.plan.camera_poses, episode.plan.target_corners_m()) == OUT
@@ -158,6 +163,7 @@ def test_observation_holds_no_truth():
     assert fields == {"image_rgb", "time_s", "camera", "settings", "ego", "right_rgb", "counts", "steered"}
 
 
+@pytest.mark.heavy
 def test_measured_pose_has_errors_where_the_preset_says():
     _, frames = _frames("standard", 4, 3)
     for frame in frames:
@@ -168,6 +174,7 @@ def test_measured_pose_has_errors_where_the_preset_says():
     np.testing.assert_allclose(exact.observation.ego.T_world_camera, exact.truth.T_world_camera)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("action", "message"),
     [
@@ -195,6 +202,7 @@ def test_bad_input_gets_one_clear_message(action, message):
         action()
 
 
+@pytest.mark.heavy
 def test_commands_are_asked_for_in_closed_loop_and_refused_on_a_set_path():
     looped, _ = _frames("paper-a2", 0, 1)
     with pytest.raises(ValueError, match="command: expected a CameraCommand"):

@@ -30,6 +30,7 @@ def test_lengths_are_shapelys(roads):
     np.testing.assert_allclose(roads.length_m, lengths)
 
 
+@pytest.mark.heavy
 def test_nearest_place_is_shapelys(roads):
     points = generator(1, "points").uniform(-205, 205, (1500, 2))
     place = roads.nearest(points)

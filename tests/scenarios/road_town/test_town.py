@@ -44,6 +44,7 @@ def _corners_world_m(world: World, index: int) -> np.ndarray:
     return world.bodies[index].mesh.vertices_m @ T[:3, :3].T + T[:3, 3]
 
 
+@pytest.mark.heavy
 def test_there_is_one_body_a_thing(world, layout):
     count = Counter(body.category for body in world.bodies)
     assert count["building"] == len(layout.buildings)
@@ -183,6 +184,7 @@ def test_every_lane_is_free_for_driving(world, layout):
             assert not shapely.contains_xy(free, low[:, 0], low[:, 1]).any(), body.name
 
 
+@pytest.mark.heavy
 def test_same_generator_same_world(world, layout):
     again = build_town(layout, generator(3, "town"))
     assert len(again.bodies) == len(world.bodies)

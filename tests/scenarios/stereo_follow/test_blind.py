@@ -19,6 +19,7 @@ AHEAD_M, LEFT_M = np.meshgrid(np.arange(1.0, 6.0, 0.2), np.arange(-1.0, 1.1, 0.2
 CONSTANTS_M = np.column_stack([AHEAD_M.ravel(), LEFT_M.ravel()])
 
 
+@pytest.mark.heavy
 def test_the_drive_tells_next_to_nothing_about_a_hidden_target() -> None:
     # On 1,600 drives it is worth 2.2 % (0.1 to 4.2). On 160 one choice of the penalty decides the bound.
     rows = absences(PRESETS["standard"], range(320))
@@ -60,6 +61,7 @@ def _constant_shares(preset: StereoFollow, episodes: int) -> tuple[float, float]
     return _right_share(held_out_m, best_m), _right_share(held_out_m, blind_m)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("name", "episodes"), [("standard", 8), ("hard", 5), ("quick", 20), ("paper-b3", 2)])
 def test_no_constant_answer_is_right_often(name: str, episodes: int) -> None:
     # In the deleted first edition of the scene the best one was right in more than 0.6.

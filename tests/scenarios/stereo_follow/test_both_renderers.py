@@ -14,6 +14,7 @@ from tests.scenarios.stereo_follow.conftest import Recorded
 from tests.sim.ray_casting import away_from_edges
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("pixel_offset", [0.0, 0.5])
 def test_both_renderers_see_the_same_people_in_the_same_building(recorded: Recorded, pixel_offset: float):
     episode = recorded.episode
@@ -47,6 +48,7 @@ def test_both_renderers_see_the_same_people_in_the_same_building(recorded: Recor
     assert np.mean(off_colour) <= 0.005
 
 
+@pytest.mark.heavy
 def test_an_episode_is_the_same_to_look_at_by_either():
     first, frame = (_first_frame(renderer) for renderer in ("raster", "pybullet"))
     ours, theirs = (each.observation.image_rgb.astype(int) for each in (first, frame))

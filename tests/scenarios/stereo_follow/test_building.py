@@ -60,6 +60,7 @@ def rays_about(rng: np.random.Generator, count: int = 300) -> NDArray[np.float64
     return directions / np.linalg.norm(directions, axis=1, keepdims=True)
 
 
+@pytest.mark.heavy
 @settings(max_examples=10, deadline=None)
 @given(seed=st.integers(0, 5), place=st.tuples(st.floats(0, 1), st.floats(0, 1), st.floats(0.1, 1.4)))
 def test_rooms_are_closed_and_everything_seen_from_them_faces_them(seed, place):

@@ -73,6 +73,7 @@ def test_nobody_hides_the_target_when_a_tracker_is_told_of_him(seed):
             assert np.linalg.norm(line_m - walk.place_m[frame], axis=1).min() > 0.69
 
 
+@pytest.mark.heavy
 @SOME
 @given(seed=SEEDS)
 def test_people_walk_as_people_do(seed):
@@ -88,6 +89,7 @@ def test_people_walk_as_people_do(seed):
     assert np.linalg.norm(np.ptp(target.place_m, axis=0)) > 5.0
 
 
+@pytest.mark.heavy
 def test_the_target_is_in_sight_among_people_most_of_the_time():
     shares = []
     for seed in range(16):

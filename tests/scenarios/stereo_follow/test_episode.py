@@ -54,6 +54,7 @@ def _ground_of(frame: Frame, pixels: tuple[NDArray[np.intp], NDArray[np.intp]]) 
     return points_m @ truth.T_world_camera[:3, :3].T + truth.T_world_camera[:3, 3]
 
 
+@pytest.mark.heavy
 def test_same_seed_same_bytes(recorded: Recorded):
     building_of.cache_clear()
     baked_light.cache_clear()
@@ -251,6 +252,7 @@ def driven() -> Iterator[tuple[StereoFollowEpisode, list[Frame]]]:
     episode.close()
 
 
+@pytest.mark.heavy
 def test_in_closed_loop_the_robot_goes_as_it_is_told(driven: tuple[StereoFollowEpisode, list[Frame]]):
     episode, frames = driven
     with pytest.raises(ValueError, match="command: expected a CameraCommand"):

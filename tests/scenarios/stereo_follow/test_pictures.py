@@ -24,6 +24,7 @@ def _bricks_per_m(piece: Panel) -> np.ndarray:
     return np.array([right - left, high - low]) / [np.linalg.norm(piece.side_a_m), np.linalg.norm(piece.side_b_m)]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["facade", "hall front wall", "hall back wall", "corridor front wall"])
 def test_the_pieces_of_a_wall_show_one_texture_that_runs_on_over_their_seams(name):
     for seed in range(4):
@@ -43,6 +44,7 @@ def test_the_pieces_of_a_wall_show_one_texture_that_runs_on_over_their_seams(nam
             np.testing.assert_allclose(origin_m, origins_m[0], atol=1e-9)
 
 
+@pytest.mark.heavy
 def test_shadows_begin_at_the_shoes():
     """Beside the feet, the floor is darker than with raised panels, on which shadows begin some way off."""
     episode = scenario("stereo-follow").episode("quick", SEED)

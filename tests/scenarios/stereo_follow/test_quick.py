@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 from scenarios.stereo_follow.crowd import Crowd, draw_crowd
@@ -37,6 +38,7 @@ def _following(robot: Robot, place_m: NDArray[np.float64]) -> CameraCommand:
     return CameraCommand(forward_mps=float(np.hypot(*sight_m) - 1.6), yaw_rate_rad_s=2.0 * float(bearing_rad))
 
 
+@pytest.mark.heavy
 def test_random_commands_lose_the_target_more_than_rest_and_rest_more_than_following() -> None:
     shares = []
     for seed in range(50):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from scenarios.catalog import scenario
 from tests.scenarios.stereo_follow.conftest import SEED, Recorded
 
 
+@pytest.mark.heavy
 def test_less_truth_is_the_same_where_it_is(recorded: Recorded):
     less = scenario("stereo-follow").episode("quick", SEED, truth="target")
     for whole in recorded.frames[:8]:

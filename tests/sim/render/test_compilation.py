@@ -7,6 +7,8 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
+import pytest
+
 from sim.render.compilation import forget_stale_kernels
 from sim.render.sampling import mip_level
 
@@ -49,6 +51,7 @@ def test_compiled_forms_of_a_caller_older_than_what_it_calls_are_removed(tmp_pat
     assert sorted(cache.iterdir()) == [other]
 
 
+@pytest.mark.heavy
 def test_the_first_run_says_that_it_compiles_and_the_second_does_not(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     said = [

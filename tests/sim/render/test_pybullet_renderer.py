@@ -40,6 +40,7 @@ def _both(world, view, pixel_offset):
     )
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("pixel_offset", [0.0, 0.5])
 @pytest.mark.parametrize("view", VIEWS)
 def test_both_renderers_see_the_same(town, view, pixel_offset):

@@ -70,6 +70,7 @@ def test_points_outside_the_water_are_seen_straight_on_and_those_behind_not_at_a
     assert project_through(water, camera, T_world_camera, np.empty((0, 3))).shape == (0, 2)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("renderer", ["raster", "pybullet"])
 @pytest.mark.parametrize("angle_deg", ANGLES_DEG)
 def test_boxes_are_drawn_where_their_middles_are_projected(renderer, angle_deg):

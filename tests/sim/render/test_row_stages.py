@@ -119,6 +119,7 @@ def town():
     return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
+@pytest.mark.heavy
 def test_one_band_goes_through_the_fast_path(town):
     renderer, shader, sensor = Raster(town), Warmth(len(town.bodies)), Counter()
     seen = capture(renderer, shader, sensor, CAMERA, POSE, 0, settings=50.0)

@@ -59,6 +59,7 @@ def _counted(water, rays, rng):
     return counts / (rays / np.prod(high - low) * 0.02**2), edges
 
 
+@pytest.mark.heavy
 def test_caustics_are_those_of_rays_drawn_at_random():
     water = surface(0.06)
     world = tank()

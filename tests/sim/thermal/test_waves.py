@@ -22,6 +22,7 @@ def test_slopes_are_those_of_one_surface():
         assert wanted.std() > 0.05
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("state", [SWELL, SeaState(wind_wave_m=0.3, peak_m=4.0, swell_m=0.0, wind_rad=0.7)])
 def test_the_significant_height_is_four_deviations(state):
     heights = []

@@ -94,6 +94,7 @@ def _on_ground(pixel: NDArray[np.float64], observation: Observation) -> NDArray[
     return (T[:3, 3] + (0.7 - T[2, 3]) / ray[2] * ray)[:2]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", NAMES)
 def test_without_a_measured_pose_the_motion_of_the_picture_is_estimated(name: str) -> None:
     frames = flight(measured=False)

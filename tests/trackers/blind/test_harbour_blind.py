@@ -44,6 +44,7 @@ def test_alarms_come_as_often_as_they_should_and_last() -> None:
     assert (pictures[:-10] == 10).all()
 
 
+@pytest.mark.heavy
 def test_alarms_lie_inside_the_watched_volume_and_stay_where_they_are() -> None:
     made = answers(without_pictures(FRAMES))
     places_m = {}

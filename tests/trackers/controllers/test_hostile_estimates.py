@@ -58,6 +58,7 @@ def hostile_answers(seed: int) -> Iterator[tuple]:
         yield observation, estimate
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "entry",
     [entry for carrier in ("helicopter", "robot") for entry in controllers(carrier).values()],

@@ -58,6 +58,7 @@ def run(chain: Chain, seed: int) -> tuple[list[list[Track]], list[list[Track]]]:
     return answers, revised
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("offline", [False, True])
 def test_fish_keep_their_names(offline: bool) -> None:
     at_once, revised = [], []
@@ -71,6 +72,7 @@ def test_fish_keep_their_names(offline: bool) -> None:
     assert np.mean(at_once) > 0.9
 
 
+@pytest.mark.heavy
 def test_posture_and_looks_help() -> None:
     scores = {}
     for name, changes in (("all", {}), ("places", {"use_appearance": False, "use_posture": False})):
@@ -90,6 +92,7 @@ def told(tracks: Sequence[Track]) -> dict[int, tuple[float, ...]]:
     return said
 
 
+@pytest.mark.heavy
 def test_the_past_is_not_changed_after_the_delay() -> None:
     """The answers of two runs, one of which goes on for longer, are the same but for the last frames."""
     tank, background, pictures, places = film(1)
@@ -152,6 +155,7 @@ def test_offline_no_guess_from_while_the_pictures_came_is_left(monkeypatch: pyte
     assert not any(answers[85])
 
 
+@pytest.mark.heavy
 def test_a_high_limit_abstains() -> None:
     surely, always = (Chain(ChainParameters(made=made), Steady()) for made in (1.0, 0.0))
     run(surely, 1)
@@ -170,6 +174,7 @@ def test_the_same_pictures_get_the_same_answers() -> None:
     np.testing.assert_array_equal(first[-1][0].estimate.position_px, second[-1][0].estimate.position_px)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     "name",
     [

@@ -17,6 +17,7 @@ def detector(tank: Tank, background: int) -> Detector:
     return new
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("paler", "background"), [(False, 20), (False, 0), (True, 0)])
 def test_single_fish_are_found_with_their_posture(paler: bool, background: int) -> None:
     tank = Tank(count=4, seed=3, paler=paler)

@@ -34,6 +34,7 @@ def near(track, place_m, within_m=1.5):
     return bool(np.hypot(*(VIEW.place_of(track.estimate) - place_m)[:2]) < within_m)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("name", "most"), [("harbour_watch_doubts_first", 0.9), ("harbour_watch", 1.0)])
 def test_who_stands_from_the_first_on_is_a_decision_but_not_among_the_surest(name, most):
     def there(k):
@@ -57,6 +58,7 @@ def stood():
     return where, answers
 
 
+@pytest.mark.heavy
 def test_a_person_who_stands_still_for_five_minutes_is_not_swallowed(stood):
     where, answers = stood
     found = [any(t.confidence > 0.9 and near(t, where(k)) for t in answers[k]) for k in range(12, 176)]
@@ -73,6 +75,7 @@ def test_one_person_is_one_track_with_the_size_of_a_person(stood):
     assert track.size_m[2] == pytest.approx(1.7, abs=0.15)
 
 
+@pytest.mark.heavy
 def test_cold_ground_where_a_car_has_parked_is_no_object():
     """It parks for two minutes, drives off, and the ground that it has shaded stays a kelvin colder."""
 
@@ -86,6 +89,7 @@ def test_cold_ground_where_a_car_has_parked_is_no_object():
     assert not any(t.confidence > 0.5 for tracks in answers[85:] for t in tracks)
 
 
+@pytest.mark.heavy
 def test_tide_sun_and_waves_raise_no_alarm():
     answers = watch(2, 150, lambda k: [])
     assert sum(t.confidence > 0.5 for tracks in answers for t in tracks) == 0
@@ -96,6 +100,7 @@ def confident(answers, within):
     return [[t for t in tracks if t.confidence > 0.9] for tracks in answers[within]]
 
 
+@pytest.mark.heavy
 def test_a_second_person_on_the_line_of_sight_of_the_first_is_kept():
     """One walks until he stands right behind the other as the camera sees them, and stays."""
     front, back = (0.0, 0.0, 0.0), (14.0, 0.0, 0.0)
@@ -111,6 +116,7 @@ def test_a_second_person_on_the_line_of_sight_of_the_first_is_kept():
     assert len({t.identity for tracks in found for t in tracks}) == 2
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("tide_m", [-0.6, 0.6])
 def test_a_boat_is_placed_on_the_water_at_its_tide(tide_m):
     quay, tracker = Quay(4, wave_k=0.1), surveyed("harbour_watch")
@@ -187,6 +193,7 @@ def test_another_camera_and_another_input_are_refused_by_name(learnt):
         tracker.save_background(path)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("started", [True, False])
 def test_a_pose_that_cannot_be_used_is_passed_over(started):
     quay, tracker = Quay(7), surveyed("harbour_watch")

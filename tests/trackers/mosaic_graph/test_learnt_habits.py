@@ -82,6 +82,7 @@ def test_the_filter_selects_brisk_particles_for_a_brisk_driver() -> None:
     assert brisk > 1.4
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("lane_y_m", [-ROAD_WIDTH_M / 4, ROAD_WIDTH_M / 4], ids=["right", "left"])
 def test_out_of_view_particles_keep_to_the_side_on_which_the_car_was_seen(lane_y_m: float) -> None:
     frames = film(0, 40, out=(24, 60), with_ego=True, decoys=0, lane_y_m=lane_y_m)

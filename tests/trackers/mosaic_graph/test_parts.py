@@ -42,6 +42,7 @@ def mark_errors_px(use_mosaic: bool) -> list[float]:
     return errors
 
 
+@pytest.mark.heavy
 def test_pictures_are_registered_to_a_pixel_and_drift_without_the_mosaic() -> None:
     placed, chained = mark_errors_px(use_mosaic=True), mark_errors_px(use_mosaic=False)
     assert max(placed) < 1.5

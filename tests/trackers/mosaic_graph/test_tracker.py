@@ -95,6 +95,7 @@ def test_the_same_generator_gives_the_same_answer(frames: list[DrawnFrame]) -> N
         np.testing.assert_array_equal(one.particles_px, other.particles_px)
 
 
+@pytest.mark.heavy
 def test_from_pixels_alone_it_finds_the_car_again(frames: list[DrawnFrame]) -> None:
     """With 400 particles two of seventeen generators took other things for the car, the first of them is 0."""
     blind = [
@@ -121,6 +122,7 @@ def out_of_view(estimates: list[Estimate]) -> list[Estimate]:
     return estimates[27:39]
 
 
+@pytest.mark.heavy
 def test_a_view_without_the_car_lowers_its_particles_but_in_the_ablation() -> None:
     """The car is gone. When the view swings back over part of the particles, those weigh less than the others."""
     gone = film(0, 46, out=_OUT, with_ego=True, decoys=0, jump_m=70.0)
@@ -148,6 +150,7 @@ def test_without_roads_particles_stray_further_from_the_street(
     assert aside_px(track(frames, "mosaic_graph_pf_no_roads")) > 1.5 * aside_px(estimates)
 
 
+@pytest.mark.heavy
 def test_only_redetection_finds_a_car_far_from_all_particles() -> None:
     """The car went back out of view."""
     jumped = film(0, 64, out=_OUT, with_ego=True, decoys=0, jump_m=-18.0)

@@ -39,6 +39,7 @@ def traced(
     return model.update(grey_at(town, pose), STILL, pixels(car_m[None], pose)[0], None), model, town
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("yaw_rad", [0.0, 0.4, np.pi / 4, 1.2, np.pi / 2, 2.5])
 def test_a_straight_road_is_found_whatever_its_direction(yaw_rad: float) -> None:
     pose = look_down(0.0, 0.0, HEIGHT_M, yaw_rad)

@@ -39,6 +39,7 @@ def errors_px(estimates: list[Estimate], frames: list[DrawnFrame]) -> NDArray[np
     return np.array([np.hypot(*(estimate.position_px - frame.position_px)) for estimate, frame in pairs])
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", [*REPRODUCIBLE, "opencv_mil"])
 def test_follows_a_car_in_view(name: str, bend: list[DrawnFrame]) -> None:
     half_car_px = 0.5 * 4.5 * CAMERA.focal_px / HEIGHT_M
@@ -68,6 +69,7 @@ def leaving() -> list[DrawnFrame]:
     return list(drive(town, road, 130.0, 1.2, [look_down(0, 0, HEIGHT_M, np.pi / 2)] * 35))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", [*REPRODUCIBLE, "opencv_mil"])
 def test_estimates_are_finite_with_any_part_of_the_car_outside(name: str) -> None:
     frames = leaving()

@@ -28,6 +28,7 @@ def test_the_height_is_found(height_m: float, right: bool, monkeypatch: pytest.M
     assert found.height_m == pytest.approx(height_m, rel=0.1)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", NAMES)
 def test_trackers_follow_from_a_low_camera_whose_height_nobody_tells(
     name: str, monkeypatch: pytest.MonkeyPatch

@@ -121,6 +121,7 @@ def test_without_a_candidate_under_the_threshold_nothing_is_learnt():
     assert tracker._template is first
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", BOTH)
 def test_a_person_who_crosses_in_front_of_the_target_is_not_taken_for_it(name):
     paths = [(Board(3.2, 0.7 - 0.03 * f), Board(2.0, -0.7 + 0.05 * f, BLUE)) for f in range(32)]

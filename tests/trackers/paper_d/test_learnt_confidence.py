@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from tests.trackers.drawn_harbour import CAMERA, SURVEY, DrawnHarbour
 from trackers.estimate_check import check_tracks
@@ -17,6 +18,7 @@ def answers(name: str) -> list[list[Track]]:
     return [tracker.update(harbour.picture([np.array([4.0 - 0.5 * k, 3.0 - 0.7 * k])])) for k in range(8)]
 
 
+@pytest.mark.heavy
 def test_only_the_confidences_differ() -> None:
     written, learnt = answers("eigen_swarm"), answers("eigen_swarm_learnt_confidence")
     assert sum(map(len, written)) > 5

@@ -82,6 +82,7 @@ def test_time_reversed_is_the_same_way_between() -> None:
     np.testing.assert_allclose(forth.position_px, reverse.position_px[::-1], atol=1e-6)
 
 
+@pytest.mark.heavy
 def test_what_is_learnt_helps_and_the_region_holds_its_share() -> None:
     method, known = SwimGaps(), swims(4000, 4, 1)
     new = swims(2000, 4, 2)

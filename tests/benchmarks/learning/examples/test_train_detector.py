@@ -41,6 +41,7 @@ def town(tmp_path_factory: pytest.TempPathFactory) -> DataSet:
     return generate(request, str(tmp_path_factory.mktemp("town")), Workers(0), lambda done, of: None)
 
 
+@pytest.mark.heavy
 def test_the_loss_falls_and_the_same_seed_repeats_it(town: DataSet) -> None:
     samples = town.samples(picture_and_goals)
     losses = train(samples, 30, seed=0)[1]
@@ -51,6 +52,7 @@ def test_the_loss_falls_and_the_same_seed_repeats_it(town: DataSet) -> None:
     assert train(samples, 1, seed=1)[1] != losses[:1]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("how", ["script", "module"])
 def test_it_runs_and_prints_an_ap(
     town: DataSet, how: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

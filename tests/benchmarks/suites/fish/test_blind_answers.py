@@ -56,6 +56,7 @@ def mean_scores(name: str, at_first: bool) -> NDArray[np.float64]:
     )
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("at_first", [False, True])
 @pytest.mark.parametrize("name", HELD)
 def test_tracks_that_stay_have_less_than_half_the_scores_of_the_method_as_written(name: str, at_first: bool) -> None:

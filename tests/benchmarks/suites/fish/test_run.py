@@ -39,6 +39,7 @@ def episode(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.mark.heavy
 def test_rows_are_defined_and_summed_up(episode: Path) -> None:
     rows = rows_of(episode)
     by_tracker = {
@@ -91,6 +92,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Path]]:
     return folder, [*write_tracks(table, folder, "idtracker"), *lake]
 
 
+@pytest.mark.heavy
 def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys: pytest.CaptureFixture[str]) -> None:
     folder, paths = files
     assert bench(folder / "out", "--real", *map(str, paths)) == 0

@@ -29,6 +29,7 @@ def forward_policy(share: float) -> Policy:
     return made_up_policy(HELICOPTER, [weights], [np.array([share, 0, 0, 0], np.float32)])
 
 
+@pytest.mark.heavy
 def test_another_content_of_a_policys_file_is_run_anew(tmp_path: Path) -> None:
     file = save_policy(forward_policy(0.1), tmp_path / "mine.json")
     experiment = replace(TINY, controllers=(f"policy:{file}", "hold"), trackers=TRACKERS[:1], seeds=range(1))

@@ -19,6 +19,7 @@ from trackers.estimate_check import check_estimate
 from trackers.types import Estimate
 
 
+@pytest.mark.heavy
 def test_it_answers_the_true_position_and_distance_also_outside_the_picture() -> None:
     scenario = catalog.scenario("road-town")
     with closing(scenario.episode("quick", 3)) as episode:
@@ -54,6 +55,7 @@ def second_frame(name: str, preset: str) -> tuple[Frame, Estimate]:
     return frame, answer
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("name", "preset"), [("stereo-follow", "quick"), ("harbour", "patrol")])
 def test_pixel_and_distance_are_of_the_middle_of_a_person(name: str, preset: str) -> None:
     frame, answer = second_frame(name, preset)

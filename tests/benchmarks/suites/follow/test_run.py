@@ -60,6 +60,7 @@ def mean_of(outcome: Outcome, controller: str, tracker: str, metric: str) -> flo
     return float(mean)
 
 
+@pytest.mark.heavy
 def test_who_steers_by_who_knows_keeps_it_in_view(outcome: tuple[Outcome, Path]) -> None:
     made, _ = outcome
     best = {
@@ -113,6 +114,7 @@ def test_each_is_compared_along_both_names(outcome: tuple[Outcome, Path]) -> Non
     }
 
 
+@pytest.mark.heavy
 def test_a_stopped_run_goes_on_and_other_links_stand_beside(outcome: tuple[Outcome, Path], tmp_path: Path) -> None:
     run(replace(TINY, controllers=("hold",), trackers=TRACKERS[:1]), tmp_path)
     went_on = run(TINY, tmp_path)
@@ -126,6 +128,7 @@ def test_a_stopped_run_goes_on_and_other_links_stand_beside(outcome: tuple[Outco
     assert all(row["value"] > 0.01 for row in rows)
 
 
+@pytest.mark.heavy
 def test_a_pair_with_a_blind_tracker_is_blind_whatever_steers(tmp_path: Path) -> None:
     pair = replace(TINY, controllers=("centre",), trackers=("fake_knowing", "blind_straight"), seeds=range(1))
     assert not run(pair, tmp_path).failures
@@ -144,6 +147,7 @@ def test_a_pair_with_a_blind_tracker_is_blind_whatever_steers(tmp_path: Path) ->
     )
 
 
+@pytest.mark.heavy
 def test_all_controllers_of_the_carrier_steer_by_default(tmp_path: Path) -> None:
     made = run(replace(TINY, controllers=None, trackers=TRACKERS[:1], seeds=range(1)), tmp_path)
     assert {row["controller"] for row in read_rows(tmp_path)} >= {"hold", "centre", "fake_ours", "fake_raises"}
@@ -179,6 +183,7 @@ def made_up(controller: str, tracker: str, seed: int, time_in_view: float) -> li
     return [{**heading, "metric": metric, "value": value, **ending} for metric, value in values.items()]
 
 
+@pytest.mark.heavy
 def test_paired_differences_are_right_on_made_up_rows(tmp_path: Path) -> None:
     """Episodes differ more than contestants do: unpaired, no difference would be significant."""
     better_by = {"hold": 0.0, "centre": 0.1, "fake_ours": 0.15, "policy:mine": 0.2}
@@ -225,6 +230,7 @@ def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) 
     assert write_report(outcome[1]).read_text() == page
 
 
+@pytest.mark.heavy
 def test_the_command_line_runs_resumes_prints_and_compares(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = ["bench", "follow", "--quick", "--workers", "0", "--seeds", "0:1", "--out", str(tmp_path)]
     words += ["--controllers", "hold", "centre", "--trackers", "fake_knowing", "fake_still"]

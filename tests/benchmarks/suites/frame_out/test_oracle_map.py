@@ -95,6 +95,7 @@ def followed(plan: Plan, parameters: OracleParameters) -> dict[int, tuple[int, f
     return found
 
 
+@pytest.mark.heavy
 def test_it_starts_from_the_truth_and_stays_nearer_than_a_straight_line(plans: list[Plan]) -> None:
     at_exit, after_a_while, straight = [], [], []
     for plan in plans:
@@ -112,6 +113,7 @@ def test_it_starts_from_the_truth_and_stays_nearer_than_a_straight_line(plans: l
     assert np.mean(after_a_while) < 0.75 * np.mean(straight)
 
 
+@pytest.mark.heavy
 def test_knowing_the_drivers_is_worth_something(plans: list[Plan]) -> None:
     """Over all frames outside the reference with the driver model is nearer and holds the truth more often."""
     mean_error, held = {}, {}

@@ -49,6 +49,7 @@ def test_the_pause_between_alarms_is_one_of_sure_tracks() -> None:
     assert told.tolist() == np.select([froc.THRESHOLDS <= 0.2, froc.THRESHOLDS <= 0.9], [1.0, 2.0]).tolist()
 
 
+@pytest.mark.heavy
 @settings(max_examples=12, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(0, len(froc.THRESHOLDS) - 1))
 def test_alarms_at_a_threshold_are_those_of_a_tracker_that_decides_there(seed: int, k: int) -> None:

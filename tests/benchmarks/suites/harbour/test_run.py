@@ -51,6 +51,7 @@ def rows_of(out: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in (out / "records.jsonl").read_text().splitlines()]
 
 
+@pytest.mark.heavy
 def test_rows_are_those_of_metrics(out: Path) -> None:
     needed = {row for metric in suite("harbour").metrics for row in metric.rows}
     drawn = {"region_depth_m", "region_width_m", "region_height_m", "frames"}
@@ -102,6 +103,7 @@ def test_a_video_is_drawn(tmp_path: Path) -> None:
     assert height > 720
 
 
+@pytest.mark.heavy
 def test_the_mean_sizes_are_the_scene_s() -> None:
     standard = PRESETS["standard"]
     found: dict[str, list[NDArray[np.float64]]] = {kind: [] for kind in MEAN_SIZE_M}

@@ -121,6 +121,7 @@ def test_ours_is_compared_in_what_the_suite_says(outcome: tuple[Outcome, Path]) 
     assert {c["metric"] for c in comparisons} == set(STEREO.compared)
 
 
+@pytest.mark.heavy
 def test_a_stopped_run_goes_on_where_it_was(outcome: tuple[Outcome, Path], tmp_path: Path) -> None:
     _, at_once = outcome
     run(replace(TINY, trackers=ALL_TRACKERS[:1]), tmp_path)
@@ -176,6 +177,7 @@ def test_a_scenario_that_tells_another_truth_is_refused(tmp_path: Path) -> None:
         truth_as(fake_follow.FAKE_FOLLOW.episode("tiny", 0).step().truth, RoadTruth)
 
 
+@pytest.mark.heavy
 def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -> None:
     _, out = outcome
     page = write_report(out).read_text()
@@ -219,6 +221,7 @@ def test_one_tracker_on_one_seed_makes_a_page(tmp_path: Path) -> None:
     assert "follow_taken" in write_report(tmp_path).read_text()
 
 
+@pytest.mark.heavy
 def test_both_suites_may_lie_on_one_page(outcome: tuple[Outcome, Path], tmp_path: Path) -> None:
     for suite, scenario, tracker, modules in (
         ("frame-out", "fake-town", "fake_still", ("tests.fakes_scenario",)),
@@ -250,6 +253,7 @@ def test_trackers_of_two_suites_are_not_compared(outcome: tuple[Outcome, Path], 
     assert main(["compare", *names]) == 2
 
 
+@pytest.mark.heavy
 def test_bench_takes_all_trackers_of_the_suite_and_ranks_by_f(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -61,6 +61,7 @@ def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, mo
     assert shapes == [(1076, 1280, 3)] * 4
 
 
+@pytest.mark.heavy
 def test_what_is_rendered_is_what_the_command_asks_for(tmp_path: Path):
     job = Job("stereo", "stereo-follow-v2", "quick", "raster", 0, None, ("stereo_wb",))
     shown: list[tuple[int, ...]] = []

@@ -18,6 +18,7 @@ from sim.rng import episode_seed
 PLANS: dict[str, Any] = {"road-town-v2": road_plan, "stereo-follow-v2": stereo_plan}
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scenario", PLANS)
 def test_banks_hold_the_rendered_episodes_plans(scenario: str, tmp_path: Path) -> None:
     preset = catalog.scenario(scenario).presets["quick"]

@@ -14,6 +14,7 @@ from scenarios.road_town.pictureless.flight_kernel import FLIGHT_STATE
 from scenarios.stereo_follow.pictureless.drive_kernel import DRIVE_STATE
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("records", list(permutations((EPISODE_STATE, FLIGHT_STATE, DRIVE_STATE))))
 def test_no_record_is_taken_for_another(records: tuple[np.dtype[Any], ...]) -> None:
     @njit

@@ -39,6 +39,7 @@ def said_m(states: np.ndarray) -> np.ndarray:
     return np.column_stack([-offset_px[:, 1], -offset_px[:, 0]]) * (60.0 - 0.75) / CAMERA[0]
 
 
+@pytest.mark.heavy
 def test_errors_have_the_model_s_mean_variance_and_memory() -> None:
     rng, states = np.random.default_rng(2), np.zeros(20_000, EPISODE_STATE)
     errors = error_record(model())

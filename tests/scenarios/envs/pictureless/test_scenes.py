@@ -53,6 +53,7 @@ def _known(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(catalog, "_ENTRIES", (*catalog._ENTRIES, *more))
 
 
+@pytest.mark.heavy
 @pytest.mark.usefixtures("_known")
 def test_what_looks_down_moves_as_its_own_scenario_says() -> None:
     arguments = {**SETTINGS, "scenario": BALLOON_TOWN.id, "bank": replace(bank(), scenario=BALLOON_TOWN.id)}

@@ -62,6 +62,7 @@ def truth_of(T_world_camera: np.ndarray, heading_rad: float) -> Any:
     return SimpleNamespace(position_px=centre, box_xyxy=box)
 
 
+@pytest.mark.heavy
 def test_truth_and_reward_are_those_of_the_rendered_env() -> None:
     rng = np.random.default_rng(7)
     reward = Reward(1.0, 0.7, 0.5, 0.3, 2.0, loss_after_s=0.2)
@@ -88,6 +89,7 @@ def test_truth_and_reward_are_those_of_the_rendered_env() -> None:
     assert 50 < seen < 250
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("carrier", [HELICOPTER, ROBOT], ids=lambda carrier: carrier.name)
 def test_sightings_are_those_of_the_rendered_env(carrier: Any) -> None:
     rng = np.random.default_rng(8)

@@ -28,6 +28,7 @@ def rollout(made: PicturelessVectorEnv, seed: int, steps: int = 80) -> list[np.n
     return outputs
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("starts", ["episodes", "frame-outs"])
 @pytest.mark.parametrize("link", ["prompt", "delayed", "noisy"])
 def test_the_same_seed_repeats_everything(starts: str, link: str) -> None:
@@ -144,6 +145,7 @@ def test_being_lost_may_end_an_episode() -> None:
     assert ends.index(True) == 30 - 1 + 6 - 1
 
 
+@pytest.mark.heavy
 def test_a_gust_is_lost_and_a_controller_follows_until_then() -> None:
     made = envs(2, action="correction", controller="reentry")
     made.reset(seed=1, options={"episode_seed": 3})

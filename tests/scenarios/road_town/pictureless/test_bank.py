@@ -12,6 +12,7 @@ from scenarios.road_town.plan import make_plan
 from scenarios.road_town.presets import PRESETS
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["standard", "oblique"])
 def test_no_flight_starts_in_a_gust(name: str) -> None:
     preset, kept, dropped = PRESETS[name], 0, 0

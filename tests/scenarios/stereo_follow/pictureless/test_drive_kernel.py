@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 from numba import njit
 
 from scenarios.stereo_follow.camera import camera_pose
@@ -24,6 +25,7 @@ def drive_one(states: Any, wanted: Any, free_m: Any, rng: Any) -> None:
     look_ahead(states[0], rng)
 
 
+@pytest.mark.heavy
 def test_robots_drive_and_measure_alike() -> None:
     rng = np.random.default_rng(4)
     plan = draw_floor_plan(rng)
