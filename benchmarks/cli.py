@@ -79,6 +79,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _reader_has_left() -> bool:
+    if sys.platform == "win32":
+        # It has no poll.
+        return True
     stdout = select.poll()
     stdout.register(sys.stdout.fileno(), 0)
     return any(event & select.POLLERR for _, event in stdout.poll(0))
@@ -91,6 +94,10 @@ def _run(arguments: Sequence[str] | None) -> int:
     for package, place in foreign_packages().items():
         told = f"{package}: expected Frameout's package in {ROOT}, got {place}, which Python finds first"
         return _refuse(f"{told}; rename it, or start in another folder")
+    try:
+        importlib.import_module("scenarios")
+    except ImportError as error:
+        return _refuse(str(error))
     if words == ["--version"]:
         print(f"frameout {importlib.metadata.version('frameout')}")
         return 0

@@ -7,7 +7,7 @@ loaded on its first use.
 import importlib
 from typing import Any
 
-from scenarios.envs.ids import register_envs
+from scenarios.own_packages import check_own_packages
 
 _HOMES = {
     "catalog": "scenarios.catalog",
@@ -23,7 +23,10 @@ _HOMES = {
 """Public name -> the module that defines it; ``catalog`` is itself a module."""
 __all__ = tuple(_HOMES)
 
-register_envs()
+check_own_packages()
+# Modules that need the packages which have just been checked.
+importlib.import_module("sim.kernel_cache").ensure_kernel_cache()
+importlib.import_module("scenarios.envs.ids").register_envs()
 
 
 def __getattr__(name: str) -> Any:

@@ -8,12 +8,9 @@ or ``client``, for a robot, for dynamics, or for rays cast by an engine that is 
 from __future__ import annotations
 
 import math
-import os
 import tempfile
 import threading
 import weakref
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -26,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from sim.mesh import Texture, TexturedMesh
+from sim.native_stderr import native_stderr_discarded
 from sim.optics import PinholeCamera, invert_pose
 from sim.render.textures import count_alike
 from sim.world import Body, World
@@ -56,7 +54,8 @@ class Engine:
 
 def _pybullet() -> Any:
     try:
-        with _without_greeting():
+        # It prints a line at its import, in every worker.
+        with native_stderr_discarded():
             import pybullet
     except ImportError as error:
         raise ImportError(
@@ -366,19 +365,6 @@ class _LentList(threading.local):
 
 
 _VERTICES, _NORMALS, _UVS, _INDICES = _LentList(), _LentList(), _LentList(), _LentList()
-
-
-@contextmanager
-def _without_greeting() -> Iterator[None]:
-    """Discard what native code prints to stderr meanwhile: PyBullet prints a line at its import, in every worker."""
-    kept, nowhere = os.dup(2), os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
-    try:
-        yield
-    finally:
-        os.dup2(kept, 2)
-        os.close(kept)
-        os.close(nowhere)
 
 
 def _hull_volume_m3(points_m: NDArray[np.float32]) -> float:

@@ -52,6 +52,7 @@ class Play(WithModules):
 
     def run(self) -> int:
         """Play; return the exit status."""
+        playing.check_screen()
         catalog.check_env(self.env)
         check("zoom", 0 < self.zoom <= 8, "a number in (0, 8]", self.zoom)
         out = self.out or Path("results") / controllers_suite().name

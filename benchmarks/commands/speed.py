@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -141,6 +142,7 @@ class Speed(WithModules):
 
     def _soak(self, steps: int) -> int:
         """Soak and print samples; return 1 if memory grew by more than is allowed."""
+        check("soak", Path("/proc/self/statm").exists(), "Linux, which tells the memory in use", sys.platform)
         check("soak", steps >= _FEWEST_SOAKED_STEPS, f"a whole number >= {_FEWEST_SOAKED_STEPS}", steps)
         samples = soak(self.preset, steps, _SOAKED_ENVS, _print_sample)
         grown = growth(samples)

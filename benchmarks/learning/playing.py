@@ -72,14 +72,20 @@ class Play:
     modules: tuple[str, ...] = ()
 
 
+def check_screen() -> None:
+    """Raise ValueError if pygame or a screen is missing."""
+    _pygame_play()
+    open_display("display")
+
+
 def play(played: Play) -> int:
     """Open a window and play the episodes; return how many were played to their end with a key pressed.
 
     Raises:
-        ValueError: if pygame or a screen is missing.
+        ValueError: see ``check_screen``.
     """
+    check_screen()
     pygame_play = _pygame_play()
-    open_display("display")
     env = gym.make(
         f"scenarios:{played.env}",
         preset=played.preset,

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
+from benchmarks.run.cores import cores
 from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
@@ -86,7 +86,7 @@ class Training:
     @property
     def env_count(self) -> int:
         """Number of envs that run together."""
-        return self.envs or (len(os.sched_getaffinity(0)) if self.pictures else _PICTURELESS_ENVS)
+        return self.envs or (cores(None) if self.pictures else _PICTURELESS_ENVS)
 
     @property
     def scenario(self) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 
+import joblib
 import numpy as np
 
 from sim.checks import check
@@ -21,4 +21,4 @@ def cores(workers: int | None) -> int:
     """
     whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
     check("workers", workers is None or (whole and workers >= 0), "a whole number >= 0", repr(workers))
-    return len(os.sched_getaffinity(0)) if workers is None else workers
+    return joblib.cpu_count() if workers is None else workers

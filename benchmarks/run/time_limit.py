@@ -8,15 +8,19 @@ thread was ready and waited for one.
 from __future__ import annotations
 
 import signal
+import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import NamedTuple
 
 from numba.core import event
 
+_CLOCKS = tuple(getattr(signal, name) for name in ("ITIMER_REAL", "ITIMER_VIRTUAL") if hasattr(signal, name))
+"""Alarm clocks; Windows has none."""
 _SCHEDULED = Path("/proc/thread-self/schedstat")
 """Nanoseconds on a core, nanoseconds of waiting for one, number of times on one."""
 
@@ -44,7 +48,7 @@ class Stopwatch(event.Listener):
     def __init__(self) -> None:
         self._compiling = 0
         self._compile_began = self._compiled = Taken(0.0, 0.0)
-        self._left_s = (0.0, 0.0)
+        self._left_s = [0.0 for _ in _CLOCKS]
         self._began = _now()
 
     @property
@@ -57,7 +61,7 @@ class Stopwatch(event.Listener):
         self._compiling += 1
         if self._compiling == 1:
             self._compile_began = _now()
-            self._left_s = (_set(signal.ITIMER_REAL, 0.0), _set(signal.ITIMER_VIRTUAL, 0.0))
+            self._left_s = [_set(clock, 0.0) for clock in _CLOCKS]
 
     def on_end(self, event: event.Event) -> None:
         """Restart the clocks."""
@@ -65,7 +69,7 @@ class Stopwatch(event.Listener):
         if self._compiling == 0:
             parts = zip(self._compiled, _now(), self._compile_began, strict=True)
             self._compiled = Taken(*(sum_s + now - began for sum_s, now, began in parts))
-            for clock, left_s in zip((signal.ITIMER_REAL, signal.ITIMER_VIRTUAL), self._left_s, strict=True):
+            for clock, left_s in zip(_CLOCKS, self._left_s, strict=True):
                 _set(clock, left_s)
 
 
@@ -73,25 +77,34 @@ class Stopwatch(event.Listener):
 def at_most(limit_s: float) -> Iterator[Stopwatch]:
     """Raise TooSlow after ``limit_s`` > 0; code that never returns to Python is ended later, with its process.
 
-    For the main thread only and not nested: there is one alarm clock.
+    For the main thread only and not nested: there is one alarm clock. Without one nothing is stopped, which is told.
     """
 
     def stop(number: int, frame: FrameType | None) -> None:
         raise TooSlow
 
-    previous = signal.signal(signal.SIGALRM, stop)
+    if not _CLOCKS:
+        _tell_without_limit()
+    previous = signal.signal(signal.SIGALRM, stop) if _CLOCKS else None
     watch = Stopwatch()
     event.register("numba:compile", watch)
-    _set(signal.ITIMER_REAL, limit_s)
-    # The default action of this signal ends the process without Python.
-    _set(signal.ITIMER_VIRTUAL, 3.0 * limit_s)
+    # The default action of the second clock's signal ends the process without Python.
+    for clock, seconds in zip(_CLOCKS, (limit_s, 3.0 * limit_s), strict=False):
+        _set(clock, seconds)
     try:
         yield watch
     finally:
-        _set(signal.ITIMER_REAL, 0.0)
-        _set(signal.ITIMER_VIRTUAL, 0.0)
+        for clock in _CLOCKS:
+            _set(clock, 0.0)
         event.unregister("numba:compile", watch)
-        signal.signal(signal.SIGALRM, previous)
+        if _CLOCKS:
+            signal.signal(signal.SIGALRM, previous)
+
+
+@cache
+def _tell_without_limit() -> None:
+    """Say once a process that nothing is stopped."""
+    print("note: trackers have no time limit here, as this system has no alarm clock", file=sys.stderr)
 
 
 def _now() -> Taken:

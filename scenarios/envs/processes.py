@@ -28,13 +28,8 @@ class EnvProcesses(AsyncVectorEnv[Any, Any]):
     def __init__(self, env_fns: Sequence[Callable[[], gym.Env[Any, Any]]], **options: Any) -> None:
         # Started later, by the first process, the tracker would unblock Ctrl-C again.
         resource_tracker.ensure_running()
-        # A process inherits the blocked signals.
-        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            with _naming_deaths():
-                super().__init__(env_fns, context="spawn", **options)
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        with _without_ctrl_c(), _naming_deaths():
+            super().__init__(env_fns, context="spawn", **options)
 
     def reset(self, **options: Any) -> Any:
         """See ``AsyncVectorEnv``."""
@@ -52,6 +47,19 @@ class EnvProcesses(AsyncVectorEnv[Any, Any]):
             process.kill()
         for process in self.processes:
             process.join()
+
+
+@contextlib.contextmanager
+def _without_ctrl_c() -> Iterator[None]:
+    """Block Ctrl-C, in processes started meanwhile for good. Windows has no such thing: there it ends them too."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextlib.contextmanager

@@ -58,7 +58,7 @@ class FollowSettings:
         correction_share: the largest correction, as a share of the command's limit, above 0 and at most 2; of the
             action ``correction``.
         corrects: when corrections are added: ``always``, or while the target is ``unseen``; of the same action.
-        reward: weights of the reward's terms, a ``Reward`` or a mapping of some of its fields, e.g. ``{"effort": 0.5}``.
+        reward: weights of the reward's terms, a ``Reward`` or a mapping of some of them, e.g. ``{"effort": 0.5}``.
         lost_after_s: the episode terminates when the target has been out of view for this time; None: never.
         renderer: ``raster`` or ``pybullet``.
         worlds: number of worlds that the env keeps and uses again, with other cars or people in them, which makes most

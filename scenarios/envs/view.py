@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.loop import Loop
+from sim.native_stderr import native_stderr_discarded
 
 _SCALE = 1.6
 _TRUE_RGB, _BELIEVED_RGB, _FRAME_RGB = (0, 114, 178), (230, 159, 0), (255, 255, 255)
@@ -53,7 +54,9 @@ def open_display(parameter: str) -> None:
     import pygame
 
     try:
-        pygame.display.init()
+        # Without a screen it prints a line of its own.
+        with native_stderr_discarded():
+            pygame.display.init()
         driver = pygame.display.get_driver()
     except pygame.error as error:
         driver = str(error)

@@ -33,7 +33,7 @@ _KERB_PIECE_CORNERS = 12
 _KINDS_OF_TREES = 12
 
 _latest: tuple[tuple[object, ...], list[tuple[Body, NDArray[np.float64]]]] | None = None
-"""What the latest town was drawn from, and its static objects with their poses. Threads share it: each reads it once."""
+"""What the latest town was drawn from, and its static objects with poses. Threads share it: each reads it once."""
 
 
 def town_of(seed: int, layout: Layout) -> World:

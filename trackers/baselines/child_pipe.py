@@ -32,8 +32,10 @@ class ChildPipe:
             limit_s: longest time of a request with its reply.
 
         Raises:
-            OSError: if there is no such program.
+            OSError: if there is no such program, or on Windows, where nothing waits for a pipe in a limited time.
         """
+        if not hasattr(select, "poll"):
+            raise OSError(f"{command[0]}: expected Linux or macOS, for a tracker of its own process, got {os.name}")
         self._limit_s = limit_s
         with ExitStack() as files:
             # A file, since a full pipe that nobody reads would stop the child.

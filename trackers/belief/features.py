@@ -51,8 +51,8 @@ MEANINGS = {
         "of the place last seen, without success; decays within seconds"
         for sector in range(SECTORS)
     },
-    "command_forward": "latest command ahead, over the carrier's limit, in [-1, 1]; of a head that pans, tilts and zooms: "
-    "the command to zoom in; 0 on an axis that it lacks",
+    "command_forward": "latest command ahead, over the carrier's limit, in [-1, 1]; 0 on an axis that it lacks; "
+    "of a head that pans, tilts and zooms: to zoom in",
     "command_right": "the same to the right; of a head: 0",
     "command_climb": "the same upwards; of a head: to tilt upwards",
     "command_yaw_rate": "the same of the turn rate, counter-clockwise; of a head: to pan counter-clockwise",

@@ -81,7 +81,7 @@ def test_rendered_envs_side_by_side_take_a_limit_of_steps_and_refuse_what_single
     with contextlib.closing(gym.make_vec(IDS[0], COUNT, max_episode_steps=2, **of_ids())) as envs:
         envs.reset(seed=0)
         assert [envs.step(envs.action_space.sample())[3].all() for _ in range(2)] == [False, True]
-    with pytest.raises(ValueError, match="keywords: expected one of tracker, preset, .*; got 'weather'"):
+    with pytest.raises(ValueError, match=r"keywords: expected one of tracker, preset, .*; got 'weather'"):
         gym.make_vec(IDS[0], COUNT, weather="bad")
     with pytest.raises(ValueError, match="num_envs: expected a whole number >= 1, got 0"):
         gym.make_vec(IDS[0], 0)

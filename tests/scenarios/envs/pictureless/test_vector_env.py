@@ -86,7 +86,7 @@ def test_who_ends_begins_anew_in_the_next_step_if_so_asked() -> None:
             assert "final_obs" not in infos
         observed, rewards, terminated, truncated, infos = made.step(ways[1])
         assert (infos["frame"] == 0).all()
-        assert not (rewards.any() or terminated.any() or truncated.any())
+        assert not np.any([rewards, terminated, truncated])
         assert made.single_observation_space.contains(observed[0])
 
 
@@ -107,7 +107,7 @@ def test_without_autoreset_a_mask_chooses_who_begins_anew() -> None:
     for _ in range(FRAMES - 6):
         *_, truncated, infos = made.step(np.zeros((3, 4)))
     np.testing.assert_array_equal(truncated, ~mask)
-    with pytest.raises(gym.error.ResetNeeded, match="step: expected a reset with the option reset_mask .* of env 0"):
+    with pytest.raises(gym.error.ResetNeeded, match=r"step: expected a reset with the option reset_mask .* of env 0"):
         made.step(np.zeros((3, 4)))
     made.reset(options={"reset_mask": ~mask})
     assert (made.step(np.zeros((3, 4)))[-1]["frame"] == [1, FRAMES - 5, 1]).all()
