@@ -27,7 +27,7 @@ def ensure_kernel_cache() -> None:
         njit(cache=True)(_anything)
     except RuntimeError:
         _folder = tempfile.TemporaryDirectory(prefix="frameout-kernels-")
-        os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = _folder.name
+        os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = _folder.name  # type: ignore[attr-defined]
         told = f"{wanted} and the home folder cannot be written; NUMBA_CACHE_DIR names a folder that stays"
         print(f"note: compiled kernels are kept in {_folder.name} until this process ends, as {told}", file=sys.stderr)
 

@@ -67,7 +67,7 @@ def test_gymnasium_knows_the_ids_whichever_is_imported_first(imports: str) -> No
     script = f"{imports}; import scenarios; print(*(name for name in gym.registry if name.startswith('frameout/')))"
     assert run(script).split() == [
         f"frameout/{name}Follow-{version}"
-        for name, version in (("RoadTown", "v2"), ("Stereo", "v2"), ("FishTank", "v1"), ("Harbour", "v1"))
+        for name, version in (("RoadTown", "v2"), ("Stereo", "v2"), ("FishTank", "v2"), ("Harbour", "v1"))
     ]
 
 

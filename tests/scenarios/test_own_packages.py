@@ -19,7 +19,9 @@ def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (tmp_path / name).mkdir()
         (tmp_path / name / "__init__.py").write_text('_HOMES = {"registry": "trackers.registry"}\n')
     monkeypatch.setattr(own_packages, "_ROOT", tmp_path)
-    monkeypatch.setattr(own_packages.importlib.util, "find_spec", lambda name: PathFinder.find_spec(name, [tmp_path]))
+    monkeypatch.setattr(
+        own_packages.importlib.util, "find_spec", lambda name: PathFinder.find_spec(name, [str(tmp_path)])
+    )
     own_packages.check_own_packages()
     return tmp_path
 

@@ -182,8 +182,10 @@ def test_info_tells_every_number_of_every_truth_but_those_per_pixel(kind: Kind) 
             meaning, words = meanings(truth)[field.name], keys[field.name][2]
             expected[field.name] = value[target] if meaning.per_object else value
             assert (meaning.unit in words.split(", ")) == (meaning.unit != "1")
-            assert meaning.coding in words
+            assert meaning.coding.replace("NaN", "inf") in words
     assert set(keys) == set(held) == rest | set(expected)
     for name, value in expected.items():
-        assert_equal(held[name], value, name)
+        # Checkers of envs compare infos, and a NaN equals no other.
+        without_nan = np.where(np.isnan(value), np.inf, value) if np.asarray(value).dtype.kind == "f" else value
+        assert_equal(held[name], without_nan, name)
         assert not (isinstance(held[name], np.ndarray) and np.shares_memory(held[name], getattr(truth, name)))

@@ -39,7 +39,7 @@ def test_without_any_kernels_have_a_private_one(
     monkeypatch.setattr(numba, "njit", _refusing)
     ensure_kernel_cache()
     folder = Path(os.environ["NUMBA_CACHE_DIR"])
-    assert numba.config.CACHE_DIR == str(folder)
+    assert str(folder) == numba.config.CACHE_DIR
     assert folder.stat().st_mode & 0o077 == 0
     told = capsys.readouterr().err
     assert len(told.splitlines()) == 1

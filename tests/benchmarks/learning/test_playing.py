@@ -68,6 +68,7 @@ def test_a_second_camera_is_steered_through_its_outline(tmp_path: Path, monkeypa
 )
 def test_the_preset_is_the_env_s(env: str, preset: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[Play] = []
+    monkeypatch.setattr(playing, "check_screen", lambda: None)
     monkeypatch.setattr(playing, "play", lambda given: asked.append(given) or 0)
     assert main(["play", env, "--out", str(tmp_path)]) == 0
     assert (asked[0].preset, asked[0].tracker) == (preset, catalog.envs()[env][1])
