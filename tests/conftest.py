@@ -28,23 +28,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--new-golden", action="store_true", help="make the pictures in tests/golden anew")
 
 
-_EARLY = ("scenarios/", "test_contributing.py", "test_readme.py", "trackers/test_fuzz.py")
-"""First what compiles the kernels of pictures, a scene at a time; then the files that take longest.
-
-Commands run in two processes of their own, which would compile the same kernels at the same time. Were a long file the
-last, one worker would wait for the other.
-"""
-
-
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put early files first, in their order."""
-    here = Path(__file__).parent
-
-    def place(item: pytest.Item) -> int:
-        path = item.path.relative_to(here).as_posix()
-        return next((k for k, early in enumerate(_EARLY) if path.startswith(early)), len(_EARLY))
-
-    items.sort(key=place)
+    """Put the canaries first, which compile most kernels, while another process tests what has few."""
+    items.sort(key=lambda item: "canaries" not in item.path.parts)
 
 
 def pytest_configure(config: pytest.Config) -> None:

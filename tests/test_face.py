@@ -71,6 +71,7 @@ def test_gymnasium_knows_the_ids_whichever_is_imported_first(imports: str) -> No
     ]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("before", ["", "import scenarios.catalog; "])
 def test_an_id_that_names_the_module_is_made(before: str) -> None:
     script = (

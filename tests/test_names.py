@@ -113,6 +113,7 @@ def general_modules() -> list[str]:
     return [place for place in places if place in GENERAL or not place.startswith(own_rooms())]
 
 
+@pytest.mark.heavy
 def test_general_rooms_name_no_scene_no_suite_and_no_carrier() -> None:
     places = general_modules()
     assert set(LISTS) | set(GENERAL) <= set(places)

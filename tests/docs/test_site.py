@@ -87,6 +87,7 @@ def test_every_link_and_picture_leads_to_something(pages: dict[Path, BeautifulSo
     assert sum(len(list(addresses(page, {"a": "href"}))) for page in pages.values()) > 500
 
 
+@pytest.mark.heavy
 def test_nothing_is_loaded_from_elsewhere(site: Path, pages: dict[Path, BeautifulSoup]) -> None:
     loaded = [address for page in pages.values() for address in addresses(page, LOADED)]
     assert [address for address in loaded if re.match(r"(\w+:)?//", address)] == []

@@ -86,6 +86,7 @@ def test_truth_is_what_its_fields_say(kind: Kind, extent: TruthExtent) -> None:
         assert len(set(frame.truth.names)) == len(frame.truth.names)
 
 
+@pytest.mark.heavy
 @each_kind
 def test_what_is_left_out_is_what_says_so_and_nothing_else_differs(kind: Kind) -> None:
     name_of_target = catalog.scenario(kind.scenario).target

@@ -52,6 +52,7 @@ def test_quaternion_of_half_turns(axis):
     assert abs(np.dot(to_bullet(T)[1][:3], axis)) == pytest.approx(1.0)
 
 
+@pytest.mark.heavy
 def test_without_pybullet_the_error_says_how_to_install_it():
     blocked = "import sys; sys.modules['pybullet'] = None\nfrom sim.bullet import client\nfrom sim.world import World\n"
     done = subprocess.run([sys.executable, "-c", f"{blocked}client(World())"], capture_output=True, text=True)

@@ -19,6 +19,7 @@ def _sequence(seed: int, stereo: bool) -> Sequence:
     return hostile_sequence(seed, stereo=stereo, frames=SEQUENCE_FRAMES)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", names())
 def test_no_picture_makes_a_tracker_raise(name):
     frames = 0

@@ -126,6 +126,7 @@ def test_a_variant_takes_no_name_of_ours() -> None:
         register_variant("mine", "nobody", summary="mine")
 
 
+@pytest.mark.heavy
 def test_a_user_s_module_that_comes_first_takes_no_name_of_ours(tmp_path: Path) -> None:
     (tmp_path / "first.py").write_text(
         "from trackers.registry import NoParameters, register\n"

@@ -33,6 +33,7 @@ def sequence(seed: int, posed: bool) -> list[Observation]:
     return [replace(each, ego=EgoPose(VIEW.T_world_camera)) for each in made] if posed else made
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("posed", [True, False])
 @pytest.mark.parametrize("seed", [1, 11])
 @pytest.mark.parametrize("name", NAMES)

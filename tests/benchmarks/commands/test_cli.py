@@ -275,6 +275,7 @@ print(sorted({"matplotlib", "pandas", "scipy.signal", "scipy.stats", "statsmodel
     assert done.stdout == "[]\n"
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(os.cpu_count() == 1, reason="OpenBLAS has no more threads than cores")
 @pytest.mark.parametrize(
     ("asked", "used"), [({}, 1), ({"OPENBLAS_NUM_THREADS": "2"}, 2), ({"OMP_NUM_THREADS": "2"}, 2)]

@@ -36,6 +36,7 @@ def compare(tmp_path: Path, capsys: pytest.CaptureFixture[str]):  # type: ignore
     return call
 
 
+@pytest.mark.heavy
 def test_the_suite_is_asked_for_where_both_have_rows_of_several(compare) -> None:  # type: ignore[no-untyped-def]
     told = compare("sharp", "blunt")
     assert (told.status, told.out) == (2, "")

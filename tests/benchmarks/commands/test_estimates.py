@@ -74,6 +74,7 @@ def test_what_cannot_be_done_is_said_in_one_line(
     assert len(err.splitlines()) == 1
 
 
+@pytest.mark.heavy
 def test_a_folder_without_estimates_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert bench(tmp_path) == 1
     assert main(["report", str(tmp_path), "--from-estimates"]) == 2

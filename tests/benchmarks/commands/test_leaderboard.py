@@ -46,6 +46,7 @@ def test_no_word_is_cut_and_each_number_has_its_interval(
     assert (left_out == "") == (width >= 132)
 
 
+@pytest.mark.heavy
 def test_metrics_and_plots_are_chosen(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     words = [
         "report",

@@ -48,6 +48,7 @@ def test_a_set_on_an_s3_store_has_the_same_contents(data, monkeypatch):
         store.stop()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("backend", "address", "message"),
     [

@@ -117,6 +117,7 @@ def test_the_memory_of_the_whole_run_hardly_grows_with_the_number_of_frames(tmp_
     assert many < 1.15 * few
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("mark", [None, b"", b'{"seed": 4'])
 def test_an_episode_without_a_mark_is_made_again(data, tmp_path, mark):
     shutil.copytree(data.root, tmp_path / "set")

@@ -35,6 +35,7 @@ def test_a_file_says_how_the_run_went(path: Path) -> None:
     assert not is_kept(path.parent, replace(facts.key, seed=9), facts.editions)
 
 
+@pytest.mark.heavy
 def test_two_runs_leave_the_same_but_for_times(kept: Path, tmp_path: Path) -> None:
     run(replace(TOWN, trackers=("fake_knowing",), seeds=range(3, 4)), tmp_path)
     (mine,) = (tmp_path / "estimates").iterdir()

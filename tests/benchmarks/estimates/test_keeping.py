@@ -17,6 +17,7 @@ from tests.benchmarks.estimates.runs import TOWN, rows_in
 STILL = replace(TOWN, trackers=("fake_still",))
 
 
+@pytest.mark.heavy
 def test_every_tracker_and_episode_has_a_file(kept: Path) -> None:
     files = sorted(path.name for path in (kept / "estimates").iterdir())
     assert [name.rpartition("-")[0] for name in files] == [

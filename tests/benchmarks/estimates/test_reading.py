@@ -13,6 +13,7 @@ from benchmarks.estimates.reading import facts_in, scan
 from tests.benchmarks.estimates.runs import TOWN, rows_in
 
 
+@pytest.mark.heavy
 def test_the_documented_way_gives_the_error_of_each_tracker(
     kept: Path, town: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -34,6 +34,7 @@ def test_every_preset_of_the_latest_versions_is_shown_on_a_development_seed() ->
     assert len({(each.scenario, each.seed) for each in shown}) == len(shown)
 
 
+@pytest.mark.heavy
 def test_the_picture_is_of_an_early_frame_of_that_episode() -> None:
     picture = picture_of(FISH)
     height, width = picture.shape[:2]

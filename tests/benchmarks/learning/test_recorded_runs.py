@@ -23,6 +23,7 @@ SMALL = {"frame_count": 12, "width_px": 96, "height_px": 72}
 SETTINGS = FollowSettings("stereo-follow-v2", "hold", preset="quick", changes=SMALL)
 
 
+@pytest.mark.heavy
 def test_runs_are_written_once_and_fitted(tmp_path: Path) -> None:
     [path] = write_runs(SETTINGS, range(3, 4), ["disturbed:hold"], tmp_path)
     run = read_run(path)

@@ -51,6 +51,7 @@ def test_a_wrong_scale_of_p_c_is_noticed(unit: float, monkeypatch: pytest.Monkey
     assert not (found["I_colour_change_largest"] and found["II_colour_change_off"])
 
 
+@pytest.mark.heavy
 def test_p_c_and_p_l_are_shown_at_every_illuminance(tmp_path: Path, block: list[Row]) -> None:
     table = EXPERIMENT.sensitivity(tmp_path, block, range(3, 4), "raster")
     assert table is not None

@@ -22,6 +22,7 @@ F_MEASURES = {
 """Preset ("": the experiment's) and method → F-measure on ``SEEDS``."""
 
 
+@pytest.mark.heavy
 def test_people_dressed_apart_walk_the_same_drives():
     presets = scenario(EXPERIMENT.scenario).presets
     uniform, apart = (make_plan(presets[name], 3, closed_loop=False) for name in EXPERIMENT.presets)

@@ -52,6 +52,7 @@ def test_lights_are_groups_of_like_brightness() -> None:
     np.testing.assert_array_equal(light, np.abs(np.arange(766)[:, None] - means).argmin(axis=1))
 
 
+@pytest.mark.heavy
 def test_moments_are_numpys_and_the_model_is_what_trackers_read(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

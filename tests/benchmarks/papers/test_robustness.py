@@ -87,6 +87,7 @@ def values(rows: list[Row], tracker: str, preset: str, metric: str) -> list[floa
     return [row["value"] for row in found]
 
 
+@pytest.mark.heavy
 def test_settings_are_varied_on_the_same_pictures_and_rates_in_others(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -78,6 +78,7 @@ def test_nobody_steers_in_it(preset: str, tmp_path: Path, capsys: pytest.Capture
     assert "controllers: expected one of set-path; got 'centre'" in capsys.readouterr().err
 
 
+@pytest.mark.heavy
 def test_it_is_listed_and_can_be_watched(preset: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list"]) == 0
     assert preset in capsys.readouterr().out.split("paper-sheet-v1")[1].split("suites")[0]

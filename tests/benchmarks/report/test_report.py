@@ -81,6 +81,7 @@ def test_the_page_is_whole_and_needs_nothing_from_outside(page: str) -> None:
     assert re.findall(r"url\((?!#)", page) == []
 
 
+@pytest.mark.heavy
 def test_what_the_plots_refer_to_is_theirs_alone(page: str) -> None:
     """Several plots lie in one page: a clip path of one must not cut another."""
     parser = WellFormed()
@@ -95,6 +96,7 @@ def test_the_same_rows_make_the_same_page(results: Path, page: str, tmp_path: Pa
     assert write_report(tmp_path).read_text() == page
 
 
+@pytest.mark.heavy
 def test_the_page_changes_when_the_rows_do(page: str, tmp_path: Path) -> None:
     write_rows(tmp_path, range(10_000, 10_007))
     assert write_report(tmp_path).read_text() != page
@@ -243,6 +245,7 @@ def test_provenance_says_what_was_run(results: Path) -> None:
     assert "8 with a turn at a crossing, 8 with a way off the road" in made.events
 
 
+@pytest.mark.heavy
 def test_the_question_that_a_table_raises_is_answered_below_it(page: str, tmp_path: Path) -> None:
     asked = "Why can hold be ahead of particle filters?"
     assert asked in page
@@ -269,6 +272,7 @@ def test_failures_are_reported(tmp_path: Path) -> None:
     assert "hold, seed 10000: failed at frame 17" in write_report(tmp_path).read_text()
 
 
+@pytest.mark.heavy
 def test_pictures_are_embedded_in_their_section(tmp_path: Path) -> None:
     write_rows(tmp_path, range(10_000, 10_003))
     condition = ("frame-out", "road-town-v2", "standard", "raster", "")
@@ -295,6 +299,7 @@ def test_the_papers_of_methods_stand_below_the_leaderboard(page: str) -> None:
     assert "paper B" not in page
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("last", [0, 1, 2, 7, 130])
 def test_frames_are_counted_in_whole_numbers(last: int) -> None:
     x = np.arange(last + 1.0)

@@ -102,6 +102,7 @@ def test_a_machine_with_other_instructions_is_told_that_figures_may_differ(
     assert ("note: figures may differ" in capsys.readouterr().err) == (not has_them)
 
 
+@pytest.mark.heavy
 def test_another_table_of_what_was_fitted_is_found(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

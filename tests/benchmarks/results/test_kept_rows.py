@@ -27,6 +27,7 @@ def change_parameters(tracker: str, monkeypatch: pytest.MonkeyPatch, **values: f
     monkeypatch.setitem(registry._ENTRIES, tracker, changed)
 
 
+@pytest.mark.heavy
 def test_rows_of_an_earlier_commit_of_the_present_editions_stay(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -104,6 +105,7 @@ def test_rows_of_contestants_and_seeds_that_a_table_lost_go(
     assert list((out / "smoke").glob("records.outdated-*"))
 
 
+@pytest.mark.heavy
 def test_a_new_folder_goes_on_from_the_committed_rows(
     checkout: Path,
     tmp_path: Path,

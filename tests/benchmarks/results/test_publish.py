@@ -122,6 +122,7 @@ def test_a_checkout_that_changes_during_the_run_is_not_published(
     assert not ledger.TABLES_FOLDER.exists()
 
 
+@pytest.mark.heavy
 def test_more_rows_than_there_is_room_for_are_refused(
     checkout: Path,
     tmp_path: Path,

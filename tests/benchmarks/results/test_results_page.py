@@ -285,6 +285,7 @@ def test_the_command_writes_all_pages(published: dict[str, Any], capsys: pytest.
     assert capsys.readouterr().out.splitlines() == [str(ledger.RESULTS), str(folder / "town.md")]
 
 
+@pytest.mark.heavy
 def test_the_committed_pages_are_what_the_templates_give() -> None:
     """In a process of its own: other tests register suites and metrics here."""
     script = (

@@ -150,6 +150,7 @@ def test_a_note_follows_no_link_and_lies_in_no_shared_folder(tmp_path: Path) -> 
     assert list(ours.note_file.parent.iterdir()) == []
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("tracker", "reason"),
     [

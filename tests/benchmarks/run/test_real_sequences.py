@@ -111,6 +111,7 @@ def summary(folder: Path) -> dict[tuple[str, str], dict[str, Any]]:
     return {(entry["tracker"], entry["metric"]): entry for entry in entries}
 
 
+@pytest.mark.heavy
 def test_rows_name_the_sequence_and_the_folder(ran: Path) -> None:
     rows = read_rows(ran / "out")
     assert {(row["scenario"], row["preset"], row["renderer"], row["controller"]) for row in rows} == {

@@ -85,6 +85,7 @@ def test_compiling_counts_neither_against_the_limit_nor_as_work() -> None:
     assert worked_s < 0.4 * compiling_s
 
 
+@pytest.mark.heavy
 def test_the_limit_holds_again_after_compiling() -> None:
     began = time.perf_counter()
 

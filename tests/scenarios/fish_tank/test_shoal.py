@@ -46,6 +46,7 @@ def axes_m(swims: Swims, frame: int, shares: NDArray[np.float64]) -> NDArray[np.
     return own[..., :3, 3] - own[..., :3, 0] * back_m[:, None]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize(("character", "count", "frames"), [(ZEBRAFISH, 10, 300), (CROWD, 100, 60)])
 def test_bodies_never_penetrate_each_other(character, count, frames):
     """Elliptic cross sections, 49 along each body: an independent reading of what the kernels bound by segments."""
@@ -137,6 +138,7 @@ def test_tail_beats_belong_to_bursts_and_travel_to_the_tail():
     assert max(later[1:]) > later[0]
 
 
+@pytest.mark.heavy
 def test_fish_without_bursts_never_dart():
     """The generators are those of the preset's episodes; one burst in half a minute of any of them would be seen."""
     assert np.isinf(AYU.burst_interval_s)

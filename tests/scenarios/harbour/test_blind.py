@@ -68,6 +68,7 @@ def test_a_camera_at_rest_is_measured_the_same_on_every_frame() -> None:
     assert_at_rest(handed("quick", closed_loop=False))
 
 
+@pytest.mark.heavy
 def test_a_head_that_knows_where_its_target_is_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     own = HarbourEpisode._obey
 

@@ -38,6 +38,7 @@ def aimed(episode: HarbourEpisode, gain: float) -> CameraCommand:
     )
 
 
+@pytest.mark.heavy
 def test_commands_keep_the_target_in_the_second_camera_and_its_truth_is_that_camera_s(episode) -> None:
     box = episode.start.box_xyxy
     frame = episode.step()
@@ -76,6 +77,7 @@ def test_without_a_command_the_camera_sees_the_middle_of_the_quay(episode) -> No
         episode.step()
 
 
+@pytest.mark.heavy
 def test_the_overview_is_the_same_whether_a_second_camera_is_steered_or_not(episode) -> None:
     apart = HARBOUR.episode(SMALL, 4)
     frames = [episode.step(CameraCommand(pan_rad_s=0.3) if k else None) for k in range(3)]

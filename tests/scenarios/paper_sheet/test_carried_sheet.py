@@ -88,6 +88,7 @@ def test_the_sheet_stays_where_it_is(some):
         assert 0.5 < frame.truth.speed_mps[0] < 3.0
 
 
+@pytest.mark.heavy
 def test_back_light_shortens_the_exposure_and_shade_asks_for_gain(some):
     registers = [frame.truth.registers for frame in some]
     against_light = min(each.shutter for each in registers)

@@ -48,6 +48,7 @@ def test_the_sheet_is_lit_as_the_paper_says(taken):
         np.testing.assert_allclose(lit_lx, (609, 533, 414, 311, 203, 122, 86, 38, 19))
 
 
+@pytest.mark.heavy
 def test_the_region_shows_the_sheet(taken):
     first = taken["auto"][0]
     truth, image = first.truth, first.observation.image_rgb

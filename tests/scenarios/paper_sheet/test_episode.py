@@ -63,6 +63,7 @@ def test_the_papers_count_of_pictures():
     assert counts == {"paper-b1": 9, "paper-b2": 947}
 
 
+@pytest.mark.heavy
 def test_the_sheet_is_drawn_where_truth_says(first):
     _, box, frames = first
     for frame in frames:
@@ -134,6 +135,7 @@ def test_nobody_steers(first):
         assert isinstance(episode, SheetEpisode)
 
 
+@pytest.mark.heavy
 def test_after_the_last_frame_there_is_none():
     with closing(PAPER_SHEET.episode("paper-b1", 0)) as episode:
         for _ in range(episode.frame_count):

@@ -64,6 +64,7 @@ def test_same_generator_same_town():
     assert first.buildings != _layout("organic", 6).buildings
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("clears", [True, False])
 def test_excursion_leaves_the_road_clear_of_everything_and_comes_back(seed, clears):

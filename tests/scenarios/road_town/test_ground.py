@@ -55,6 +55,7 @@ def test_there_are_corners_everywhere(layout):
             assert len(corners) >= 40
 
 
+@pytest.mark.heavy
 def test_same_generator_same_picture(layout):
     first, second = (paint_ground(layout, generator(9, "town"), 1024) for _ in range(2))
     np.testing.assert_array_equal(first, second)

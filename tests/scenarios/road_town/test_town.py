@@ -56,6 +56,7 @@ def test_there_is_one_body_a_thing(world, layout):
     assert not any(body.movable for body in world.bodies)
 
 
+@pytest.mark.heavy
 def test_houses_stand_on_their_footprints(world, layout):
     houses = [body for body in world.bodies if body.category == "building"]
     for building, body in zip(layout.buildings, houses, strict=True):

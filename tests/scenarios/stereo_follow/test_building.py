@@ -238,6 +238,7 @@ def test_unknown_presets_and_negative_seeds_are_refused():
         scenario("stereo-follow").episode("quick", -1)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])
 def test_as_many_right_pictures_are_lost_as_the_preset_says(share):
     plan = make_plan(replace(PRESETS["quick"], dropped_share=share, frame_count=200), 4, closed_loop=False)

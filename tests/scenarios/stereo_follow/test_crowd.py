@@ -41,6 +41,7 @@ def _off_walls_m(plan: FloorPlan, place_m: NDArray[np.float64]) -> float:
     return max(off)
 
 
+@pytest.mark.heavy
 @SOME
 @given(seed=SEEDS, preset=st.sampled_from(["standard", "hard", "quick"]))
 @example(seed=548, preset="standard")
@@ -61,6 +62,7 @@ def test_people_keep_off_each_other_walls_and_robot(seed, preset):
     assert min(_off_walls_m(plan, place_m) for place_m in places_m[0]) > 0.25
 
 
+@pytest.mark.heavy
 @SOME
 @given(seed=SEEDS)
 def test_nobody_hides_the_target_when_a_tracker_is_told_of_him(seed):
@@ -101,6 +103,7 @@ def test_the_target_is_in_sight_among_people_most_of_the_time():
     assert 0.7 < np.mean(shares) < 0.95
 
 
+@pytest.mark.heavy
 def test_targets_change_speed_and_stop():
     speeds_mps = np.concatenate([crowd_of(seed)[1].walks[0].speed_mps for seed in range(16)])
     slow_mps, fast_mps = np.percentile(speeds_mps, [10, 95])

@@ -68,6 +68,7 @@ def test_same_seed_same_bytes(recorded: Recorded):
     again.close()
 
 
+@pytest.mark.heavy
 def test_the_observation_holds_no_truth(recorded: Recorded):
     for frame in recorded.frames[::10]:
         seen, truth = frame.observation, frame.truth
@@ -278,6 +279,7 @@ def test_a_command_on_a_set_path_and_a_step_too_many_are_refused(recorded: Recor
         fresh.step(AHEAD)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["stereo_people", "stereo_wb", "stereo_wb_shutter_gain"])
 def test_lost_pictures_are_none_and_no_tracker_falls_over_them(
     name: str, driven: tuple[StereoFollowEpisode, list[Frame]]

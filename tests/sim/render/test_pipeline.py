@@ -52,6 +52,7 @@ def test_fused_pictures_are_those_of_the_stages(town):
         assert seen.picture.settings.exposure_s == pytest.approx(picture.settings.exposure_s, rel=1e-5)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("renderer", ["raster", "pybullet"])
 def test_the_same_pictures_again_are_byte_identical(town, renderer):
     runs = []

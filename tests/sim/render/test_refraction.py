@@ -130,6 +130,7 @@ def test_depth_through_flat_water_is_that_of_the_floor(angle_deg):
     np.testing.assert_allclose(seen.depth_m[rows, columns][chosen][inside], expected[inside], atol=4e-4)
 
 
+@pytest.mark.heavy
 def test_both_renderers_see_the_same():
     water, (camera, T_world_camera) = surface(), looking(35)
     world = tank(_places(20, np.random.default_rng(4)), 0.012)

@@ -31,6 +31,7 @@ def _inflow_wm2(weather: Weather, surface: Surface, kelvin: float, hour: float, 
     return sun + long_wave + wind + wet + m.coupling_w_m2k * (behind - kelvin)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("rain_mm_h", [0.0, 2.0])
 @pytest.mark.parametrize("surface", KINDS)
 def test_courses_are_those_of_an_independent_solver(surface, rain_mm_h):

@@ -52,6 +52,7 @@ def test_sort_gives_the_authors_tracks(sequence: str, setting: str) -> None:
     assert ours == entry["sort"][setting]
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("sequence", RECORDED)
 @pytest.mark.parametrize("setting", BYTETRACK)
 @pytest.mark.parametrize("overlaps", OVERLAPS)

@@ -106,6 +106,7 @@ def test_without_a_measured_pose_the_motion_of_the_picture_is_estimated(name: st
         assert errors[-1] < 2.25
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", NAMES)
 def test_a_picture_of_another_size_is_the_same_view(name: str) -> None:
     frames = flight(measured=False)[:14]
@@ -156,6 +157,7 @@ def test_a_box_that_holds_nothing_is_refused(name: str, box: list[float]) -> Non
         tracker.initialise(flight()[0].observation, np.array(box))
 
 
+@pytest.mark.heavy
 @settings(max_examples=15, deadline=None)
 @given(
     st.sampled_from(NAMES),

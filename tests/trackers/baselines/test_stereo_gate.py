@@ -46,6 +46,7 @@ def test_it_answers_where_the_person_is(name: str) -> None:
     assert estimate.box_xyxy == pytest.approx(person_box(moved), abs=25)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", NAMES)
 def test_a_hidden_person_is_predicted_then_lost_then_found(name: str) -> None:
     """With the values as written: tuned ones predict for another time."""
@@ -59,6 +60,7 @@ def test_a_hidden_person_is_predicted_then_lost_then_found(name: str) -> None:
     assert place_of(back) == pytest.approx([3.0, 0.5], abs=0.15)
 
 
+@pytest.mark.heavy
 def test_colours_tell_a_lost_person_from_a_nearer_one() -> None:
     answers = {}
     for name in NAMES:
@@ -89,6 +91,7 @@ def test_a_prediction_stays_on_the_ground_when_the_robot_turns(name: str) -> Non
     assert place_of(estimate) == pytest.approx([c * 3.0 + s * 0.2, c * 0.2 - s * 3.0], abs=0.15)
 
 
+@pytest.mark.heavy
 @settings(max_examples=8, deadline=None)
 @given(
     st.sampled_from(NAMES),

@@ -118,6 +118,7 @@ def test_the_past_is_not_changed_after_the_delay() -> None:
     assert any(first != second for (_, said) in runs[:-1] for first, second in zip(said, longest, strict=False))
 
 
+@pytest.mark.heavy
 def test_between_two_tracklets_a_fish_is_where_both_ends_say() -> None:
     """However long it is seen afterwards."""
     tank = Tank(count=1, seed=4, speed_px=1.5)
@@ -140,6 +141,7 @@ def test_between_two_tracklets_a_fish_is_where_both_ends_say() -> None:
             np.testing.assert_allclose(track.estimate.position_px, between_px, atol=3.0)
 
 
+@pytest.mark.heavy
 def test_offline_no_guess_from_while_the_pictures_came_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fish that came back within the delay had a guess, which the links of the whole video need not contain."""
     tank, background, pictures, _ = film(1)
@@ -166,6 +168,7 @@ def test_a_high_limit_abstains() -> None:
     assert all(0 <= each.probability <= 1 and each.last_frame < each.next_frame for each in always.links)
 
 
+@pytest.mark.heavy
 def test_the_same_pictures_get_the_same_answers() -> None:
     first, second = (run(Chain(ChainParameters(), Steady()), 0)[1] for _ in range(2))
     assert [[each.identity for each in tracks] for tracks in first] == [

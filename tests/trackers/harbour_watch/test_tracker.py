@@ -66,6 +66,7 @@ def test_a_person_who_stands_still_for_five_minutes_is_not_swallowed(stood):
     assert all(found[-6:])
 
 
+@pytest.mark.heavy
 def test_one_person_is_one_track_with_the_size_of_a_person(stood):
     _, answers = stood
     sure = {t.identity for tracks in answers[12:] for t in tracks if t.confidence > 0.9}
@@ -163,6 +164,7 @@ def learnt(tmp_path_factory):
     return pictures, answers, tracker.save_background(tmp_path_factory.mktemp("models") / "quay")
 
 
+@pytest.mark.heavy
 def test_a_saved_background_answers_as_the_learnt_one(learnt):
     pictures, answers, path = learnt
     assert any(t.confidence > 0.9 for t in answers[-1])
@@ -172,6 +174,7 @@ def test_a_saved_background_answers_as_the_learnt_one(learnt):
         same([tracker.update(picture) for picture in pictures], answers)
 
 
+@pytest.mark.heavy
 def test_the_same_pictures_give_the_same_answers(learnt):
     _, answers, _ = learnt
     quay, tracker = Quay(6), surveyed("harbour_watch", 9)
@@ -205,6 +208,7 @@ def test_a_pose_that_cannot_be_used_is_passed_over(started):
     assert any(t.confidence > 0.9 for t in answers[-1]) or not started
 
 
+@pytest.mark.heavy
 def test_outside_the_watched_volume_nothing_is_found():
     answers = watch(6, 14, walk, watched_m=(20.0, 6.0, 6.0))
     # He enters from the right. Once found he may be followed out of it.

@@ -35,6 +35,7 @@ def error_px(frame: DrawnFrame, estimate: Estimate) -> float:
     return float(np.linalg.norm(estimate.position_px - frame.car_px))
 
 
+@pytest.mark.heavy
 def test_the_film_holds_a_frame_out(frames: list[DrawnFrame]) -> None:
     inside = np.array([frame.inside for frame in frames])
     assert inside[:20].all()
@@ -42,6 +43,7 @@ def test_the_film_holds_a_frame_out(frames: list[DrawnFrame]) -> None:
     assert inside[-8:].all()
 
 
+@pytest.mark.heavy
 def test_in_view_the_centre_is_within_a_quarter_of_a_car(frames: list[DrawnFrame], estimates: list[Estimate]) -> None:
     car_px = np.linalg.norm(frames[0].box_xyxy[2:] - frames[0].box_xyxy[:2])
     watched = [error_px(f, e) for f, e in zip(frames[1:21], estimates[:20], strict=True)]
@@ -135,6 +137,7 @@ def test_a_view_without_the_car_lowers_its_particles_but_in_the_ablation() -> No
         assert np.ptp(said.weights) < 1e-12
 
 
+@pytest.mark.heavy
 def test_without_roads_particles_stray_further_from_the_street(
     frames: list[DrawnFrame], estimates: list[Estimate]
 ) -> None:

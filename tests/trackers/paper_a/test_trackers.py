@@ -47,6 +47,7 @@ def test_follows_a_car_in_view(name: str, bend: list[DrawnFrame]) -> None:
     assert np.median(errors_px(follow(name, frames), frames)) < half_car_px
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", FILTERS)
 def test_knows_where_the_car_is_heading(name: str, bend: list[DrawnFrame]) -> None:
     estimates = follow(name, bend)
@@ -108,6 +109,7 @@ def test_one_particle_runs(name: str, bend: list[DrawnFrame]) -> None:
     assert np.isfinite(tracker.update(bend[1].observation).position_px).all()
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", FILTERS)
 def test_runs_where_there_is_no_road(name: str) -> None:
     road = straight_road()
@@ -134,6 +136,7 @@ def in_metres(points_px: NDArray[np.float64], frame: DrawnFrame, car_m: NDArray[
     return car_m - (points_px - frame.position_px)[:, ::-1] * HEIGHT_M / CAMERA.focal_px
 
 
+@pytest.mark.heavy
 def test_the_road_turns_a_filter_round_a_bend_that_the_plain_one_misses() -> None:
     """Its particles turn with the road and lie along the car's lane, more of them near the car.
 

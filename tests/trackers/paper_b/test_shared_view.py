@@ -39,6 +39,7 @@ def numbers(estimate: Estimate) -> list[float]:
     return [*estimate.position_px, *box, np.nan if estimate.depth_m is None else estimate.depth_m]
 
 
+@pytest.mark.heavy
 def test_side_by_side_they_answer_as_alone_and_count_the_shared_time():
     frames = walk()
     alone = {}

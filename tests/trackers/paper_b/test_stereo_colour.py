@@ -191,6 +191,7 @@ def test_a_first_box_off_the_person_does_no_harm(box_xyxy, right):
             assert says_nothing(estimate) or predicts(estimate, tracker)
 
 
+@pytest.mark.heavy
 def test_an_occluder_at_the_last_position_does_not_make_it_valid_again():
     tracker = start("stereo_wb", Board(3.0, 0.0))
     lost = []

@@ -109,6 +109,7 @@ def test_a_lost_right_picture_is_bridged_for_a_while():
     assert place_of(back) == pytest.approx([3.1, 0.2], abs=0.25)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["stereo_people", *VARIANTS])
 def test_an_empty_view_is_no_error(name):
     tracker = new_tracker(name)
@@ -191,6 +192,7 @@ def test_a_half_hidden_person_is_seen_at_the_expected_place(name, looks):
     assert (estimate.in_view_probability == 1.0) == looks
 
 
+@pytest.mark.heavy
 def test_another_person_is_not_taken_for_the_lost_target():
     """The target goes behind a wall; the person who stood beside it all the time is another one."""
     tracker = started("stereo_people", PERSON, OTHER)

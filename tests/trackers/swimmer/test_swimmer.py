@@ -118,6 +118,7 @@ def test_posture_counts_only_where_it_is_allowed() -> None:
     assert np.abs(without - SwimGaps().extrapolate(seen, 30, around).position_px).max() > 0.1
 
 
+@pytest.mark.heavy
 @settings(max_examples=40, deadline=None)
 @given(st.integers(1, 130), st.integers(1, 130), st.integers(1, 250), st.data())
 def test_every_piece_with_a_measurement_is_answered(before: int, after: int, count: int, data: st.DataObject) -> None:

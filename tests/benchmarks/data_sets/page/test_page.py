@@ -19,6 +19,7 @@ def page(hand_made: DataSet) -> str:
     return render_page(hand_made)
 
 
+@pytest.mark.heavy
 def test_it_is_whole_and_needs_nothing_from_outside(page: str) -> None:
     parser = WellFormed()
     parser.feed(page)
@@ -45,6 +46,7 @@ def test_it_tells_what_the_set_is(page: str) -> None:
     assert page.count("<img ") == 14
 
 
+@pytest.mark.heavy
 def test_it_is_the_same_each_time(page: str, hand_made: DataSet) -> None:
     assert render_page(DataSet(hand_made.url)) == page
 

@@ -18,6 +18,7 @@ def page_file(hand_made: DataSet, tmp_path_factory: pytest.TempPathFactory) -> P
     return path
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("width_px", [1280, 390])
 def test_it_opens_offline(browser: Any, page_file: Path, width_px: int, scheme: str) -> None:

@@ -71,6 +71,7 @@ def test_it_runs_and_prints_an_ap(
     assert len(Path(path).read_text().splitlines()) < 100
 
 
+@pytest.mark.heavy
 def test_boxes_come_out_of_cells_as_they_went_in(town: DataSet) -> None:
     pairs = []
     for frame in town:

@@ -57,6 +57,7 @@ def test_rows_are_defined_and_summed_up(episode: Path) -> None:
     ]
 
 
+@pytest.mark.heavy
 def test_the_same_method_has_the_same_errors_in_a_chain_and_alone(episode: Path) -> None:
     values: dict[str, dict[str, float]] = {}
     for row in rows_of(episode):

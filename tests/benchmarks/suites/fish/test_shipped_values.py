@@ -14,6 +14,7 @@ from trackers.fish_chain.detection import Detector
 from trackers.registry import entry
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("seed", [1, 3])
 def test_small_fish_are_found_beside_lamps(seed: int) -> None:
     """Seed 3 has lamps in the water, seed 1 has none; tuning saw pictures of twice the size."""

@@ -44,6 +44,7 @@ def test_another_content_of_a_policys_file_is_run_anew(tmp_path: Path) -> None:
     assert (read_rows(out)[0]["role"], "policy" in read_rows(out)[0]["editions"]) == ("blind", False)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("link", ["prompt", "noisy"])
 def test_an_env_lives_what_the_suite_judges(link: str, tmp_path: Path) -> None:
     """The same scenario, seed, tracker, controller and link are the same episode; rows have six places."""

@@ -80,6 +80,7 @@ def test_the_distance_of_a_fish_is_that_of_the_middle_of_its_body() -> None:
     )
 
 
+@pytest.mark.heavy
 def test_a_car_that_is_partly_behind_the_camera_is_answered_without_a_box() -> None:
     """As where the camera never moves: the box of truth is NaN, its centre is not."""
     frame, _ = second_frame("road-town", "quick")

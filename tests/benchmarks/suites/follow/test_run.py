@@ -251,6 +251,7 @@ def test_the_command_line_runs_resumes_prints_and_compares(tmp_path: Path, capsy
     assert "expected one of centre+fake_knowing, centre+fake_still" in capsys.readouterr().err
 
 
+@pytest.mark.heavy
 def test_results_over_two_links_are_not_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     one = replace(TINY, controllers=("hold",), trackers=TRACKERS[:1], seeds=range(1))
     for link in ("prompt", "noisy"):

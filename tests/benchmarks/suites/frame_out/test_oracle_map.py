@@ -126,6 +126,7 @@ def test_knowing_the_drivers_is_worth_something(plans: list[Plan]) -> None:
     assert held[True] > 0.8
 
 
+@pytest.mark.heavy
 def test_the_same_numbers_give_the_same_guesses(plans: list[Plan]) -> None:
     assert followed(plans[0], OracleParameters()) == followed(plans[0], OracleParameters())
 

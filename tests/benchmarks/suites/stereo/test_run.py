@@ -49,6 +49,7 @@ def mean_of(outcome: Outcome, tracker: str, metric: str) -> float:
     return float(mean)
 
 
+@pytest.mark.heavy
 def test_who_knows_the_way_has_the_best_of_all_scores(outcome: tuple[Outcome, Path]) -> None:
     made, _ = outcome
     best = {
@@ -216,6 +217,7 @@ def test_a_strip_shows_each_frames_outcome_in_its_colour(outcome: tuple[Outcome,
     assert coloured(taken, "better") == coloured(knowing, "better") - 1
 
 
+@pytest.mark.heavy
 def test_one_tracker_on_one_seed_makes_a_page(tmp_path: Path) -> None:
     run(replace(TINY, trackers=("follow_taken",), seeds=range(1)), tmp_path)
     assert "follow_taken" in write_report(tmp_path).read_text()
@@ -233,6 +235,7 @@ def test_both_suites_may_lie_on_one_page(outcome: tuple[Outcome, Path], tmp_path
     assert "<h1>What happens outside the picture · Is it still the same person?</h1>" in page
 
 
+@pytest.mark.heavy
 def test_compare_divides_by_what_happened(outcome: tuple[Outcome, Path], capsys: pytest.CaptureFixture[str]) -> None:
     words = ["compare", "follow_knowing", "follow_taken", "--directory", str(outcome[1])]
     assert main([*words, "--json"]) == 0
