@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenarios.envs.settings import FollowSettings
 from scenarios.scenario import World
-from trackers.controllers.catalogue import controller_entry
+from trackers.controllers.catalogue import Kernel, controller_entry
 from trackers.protocols import Controller
 from trackers.types import BODY_COMMANDS, CameraModel, Carrier, EgoPose, Estimate, Observation
 
@@ -31,16 +30,18 @@ class VectorController(Protocol):
 class VectorKernelController:
     """A controller with a kernel over beliefs."""
 
-    def __init__(self, parameters: Any, steer: Any, record: np.dtype[Any]) -> None:
-        self._parameters = np.array([dataclasses.astuple(parameters)], record)
-        self._steer = steer
+    def __init__(self, parameters: Any, kernel: Kernel, interval_s: float, count: int) -> None:
+        self._parameters = kernel.record(parameters)
+        self._memory = np.zeros(count, kernel.memory)
+        self._steer, self._interval_s = kernel.steer, interval_s
 
     def begin(self, which: NDArray[np.int64]) -> None:
-        """See ``VectorController``; the kernel has no state besides the beliefs."""
+        """See ``VectorController``."""
+        self._memory[which] = np.zeros(1, self._memory.dtype)
 
     def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
         """See ``VectorController``."""
-        self._steer(beliefs, self._parameters, out)
+        self._steer(beliefs, self._parameters, self._memory, states["steps"] * self._interval_s, out)
 
 
 class SeparateControllers:
@@ -92,5 +93,5 @@ def vector_controller(settings: FollowSettings, carrier: Carrier, world: World, 
     """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name or value."""
     entry, values = controller_entry(settings.controller, carrier.name), settings.controller_values
     if entry.kernel is not None:
-        return VectorKernelController(entry.parameters(**values), *entry.kernel)
+        return VectorKernelController(entry.parameters(**values), entry.kernel, world.interval_s, count)
     return SeparateControllers(lambda: entry.create(**values), carrier, world, count)
