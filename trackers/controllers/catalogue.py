@@ -130,7 +130,8 @@ def register_controller(
             raise ValueError(f"name: expected one that no controller of a {carrier} has, got {name!r}")
         if not ours:
             controller.command = _commanding(controller.command)  # type: ignore[attr-defined]
-        kernel = getattr(controller, "KERNEL", None)
+        # One that inherits may command something else than the kernel of the class that it is made from.
+        kernel = vars(controller).get("KERNEL")
         _ENTRIES[carrier, name] = ControllerEntry(
             name, carrier, role, summary, controller, kernel=kernel, edition=edition
         )

@@ -48,7 +48,7 @@ def fly_to_centre(
     times_s: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Write the commands of B beliefs (B,), see ``catalogue.Kernel``. The equations are in ``CentreController``.
+    """Write the commands of B beliefs (B,), as ``CentreController`` says; see ``catalogue.Kernel``.
 
     Args:
         parameters: (1,) record of ``CentreParameters``. memory: (B,) records of ``PID_MEMORY``.
@@ -59,7 +59,7 @@ def fly_to_centre(
 
 @njit(cache=True)
 def write_centring(b: Any, p: Any, memory: Any, time_s: float, out: Any) -> None:
-    """Write the command (4,) for one belief; ``p`` and ``memory`` may have further fields."""
+    """Write the command (4,) for one belief; parameters and memory may have further fields."""
     out[0], out[1], out[2], out[3] = 0.0, 0.0, p.climb_mps, 0.0
     # Hover without an estimate, or if the ray to what is to be aimed meets no ground.
     if b.known == 0.0 or not np.isfinite(b.depth_m) or (p.levelled != 1.0 and not np.isfinite(b.axis_depth_m)):
@@ -100,4 +100,4 @@ class CentreController(KernelController):
     """
 
     Parameters = CentreParameters
-    LOOKS, KERNEL = "down", Kernel(fly_to_centre, record_dtype(CentreParameters), np.dtype(PID_MEMORY, align=True))
+    LOOKS, KERNEL = "down", Kernel(fly_to_centre, record_dtype(CentreParameters), PID_MEMORY)

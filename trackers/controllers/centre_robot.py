@@ -57,7 +57,7 @@ def turn_to_centre(
 
 @njit(cache=True)
 def write_turn_to_centre(b: Any, p: Any, memory: Any, time_s: float, out: Any) -> None:
-    """Write the command (4,) for one belief; ``p`` and ``memory`` may have further fields."""
+    """Write the command (4,) for one belief; parameters and memory may have further fields."""
     out[:] = 0.0
     if b.known == 0.0:
         memory.has_error = 0.0
@@ -78,12 +78,12 @@ def write_turn_to_centre(b: Any, p: Any, memory: Any, time_s: float, out: Any) -
     "centre", role="baseline", carrier="robot", summary="turns to the estimate (PID) and keeps a distance"
 )
 class CentreRobotController(KernelController):
-    """Turns and drives by PID; as written it is proportional. Without an estimate (NaN) it stands
-    still; without a measured distance it takes the target to be 3 m away.
+    """Turns and drives by PID; as written it is proportional. Without an estimate (NaN) it stands still;
+    without a measured distance it takes the target to be 3 m away.
     """
 
     Parameters = CentreRobotParameters
     LOOKS, KERNEL = (
         "ahead",
-        Kernel(turn_to_centre, record_dtype(CentreRobotParameters), np.dtype(PID_MEMORY, align=True)),
+        Kernel(turn_to_centre, record_dtype(CentreRobotParameters), PID_MEMORY),
     )

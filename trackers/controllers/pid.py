@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 from numba import njit
 
-PID_MEMORY: list[Any] = [
-    # 1 if the previous frame had an error, else 0; and when that was.
+PID_FIELDS: list[Any] = [
+    # 1 if the previous frame had an error, else 0; and the time of the last one that had.
     ("has_error", "f8"),
     ("time_s", "f8"),
     ("error", "f8", (2,)),
     ("integral", "f8", (2,)),
 ]
-"""Fields of a kernel's memory, see ``catalogue.Kernel``."""
+PID_MEMORY = np.dtype(PID_FIELDS, align=True)
+"""A kernel's memory, see ``catalogue.Kernel``. One with more fields has its own first, see ``record_dtype``."""
 
 
 @njit(cache=True)

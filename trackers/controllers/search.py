@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from trackers.controllers.catalogue import Kernel, register_controller
 from trackers.controllers.centre import CentreParameters, write_centring
 from trackers.controllers.kernel_controller import KernelController, record_dtype
-from trackers.controllers.pid import PID_MEMORY
+from trackers.controllers.pid import PID_FIELDS
 from trackers.registry import tunable
 
 _SHORTEST_LEG_M = 1.0
-# How long the target had been out of view when its position was last known. Own fields first, see ``record_dtype``.
-_MEMORY = np.dtype([("unseen_s", "f8"), *PID_MEMORY], align=True)
+# How long the target had been out of view when its position was last known.
+_MEMORY = np.dtype([("unseen_s", "f8"), *PID_FIELDS], align=True)
 
 
 @dataclass(frozen=True)

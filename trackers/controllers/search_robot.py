@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from trackers.controllers.catalogue import Kernel, register_controller
 from trackers.controllers.centre_robot import CentreRobotParameters, write_turn_to_centre
 from trackers.controllers.kernel_controller import KernelController, record_dtype
-from trackers.controllers.pid import PID_MEMORY
+from trackers.controllers.pid import PID_FIELDS
 from trackers.registry import tunable
 
 _FASTEST_MPS = 1.0
-# 1 while there is no estimate, else 0; and since when. Own fields first, see ``record_dtype``.
-_MEMORY = np.dtype([("is_lost", "f8"), ("lost_at_s", "f8"), *PID_MEMORY], align=True)
+# 1 while there is no estimate, else 0; and since when.
+_MEMORY = np.dtype([("is_lost", "f8"), ("lost_at_s", "f8"), *PID_FIELDS], align=True)
 
 
 @dataclass(frozen=True)

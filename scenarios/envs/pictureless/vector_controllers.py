@@ -63,10 +63,11 @@ class SeparateControllers:
     def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
         """See ``VectorController``."""
         for k, controller in enumerate(self._controllers):
-            given = controller.command(self._observation(states[k]), self._estimate(states[k]))
+            given = controller.command(self.observation(states[k]), self.estimate(states[k]))
             out[k] = [getattr(given, name) for name in BODY_COMMANDS]
 
-    def _observation(self, state: Any) -> Observation:
+    def observation(self, state: Any) -> Observation:
+        """Return what a controller is given of an env's state: time, camera and measured pose; the picture is black."""
         focal_px, half_width_px, half_height_px = self._world.camera
         T_world_camera = np.eye(4)
         T_world_camera[:3, :3], T_world_camera[:3, 3] = state["R_measured"], state["camera_measured_m"]
@@ -74,7 +75,8 @@ class SeparateControllers:
         time_s = float(state["steps"] * self._world.interval_s)
         return Observation(self._picture, time_s, camera, ego=EgoPose(T_world_camera))
 
-    def _estimate(self, state: Any) -> Estimate:
+    def estimate(self, state: Any) -> Estimate:
+        """Return the tracker's answer in an env's state."""
         if state["known"] == 0.0:
             return Estimate(np.full(2, np.nan), in_view_probability=0.0)
         place_px = state["estimate_px"].copy()
