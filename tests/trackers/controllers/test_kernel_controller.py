@@ -108,6 +108,42 @@ def test_centring_follows_its_formula(carrier: str, formula: Any, name: str, see
     assert (np.ptp(commands, axis=0)[[0, 3] if carrier == "robot" or seed in (1, 3) else [0, 1]] > 1.0).all()
 
 
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_helicopter_that_searches_flies_a_square_about_the_place_last_seen(seed: int) -> None:
+    changes = {"patience_s": 0.43, "lost_spread_m": 5.0, "search_mps": 20.0}
+    entry, history = controller_entry("search", "helicopter"), {}
+    p, controller = entry.parameters(**changes), entry.create(**changes)
+    unseen_s = searching_s = 0.0
+    seen_m, searched = np.zeros(2), 0
+    for frame, (observation, estimate) in enumerate(sequence("helicopter", seed)):
+        command = controller.command(observation, estimate)
+        expected = centring(p, history, observation, estimate)
+        T, is_known = observation.ego.T_world_camera, bool(np.isfinite(estimate.position_px).all())
+        ahead = -T[:2, 1] / np.linalg.norm(T[:2, 1])
+        # No time has passed before the first picture; a belief takes it to be a second.
+        interval_s = 1.0 / RATE_HZ if frame else 1.0
+        unseen_s += interval_s
+        if is_known and (estimate.in_view_probability >= 0.5 or frame == 0):
+            ray = T[:3, :3] @ [*(estimate.position_px - [160.0, 120.0]) / CAMERA.focal_px, 1.0]
+            seen_m = T[:2, 3] + ray[:2] * T[2, 3] / max(-ray[2], T[2, 3] / 500.0)
+            unseen_s = unseen_s if estimate.in_view_probability < 0.5 else 0.0
+        spread_m = T[2, 3] / CAMERA.focal_px * np.sqrt(estimate.covariance_px[0, 0])
+        if (is_known and spread_m <= p.lost_spread_m) or unseen_s <= p.patience_s:
+            searching_s = 0.0
+        else:
+            searching_s, searched = searching_s + interval_s, searched + 1
+            leg_m = max(p.apart * 240.0 / CAMERA.focal_px * T[2, 3], 1.0)
+            corners_m = leg_m * np.cumsum([0, 1, 1j, -2, -2j, 3, 3j, -4, -4j])
+            ways_m = leg_m * np.cumsum([0, 1, 1, 2, 2, 3, 3, 4, 4])
+            place = np.interp(p.search_mps * searching_s, ways_m, corners_m)
+            off_m = seen_m - T[:2, 3] + [place.real, place.imag] - history.get("slope", 0.0) * T[2, 3] * ahead
+            velocity = p.gain_per_s * off_m
+            velocity *= min(1.0, p.fastest_mps / np.linalg.norm(velocity))
+            expected = [velocity @ ahead, velocity @ [ahead[1], -ahead[0]], p.climb_mps, 0.0]
+        np.testing.assert_allclose([getattr(command, part) for part in PARTS], expected, rtol=1e-9, atol=1e-9)
+    assert searched > 3
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_robot_that_searches_turns_for_a_second_and_then_drives_to_the_place_last_seen(seed: int) -> None:
     entry, history = controller_entry("search", "robot"), {}
