@@ -27,6 +27,10 @@ from trackers.controllers.catalogue import controller_entry
 from trackers.protocols import Controller
 from trackers.types import CameraCommand, Carrier, Estimate, Observation
 
+_LATER = ("depth_m", "axis_depth_m")
+"""Fields of a sighting that no run holds, so that runs recorded before stay readable."""
+RECORDED = [name for name in SIGHTING.names or () if name not in _LATER]
+"""Fields of a sighting that a run holds."""
 RUN = np.dtype(
     [
         ("T_world_camera", "f8", (3, 4)),
@@ -39,7 +43,7 @@ RUN = np.dtype(
         ("visible_fraction", "f8"),
         ("in_view", "?"),
         ("out", "?"),
-        ("sighting", SIGHTING),
+        ("sighting", np.dtype([(name, SIGHTING[name]) for name in RECORDED], align=True)),
         # As obeyed: forward, right, climb, yaw rate.
         ("command", "f8", (4,)),
     ],
@@ -145,7 +149,7 @@ def _frame(carrier: Carrier, target_name: str, loop: Loop) -> NDArray[np.void]:
         "visible_fraction": truth.visible_fraction[target],
         "in_view": is_in_view(truth, target, camera),
         "out": truth.state[target] == "out",
-        "sighting": sighting_of(carrier.looks, loop.frame.observation, estimate)[0],
+        "sighting": sighting_of(carrier.looks, loop.frame.observation, estimate)[RECORDED],
         "command": [obeyed.forward_mps, obeyed.right_mps, obeyed.climb_mps, obeyed.yaw_rate_rad_s],
     }
     for name, value in values.items():

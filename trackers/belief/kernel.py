@@ -48,6 +48,10 @@ SIGHTING = np.dtype(
         ("picture_y", "f8"),
         # Longer side of the box over the picture's width; 0 without a box.
         ("length_share", "f8"),
+        # Distance along the camera's axis: of the estimate, as measured or on the ground, and of the axis' point there.
+        # Other than x and y they have no limit on the ground, and are infinite at or above the horizon.
+        ("depth_m", "f8"),
+        ("axis_depth_m", "f8"),
     ],
     align=True,
 )
@@ -88,6 +92,8 @@ BELIEF = np.dtype(
         ("picture_x", "f8"),
         ("picture_y", "f8"),
         ("length_share", "f8"),
+        ("depth_m", "f8"),
+        ("axis_depth_m", "f8"),
         ("seconds_since_seen", "f8"),
         ("seen_x_m", "f8"),
         ("seen_y_m", "f8"),
@@ -139,6 +145,7 @@ def update_beliefs(beliefs: NDArray[np.void], sightings: NDArray[np.void], inter
             east_m, north_m = s.densest_x_m - s.carrier_x_m, s.densest_y_m - s.carrier_y_m
             b.densest_share, b.spread_m = s.densest_share, s.spread_m
             b.picture_x, b.picture_y, b.length_share = s.picture_x, s.picture_y, s.length_share
+            b.depth_m = s.depth_m
             b.densest_ahead_m, b.densest_right_m = c * east_m + d * north_m, d * east_m - c * north_m
         b.known, b.in_view_probability = s.known, s.in_view_probability * s.known
         _search(b, s, c, d, interval_s)
@@ -169,7 +176,7 @@ def _own_motion(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
     b.carrier_x_m, b.carrier_y_m = s.carrier_x_m, s.carrier_y_m
     b.height_m, b.heading_rad = s.height_m, s.heading_rad
     b.axis_ahead_m, b.axis_right_m = s.axis_ahead_m, s.axis_right_m
-    b.half_ahead_m, b.half_right_m = s.half_ahead_m, s.half_right_m
+    b.half_ahead_m, b.half_right_m, b.axis_depth_m = s.half_ahead_m, s.half_right_m, s.axis_depth_m
 
 
 @njit(cache=True)

@@ -28,11 +28,6 @@ def within_reach(pixels: object) -> NDArray[np.float64]:
     return np.clip(np.asarray(pixels, dtype=float), -_FARTHEST_PX, _FARTHEST_PX)
 
 
-def distance_m(estimate: Estimate, assumed_m: float) -> float:
-    """Return the target's distance along the camera's axis, at most ``FARTHEST_M``."""
-    return min(estimate.depth_m or assumed_m, FARTHEST_M)
-
-
 def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
     """Return the sighting (1,) of dtype ``SIGHTING`` of an estimate; the ground is z = 0.
 
@@ -57,10 +52,11 @@ def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> N
     tangents = ((position_px - watched.half_px) / watched.camera.focal_px)[None]
     if watched.sees_ground:
         offset_m = _on_ground(watched.R, watched.height_m, tangents)[0]
+        record["depth_m"] = _ground_depth_m(watched, tangents[0])
         level = looks == "down" and steered is None
         reach_m = watched.height_m if level else float(np.hypot(np.hypot(*offset_m), watched.height_m))
     else:
-        reach_m = distance_m(estimate, ASSUMED_DISTANCE_M)
+        reach_m = record["depth_m"] = min(estimate.depth_m or ASSUMED_DISTANCE_M, FARTHEST_M)
         offset_m = (watched.R @ (reach_m * np.append(tangents[0], 1.0)))[:2]
     metres_per_pixel = reach_m / watched.camera.focal_px
     record["known"] = 1.0
@@ -117,10 +113,11 @@ def _set_carrier(record: Any, looks: Looks, own: _View) -> None:
     if own.sees_ground:
         axis_m = _on_ground(R, own.height_m, np.zeros((1, 2)))[0]
         record["axis_ahead_m"], record["axis_right_m"] = c * axis_m[0] + s * axis_m[1], s * axis_m[0] - c * axis_m[1]
+        record["axis_depth_m"] = _ground_depth_m(own, np.zeros(2))
         if looks == "around":
             reach_m = float(np.hypot(np.hypot(*axis_m), own.height_m))
     else:
-        record["axis_ahead_m"] = ASSUMED_DISTANCE_M
+        record["axis_ahead_m"] = record["axis_depth_m"] = ASSUMED_DISTANCE_M
     record["half_right_m"], record["half_ahead_m"] = reach_m * own.half_px / own.camera.focal_px
 
 
@@ -139,6 +136,12 @@ def _on_ground(R: NDArray[np.float64], height_m: float, tangents: NDArray[np.flo
     rays = tangents @ R[:, :2].T + R[:, 2]
     steep = np.maximum(-rays[:, 2], height_m / FARTHEST_M)
     return rays[:, :2] * (height_m / steep)[:, None]
+
+
+def _ground_depth_m(view: _View, tangents: NDArray[np.float64]) -> float:
+    """Return the distance along the camera's axis at which a ray, tangents (2,), meets the ground; else infinity."""
+    down = -float(view.R[2] @ [*tangents, 1.0])
+    return view.height_m / down if down > 0.0 else np.inf
 
 
 def _summarise(record: Any, estimate: Estimate, watched: _View) -> None:

@@ -17,9 +17,10 @@ import importlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import wraps
-from typing import Any, Literal, TypeVar, get_args
+from typing import Any, Literal, NamedTuple, TypeVar, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackers.controllers.policy_file import Policy, load_policy
 from trackers.protocols import Controller
@@ -45,7 +46,26 @@ _MODULES = (
 
 _ENTRIES: dict[tuple[str, str], ControllerEntry] = {}
 _T = TypeVar("_T", bound=type)
-Kernel = tuple[Callable[..., None], np.dtype[Any]]
+
+
+class Kernel(NamedTuple):
+    """A controller for many carriers at a time.
+
+    Attributes:
+        steer: called once a frame as ``steer(beliefs, parameters, memory, times_s, out)``: B beliefs (B,) of dtype
+            ``BELIEF``, the parameters' record (1,), memory (B,), times (B,) in seconds; it writes commands to ``out``
+            (B, 4): forward, right, climb in m/s, yaw rate in rad/s.
+        parameters: dtype of the parameters' record, with their names.
+        memory: dtype of what the kernel keeps from frame to frame, zeros at the start of an episode.
+    """
+
+    steer: Callable[..., None]
+    parameters: np.dtype[Any]
+    memory: np.dtype[Any] = np.dtype([])
+
+    def record(self, parameters: Any) -> NDArray[np.void]:
+        """Return parameters as a record (1,)."""
+        return np.array([tuple(getattr(parameters, name) for name in self.parameters.names or ())], self.parameters)
 
 
 @dataclass(frozen=True)
@@ -59,8 +79,7 @@ class ControllerEntry(MethodEntry):
         controller: class with ``Parameters`` and ``__init__(parameters)``.
         overrides: parameter values that belong to the entry.
         edition: of its commands; raise it when they change.
-        kernel: the same controller for many beliefs at a time, called as ``kernel(beliefs, parameters, out)``, and the
-            dtype of its parameters' record, fields in the order of ``Parameters``; None if there is none.
+        kernel: the same controller for many carriers at a time; None if there is none.
     """
 
     name: str
@@ -111,7 +130,8 @@ def register_controller(
             raise ValueError(f"name: expected one that no controller of a {carrier} has, got {name!r}")
         if not ours:
             controller.command = _commanding(controller.command)  # type: ignore[attr-defined]
-        kernel = getattr(controller, "KERNEL", None)
+        # One that inherits may command something else than the kernel of the class that it is made from.
+        kernel = vars(controller).get("KERNEL")
         _ENTRIES[carrier, name] = ControllerEntry(
             name, carrier, role, summary, controller, kernel=kernel, edition=edition
         )

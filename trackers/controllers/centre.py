@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from trackers.belief.kernel import mount_slope
-from trackers.belief.sighting import within_reach
-from trackers.controllers.catalogue import register_controller
-from trackers.controllers.pid import IntegralAndDerivative
+from trackers.belief.sighting import FARTHEST_M
+from trackers.controllers.catalogue import Kernel, register_controller
+from trackers.controllers.kernel_controller import KernelController, record_dtype
+from trackers.controllers.pid import PID_MEMORY, integral_and_derivative, seconds_since_error
 from trackers.registry import tunable
-from trackers.types import CameraCommand, Estimate, Observation
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,6 @@ class CentreParameters:
             its axis meets the ground in still air), 0 the optical axis, however it tilts.
         climb_mps: constant climb rate, negative to sink.
         turn_per_s: turn rate per radian of the target's bearing; of a camera that is pitched forward alone.
-        assumed_height_m: height above ground where no pose is measured.
     """
 
     gain_per_s: float = tunable(1.8, 0.3, 6.0, log=True)
@@ -39,86 +38,66 @@ class CentreParameters:
     levelled: float = tunable(1.0, 0.0, 1.0)
     climb_mps: float = tunable(0.0, -2.0, 2.0)
     turn_per_s: float = 2.0
-    assumed_height_m: float = 60.0
+
+
+@njit(cache=True)
+def fly_to_centre(
+    beliefs: NDArray[np.void],
+    parameters: NDArray[np.void],
+    memory: NDArray[np.void],
+    times_s: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Write the commands of B beliefs (B,), as ``CentreController`` says; see ``catalogue.Kernel``.
+
+    Args:
+        parameters: (1,) record of ``CentreParameters``. memory: (B,) records of ``PID_MEMORY``.
+    """
+    for k in range(len(beliefs)):
+        write_centring(beliefs[k], parameters[0], memory[k], times_s[k], out[k])
+
+
+@njit(cache=True)
+def write_centring(b: Any, p: Any, memory: Any, time_s: float, out: Any) -> None:
+    """Write the command (4,) for one belief; parameters and memory may have further fields."""
+    out[0], out[1], out[2], out[3] = 0.0, 0.0, p.climb_mps, 0.0
+    # Hover without an estimate, or if the ray to what is to be aimed meets no ground.
+    if b.known == 0.0 or not np.isfinite(b.depth_m) or (p.levelled != 1.0 and not np.isfinite(b.axis_depth_m)):
+        memory.has_error = 0.0
+        return
+    # The belief's points on the ground are no farther than ``FARTHEST_M``; these are where the rays end.
+    farther = b.depth_m / min(b.depth_m, FARTHEST_M)
+    target_ahead_m, target_right_m = farther * b.ahead_m, farther * b.right_m
+    mount_ahead_m = b.mount_slope * b.height_m
+    ahead_m, right_m = target_ahead_m - p.levelled * mount_ahead_m, target_right_m
+    if p.levelled != 1.0:
+        share = (1.0 - p.levelled) * b.axis_depth_m / min(b.axis_depth_m, FARTHEST_M)
+        ahead_m, right_m = ahead_m - share * b.axis_ahead_m, right_m - share * b.axis_right_m
+    interval_s = seconds_since_error(memory, time_s)
+    gains, limit_ms = (p.integral_per_s2, p.derivative), p.fastest_mps / max(p.integral_per_s2, 1e-9)
+    ahead_mps = p.gain_per_s * ahead_m + integral_and_derivative(memory, 0, interval_s, ahead_m, gains, limit_ms)
+    right_mps = p.gain_per_s * right_m + integral_and_derivative(memory, 1, interval_s, right_m, gains, limit_ms)
+    slower = min(1.0, p.fastest_mps / max(np.hypot(ahead_mps, right_mps), 1e-9))
+    out[0], out[1] = slower * ahead_mps, slower * right_mps
+    if mount_ahead_m > 0.0:
+        # A target nearly below the camera has no bearing.
+        out[3] = -p.turn_per_s * np.arctan2(target_right_m, max(target_ahead_m, 0.5 * mount_ahead_m))
 
 
 @register_controller(
     "centre_as_written", role="variant", carrier="helicopter", summary="with the values of paper A.2, not tuned"
 )
 @register_controller("centre", role="baseline", carrier="helicopter", summary="keeps the estimate in the middle (PID)")
-class CentreController:
+class CentreController(KernelController):
     """Commands ``gain`` times the estimate's offset on the ground from the camera; as written it is proportional.
 
     With a measured pose the offset is where the estimate's ray meets the ground, so a gust that tilts the camera does
     not make it fly away from the car. Without one it is ``h / f * (estimate - centre)``, as for a camera that looks
-    straight down. Without an estimate (NaN), or with one at or above the horizon, it hovers.
+    straight down from 60 m. Without an estimate (NaN), or with one at or above the horizon, it hovers.
 
     The first picture tells whether the camera is pitched forward (``mount_slope``). Then the helicopter keeps as far
     behind the target as the camera looks ahead, and turns its nose to it; otherwise it does not turn.
     """
 
     Parameters = CentreParameters
-
-    def __init__(self, parameters: CentreParameters) -> None:
-        self.parameters = parameters
-        self._mount_slope: float | None = None
-        self._terms = IntegralAndDerivative[NDArray[np.float64]]()
-
-    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command that brings the camera over the estimate."""
-        p = self.parameters
-        target_m = self._target_m(observation, within_reach(estimate.position_px))
-        ahead_m = self._mount_ahead_m(observation)
-        offset_m = target_m - self._aim_m(observation, ahead_m)
-        if not np.isfinite(offset_m).all():
-            self._terms.interrupt()
-            return CameraCommand(climb_mps=p.climb_mps)
-        limit_ms = p.fastest_mps / max(p.integral_per_s2, 1e-9)
-        terms_mps = self._terms.update(observation.time_s, offset_m, p.integral_per_s2, p.derivative, limit_ms)
-        velocity_mps = p.gain_per_s * offset_m + terms_mps
-        velocity_mps *= min(1.0, p.fastest_mps / max(float(np.hypot(*velocity_mps)), 1e-9))
-        turn_rad_s = 0.0
-        if ahead_m > 0.0:
-            # A target nearly below the camera has no bearing.
-            turn_rad_s = -p.turn_per_s * math.atan2(target_m[1], max(target_m[0], 0.5 * ahead_m))
-        return CameraCommand(float(velocity_mps[0]), float(velocity_mps[1]), p.climb_mps, turn_rad_s)
-
-    def _target_m(self, observation: Observation, position_px: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the estimate's place (forward, right) on flat ground from the point below the camera (2,)."""
-        camera, ego = observation.camera, observation.ego
-        tangents = (position_px - 0.5 * np.array([camera.width_px, camera.height_px])) / camera.focal_px
-        if ego is None:
-            return self.parameters.assumed_height_m * np.array([-tangents[1], tangents[0]])
-        return _on_ground_m(ego.T_world_camera, tangents)
-
-    def _mount_ahead_m(self, observation: Observation) -> float:
-        """Return how far ahead the optical axis meets the ground in still air; 0 for a camera that looks down."""
-        camera, ego = observation.camera, observation.ego
-        if ego is None:
-            return 0.0
-        height_m = float(ego.T_world_camera[2, 3])
-        if self._mount_slope is None:
-            axis_m = _on_ground_m(ego.T_world_camera, np.zeros(2))
-            self._mount_slope = mount_slope(axis_m[0], height_m, 0.5 * camera.height_px / camera.focal_px * height_m)
-        return self._mount_slope * height_m
-
-    def _aim_m(self, observation: Observation, mount_ahead_m: float) -> NDArray[np.float64]:
-        """Return the point (forward, right) of the point below the camera over which the estimate is to be (2,)."""
-        ego, levelled = observation.ego, self.parameters.levelled
-        aim_m = np.array([levelled * mount_ahead_m, 0.0])
-        if ego is None or levelled == 1.0:
-            return aim_m
-        return aim_m + (1.0 - levelled) * _on_ground_m(ego.T_world_camera, np.zeros(2))
-
-
-def _on_ground_m(T_world_camera: NDArray[np.float64], tangents: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return where a ray, tangents (2,) of its angles right and down, meets the ground: (forward, right) of the point
-    below the camera; NaN at or above the horizon.
-    """
-    R, height_m = T_world_camera[:3, :3], T_world_camera[2, 3]
-    ray = R @ [*tangents, 1.0]
-    if not ray[2] < 0.0:
-        return np.full(2, np.nan)
-    forward = -R[:2, 1] / np.hypot(*R[:2, 1])
-    ground_m = ray[:2] * (height_m / -ray[2])
-    return np.array([ground_m @ forward, ground_m @ [forward[1], -forward[0]]])
+    LOOKS, KERNEL = "down", Kernel(fly_to_centre, record_dtype(CentreParameters), PID_MEMORY)

@@ -2,9 +2,19 @@
 
 from __future__ import annotations
 
-from trackers.controllers.catalogue import register_controller
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackers.controllers.catalogue import Kernel, register_controller
 from trackers.registry import NoParameters
 from trackers.types import CameraCommand, Estimate, Observation
+
+
+def stay(beliefs: Any, parameters: Any, memory: Any, times_s: Any, out: NDArray[np.float64]) -> None:
+    """Write zero commands, see ``catalogue.Kernel``."""
+    out[:] = 0.0
 
 
 @register_controller("hold", role="blind", carrier="helicopter", summary="hovers where it is")
@@ -14,7 +24,7 @@ from trackers.types import CameraCommand, Estimate, Observation
 class HoldController:
     """Commands zero on every axis."""
 
-    Parameters = NoParameters
+    Parameters, KERNEL = NoParameters, Kernel(stay, np.dtype([]))
 
     def __init__(self, parameters: NoParameters) -> None:
         pass

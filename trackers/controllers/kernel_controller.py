@@ -13,15 +13,19 @@ from trackers.types import CameraCommand, Estimate, Looks, Observation
 
 
 def record_dtype(parameters: type) -> np.dtype[Any]:
-    """Return the dtype of a record of a controller's parameters, as its kernel reads them: float64, in their order."""
-    return np.dtype([(field.name, "f8") for field in dataclasses.fields(parameters)], align=True)
+    """Return the dtype of a record of a controller's parameters, as its kernel reads them: float64.
+
+    Those that a class adds to another's come first: Numba would treat a record that begins like another as a subtype of
+    it, and would use a kernel compiled for one on the other.
+    """
+    return np.dtype([(field.name, "f8") for field in reversed(dataclasses.fields(parameters))], align=True)
 
 
 class KernelController:
     """Updates the belief with each estimate and commands what the kernel computes from it.
 
     Attributes:
-        LOOKS: where the carrier's camera looks. KERNEL: see ``catalogue.ControllerEntry.kernel``.
+        LOOKS: where the carrier's camera looks. KERNEL: see ``catalogue.Kernel``.
         parameters: the settings; they may be replaced between two pictures.
     """
 
@@ -31,11 +35,10 @@ class KernelController:
     def __init__(self, parameters: Any) -> None:
         self.parameters = parameters
         self._filter = BeliefFilter(self.LOOKS)
-        self._command = np.zeros((1, 4))
+        self._memory, self._command = np.zeros(1, self.KERNEL.memory), np.zeros((1, 4))
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command for the belief after this estimate."""
-        kernel, dtype = self.KERNEL
-        record = np.array([dataclasses.astuple(self.parameters)], dtype)
-        kernel(self._filter.update(observation, estimate), record, self._command)
+        belief, times_s = self._filter.update(observation, estimate), np.array([observation.time_s], dtype=float)
+        self.KERNEL.steer(belief, self.KERNEL.record(self.parameters), self._memory, times_s, self._command)
         return CameraCommand(*(float(number) for number in self._command[0]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from trackers.controllers.catalogue import register_controller
+from trackers.controllers.catalogue import Kernel, register_controller
 from trackers.controllers.kernel_controller import KernelController, record_dtype
 from trackers.controllers.reentry_kernel import steer
 from trackers.registry import tunable
@@ -49,9 +49,6 @@ class ReentryParameters:
     turn_per_s: float = 2.0
 
 
-REENTRY = record_dtype(ReentryParameters)
-
-
 @register_controller(
     "reentry",
     role="ours",
@@ -86,4 +83,4 @@ class ReentryController(KernelController):
     """
 
     Parameters = ReentryParameters
-    LOOKS, KERNEL = "down", (steer, REENTRY)
+    LOOKS, KERNEL = "down", Kernel(steer, record_dtype(ReentryParameters))

@@ -20,11 +20,17 @@ _SHALLOWEST = 0.1
 
 
 @njit(cache=True)
-def steer(beliefs: NDArray[np.void], parameters: NDArray[np.void], out: NDArray[np.float64]) -> None:
-    """Write the commands of B beliefs (B,) of dtype ``BELIEF`` to ``out`` (B, 4): forward, right, climb, yaw rate.
+def steer(
+    beliefs: NDArray[np.void],
+    parameters: NDArray[np.void],
+    memory: NDArray[np.void],
+    times_s: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Write the commands of B beliefs (B,), each from the belief alone; see ``catalogue.Kernel``.
 
     Args:
-        parameters: (1,) of dtype ``reentry.REENTRY``. The equations are in ``reentry.ReentryController``.
+        parameters: (1,) record of ``reentry.ReentryParameters``. The equations are in ``reentry.ReentryController``.
     """
     p = parameters[0]
     for k in range(len(beliefs)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from trackers.controllers.catalogue import register_controller
+from trackers.controllers.catalogue import Kernel, register_controller
 from trackers.controllers.kernel_controller import KernelController, record_dtype
 from trackers.controllers.reentry_robot_kernel import steer_robot
 from trackers.registry import tunable
@@ -62,4 +62,4 @@ class ReentryRobotController(KernelController):
     """Steers by ``steer_robot``; the belief's trail of the target needs measured poses (odometry)."""
 
     Parameters = ReentryRobotParameters
-    LOOKS, KERNEL = "ahead", (steer_robot, record_dtype(ReentryRobotParameters))
+    LOOKS, KERNEL = "ahead", Kernel(steer_robot, record_dtype(ReentryRobotParameters))

@@ -19,9 +19,14 @@ _ARRIVE_S = 5.0
 
 
 @njit(cache=True)
-def steer_robot(beliefs: NDArray[Any], parameters: NDArray[Any], out: NDArray[np.float64]) -> None:
-    """Write the commands of B beliefs (B,) of dtype ``BELIEF`` to ``out`` (B, 4): forward, right, climb in m/s, yaw in
-    rad/s; right and climb are 0.
+def steer_robot(
+    beliefs: NDArray[Any],
+    parameters: NDArray[Any],
+    memory: NDArray[Any],
+    times_s: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Write the commands of B beliefs (B,), each from the belief alone; see ``catalogue.Kernel``.
 
     A target in view, or out of view for less than ``patience_s``, is kept in the picture at a distance; where the
     straight path is blocked, as at a corner, the robot follows the target's trail. A target lost for longer is searched

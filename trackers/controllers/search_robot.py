@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
-from trackers.belief.belief_filter import BeliefFilter
-from trackers.controllers.catalogue import register_controller
-from trackers.controllers.centre_robot import CentreRobotController, CentreRobotParameters
+from trackers.controllers.catalogue import Kernel, register_controller
+from trackers.controllers.centre_robot import CentreRobotParameters, write_turn_to_centre
+from trackers.controllers.kernel_controller import KernelController, record_dtype
+from trackers.controllers.pid import PID_FIELDS
 from trackers.registry import tunable
-from trackers.types import CameraCommand, Estimate, Observation
 
 _FASTEST_MPS = 1.0
+# 1 while there is no estimate, else 0; and since when.
+_MEMORY = np.dtype([("is_lost", "f8"), ("lost_at_s", "f8"), *PID_FIELDS], align=True)
 
 
 @dataclass(frozen=True)
@@ -30,44 +35,57 @@ class SearchRobotParameters(CentreRobotParameters):
     reached_m: float = tunable(0.6, 0.3, 1.5)
 
 
+@njit(cache=True)
+def drive_in_search(
+    beliefs: NDArray[np.void],
+    parameters: NDArray[np.void],
+    memory: NDArray[np.void],
+    times_s: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Write the commands of B beliefs (B,), to centre the target or to search for it; see ``catalogue.Kernel``.
+
+    Args:
+        parameters: (1,) record of ``SearchRobotParameters``.
+    """
+    p = parameters[0]
+    for k in range(len(beliefs)):
+        b, m = beliefs[k], memory[k]
+        if b.known > 0.0:
+            m.is_lost = 0.0
+            write_turn_to_centre(b, p, m, times_s[k], out[k])
+            continue
+        if m.is_lost == 0.0:
+            m.is_lost, m.lost_at_s = 1.0, times_s[k]
+        out[k] = 0.0
+        out[k, 0], out[k, 3] = _search(b, p, times_s[k] - m.lost_at_s)
+
+
+@njit(cache=True)
+def _search(b: Any, p: Any, lost_s: float) -> tuple[float, float]:
+    """Return forward speed and turn rate to the side of the target's exit, then to where it was last seen."""
+    # ``picture_x`` is that of the latest estimate.
+    turn_rad_s = -p.search_rad_s if b.picture_x > 0.0 else p.search_rad_s
+    east_m, north_m = b.seen_x_m - b.carrier_x_m, b.seen_y_m - b.carrier_y_m
+    distance_m = np.hypot(east_m, north_m)
+    if b.frames <= 1.0 or lost_s < p.turn_s or distance_m < p.reached_m:
+        return 0.0, turn_rad_s
+    bearing_rad = np.arctan2(north_m, east_m) - b.heading_rad
+    bearing_rad = (bearing_rad + np.pi) % (2 * np.pi) - np.pi
+    speed_mps = min(p.speed_gain_per_s * distance_m, _FASTEST_MPS) * max(np.cos(bearing_rad), 0.0)
+    return speed_mps, p.turn_gain_per_s * bearing_rad
+
+
 @register_controller(
     "search",
     role="baseline",
     carrier="robot",
     summary="centres; searches for a lost target on its side, then where it was last seen",
 )
-class SearchRobotController(CentreRobotController):
+class SearchRobotController(KernelController):
     """Centres the target while there is an estimate. Otherwise it turns for a while to the side where the target left
     the picture, then drives to the point where it was last seen and turns there.
     """
 
     Parameters = SearchRobotParameters
-    parameters: SearchRobotParameters
-
-    def __init__(self, parameters: SearchRobotParameters) -> None:
-        super().__init__(parameters)
-        self._filter = BeliefFilter("ahead")
-        self._lost_at_s: float | None = None
-
-    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command to centre the target or to search for it."""
-        belief = self._filter.update(observation, estimate)[0]
-        if belief["known"] > 0.0:
-            self._lost_at_s = None
-            return super().command(observation, estimate)
-        if self._lost_at_s is None:
-            self._lost_at_s = observation.time_s
-        p = self.parameters
-        # ``picture_x`` is that of the latest estimate.
-        turn_rad_s = -p.search_rad_s if belief["picture_x"] > 0.0 else p.search_rad_s
-        if belief["frames"] <= 1.0 or observation.time_s - self._lost_at_s < p.turn_s:
-            return CameraCommand(yaw_rate_rad_s=turn_rad_s)
-        east_m = float(belief["seen_x_m"] - belief["carrier_x_m"])
-        north_m = float(belief["seen_y_m"] - belief["carrier_y_m"])
-        distance_m = float(np.hypot(east_m, north_m))
-        if distance_m < p.reached_m:
-            return CameraCommand(yaw_rate_rad_s=turn_rad_s)
-        bearing_rad = float(np.arctan2(north_m, east_m) - belief["heading_rad"])
-        bearing_rad = (bearing_rad + np.pi) % (2 * np.pi) - np.pi
-        speed_mps = min(p.speed_gain_per_s * distance_m, _FASTEST_MPS) * max(np.cos(bearing_rad), 0.0)
-        return CameraCommand(forward_mps=float(speed_mps), yaw_rate_rad_s=p.turn_gain_per_s * bearing_rad)
+    LOOKS, KERNEL = "ahead", Kernel(drive_in_search, record_dtype(SearchRobotParameters), _MEMORY)

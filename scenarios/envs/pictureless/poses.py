@@ -75,3 +75,10 @@ def on_ground(
     z = R[2, 0] * right + R[2, 1] * down + R[2, 2]
     steep = max(-z, height_m / farthest_m)
     return x * height_m / steep, y * height_m / steep
+
+
+@njit(cache=True)
+def ground_depth_m(R: NDArray[np.float64], height_m: float, right: float, down: float) -> float:
+    """Return the distance along the camera's axis at which the same ray meets the ground; infinite if it does not."""
+    z = R[2, 0] * right + R[2, 1] * down + R[2, 2]
+    return height_m / -z if z < 0.0 else np.inf

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from scenarios.envs.pictureless.poses import in_camera, on_ground
+from scenarios.envs.pictureless.poses import ground_depth_m, in_camera, on_ground
 from scenarios.in_view import SHORTEST_LENGTH_PX
 from trackers.belief.sighting import ASSUMED_DISTANCE_M, FARTHEST_M
 
@@ -78,10 +78,12 @@ def write_sighting_down(state: Any, camera: Any, sighting: Any) -> None:
     height_m = sighting.height_m
     east_m, north_m = on_ground(state.R_measured, height_m, 0.0, 0.0, FARTHEST_M)
     sighting.axis_ahead_m, sighting.axis_right_m = c * east_m + s * north_m, s * east_m - c * north_m
+    sighting.axis_depth_m = ground_depth_m(state.R_measured, height_m, 0.0, 0.0)
     if state.known > 0.0:
         right, down = (state.estimate_px[0] - camera[1]) / camera[0], (state.estimate_px[1] - camera[2]) / camera[0]
         east_m, north_m = on_ground(state.R_measured, height_m, right, down, FARTHEST_M)
         _write_target(state, camera, sighting, east_m, north_m)
+        sighting.depth_m = ground_depth_m(state.R_measured, height_m, right, down)
         sighting.spread_m, sighting.densest_share = state.spread_m, state.densest_share
         sighting.densest_x_m = sighting.x_m + state.densest_offset_m[0]
         sighting.densest_y_m = sighting.y_m + state.densest_offset_m[1]
@@ -91,7 +93,7 @@ def write_sighting_down(state: Any, camera: Any, sighting: Any) -> None:
 def write_sighting_ahead(state: Any, camera: Any, sighting: Any) -> None:
     """Write the record ``SIGHTING`` for a camera that looks ahead."""
     _write_camera(state, camera, sighting, 1.0, state.R_measured[0, 2], state.R_measured[1, 2])
-    sighting.axis_ahead_m, sighting.axis_right_m = ASSUMED_DISTANCE_M, 0.0
+    sighting.axis_ahead_m, sighting.axis_right_m, sighting.axis_depth_m = ASSUMED_DISTANCE_M, 0.0, ASSUMED_DISTANCE_M
     if state.known > 0.0:
         right = state.depth_m * (state.estimate_px[0] - camera[1]) / camera[0]
         down = state.depth_m * (state.estimate_px[1] - camera[2]) / camera[0]
@@ -99,7 +101,7 @@ def write_sighting_ahead(state: Any, camera: Any, sighting: Any) -> None:
         east_m = R[0, 0] * right + R[0, 1] * down + R[0, 2] * ahead
         north_m = R[1, 0] * right + R[1, 1] * down + R[1, 2] * ahead
         _write_target(state, camera, sighting, east_m, north_m)
-        sighting.spread_m, sighting.densest_share = 0.0, 1.0
+        sighting.depth_m, sighting.spread_m, sighting.densest_share = state.depth_m, 0.0, 1.0
         sighting.densest_x_m, sighting.densest_y_m = sighting.x_m, sighting.y_m
 
 
@@ -117,6 +119,7 @@ def _write_camera(
         sighting.densest_share
     ) = 0.0
     sighting.in_view_probability = sighting.picture_x = sighting.picture_y = sighting.length_share = 0.0
+    sighting.depth_m = 0.0
     return np.cos(sighting.heading_rad), np.sin(sighting.heading_rad)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenarios.envs.settings import FollowSettings
 from scenarios.scenario import World
-from trackers.controllers.catalogue import controller_entry
+from trackers.controllers.catalogue import Kernel, controller_entry
 from trackers.protocols import Controller
 from trackers.types import BODY_COMMANDS, CameraModel, Carrier, EgoPose, Estimate, Observation
 
@@ -31,16 +30,18 @@ class VectorController(Protocol):
 class VectorKernelController:
     """A controller with a kernel over beliefs."""
 
-    def __init__(self, parameters: Any, steer: Any, record: np.dtype[Any]) -> None:
-        self._parameters = np.array([dataclasses.astuple(parameters)], record)
-        self._steer = steer
+    def __init__(self, parameters: Any, kernel: Kernel, interval_s: float, count: int) -> None:
+        self._parameters = kernel.record(parameters)
+        self._memory = np.zeros(count, kernel.memory)
+        self._steer, self._interval_s = kernel.steer, interval_s
 
     def begin(self, which: NDArray[np.int64]) -> None:
-        """See ``VectorController``; the kernel has no state besides the beliefs."""
+        """See ``VectorController``."""
+        self._memory[which] = np.zeros(1, self._memory.dtype)
 
     def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
         """See ``VectorController``."""
-        self._steer(beliefs, self._parameters, out)
+        self._steer(beliefs, self._parameters, self._memory, states["steps"] * self._interval_s, out)
 
 
 class SeparateControllers:
@@ -62,10 +63,11 @@ class SeparateControllers:
     def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
         """See ``VectorController``."""
         for k, controller in enumerate(self._controllers):
-            given = controller.command(self._observation(states[k]), self._estimate(states[k]))
+            given = controller.command(self.observation(states[k]), self.estimate(states[k]))
             out[k] = [getattr(given, name) for name in BODY_COMMANDS]
 
-    def _observation(self, state: Any) -> Observation:
+    def observation(self, state: Any) -> Observation:
+        """Return what a controller is given of an env's state: time, camera and measured pose; the picture is black."""
         focal_px, half_width_px, half_height_px = self._world.camera
         T_world_camera = np.eye(4)
         T_world_camera[:3, :3], T_world_camera[:3, 3] = state["R_measured"], state["camera_measured_m"]
@@ -73,7 +75,8 @@ class SeparateControllers:
         time_s = float(state["steps"] * self._world.interval_s)
         return Observation(self._picture, time_s, camera, ego=EgoPose(T_world_camera))
 
-    def _estimate(self, state: Any) -> Estimate:
+    def estimate(self, state: Any) -> Estimate:
+        """Return the tracker's answer in an env's state."""
         if state["known"] == 0.0:
             return Estimate(np.full(2, np.nan), in_view_probability=0.0)
         place_px = state["estimate_px"].copy()
@@ -92,5 +95,5 @@ def vector_controller(settings: FollowSettings, carrier: Carrier, world: World, 
     """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name or value."""
     entry, values = controller_entry(settings.controller, carrier.name), settings.controller_values
     if entry.kernel is not None:
-        return VectorKernelController(entry.parameters(**values), *entry.kernel)
+        return VectorKernelController(entry.parameters(**values), entry.kernel, world.interval_s, count)
     return SeparateControllers(lambda: entry.create(**values), carrier, world, count)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.learning.error_fit import fit
-from benchmarks.learning.recorded_runs import RUN
+from benchmarks.learning.recorded_runs import RECORDED, RUN
 from benchmarks.learning.tracker_errors import errors_in
 from scenarios.envs.pictureless.episode_state import ACROSS, ALONG
 from scenarios.envs.pictureless.error_model import CUT, LOST, PLAIN, TRACKING, UNSEEN, ErrorModel
@@ -29,7 +29,7 @@ def runs_of(known: ErrorModel, count: int) -> list[np.ndarray]:
         row["size_m"], row["position_px"] = [4.6, 1.9, 1.5], states["target_px"]
         row["estimate_px"] = np.where(states["known"][:, None] > 0, states["estimate_px"], np.nan)
         row["visible_fraction"], row["out"] = states["visible"], states["visible"] == 0.0
-        row["in_view"], row["sighting"] = states["in_view"] > 0, envs.sightings
+        row["in_view"], row["sighting"] = states["in_view"] > 0, envs.sightings[RECORDED]
     return list(runs)
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.learning.error_models import model_of
 from benchmarks.learning.model_check import Compared, as_table, fitted_seeds, model_check
-from benchmarks.learning.recorded_runs import Disturbed, read_run, run_of, write_runs
+from benchmarks.learning.recorded_runs import RUN, Disturbed, read_run, run_of, write_runs
 from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.speed.pictureless import measure_pictureless
 from scenarios.envs.settings import FollowSettings
@@ -98,3 +98,11 @@ def test_speed_without_pictures_is_an_entry_of_a_summary(tmp_path: Path) -> None
         2,
     )
     assert 0 < entry["ci_low"] <= entry["mean"] <= entry["ci_high"] < np.inf
+
+
+def test_a_run_has_the_fields_that_earlier_ones_have() -> None:
+    names = (
+        "carrier_x_m carrier_y_m height_m heading_rad axis_ahead_m axis_right_m half_ahead_m half_right_m known x_m y_m"
+    )
+    names += " spread_m densest_x_m densest_y_m densest_share in_view_probability picture_x picture_y length_share"
+    assert RUN["sighting"] == np.dtype([(name, "f8") for name in names.split()], align=True)

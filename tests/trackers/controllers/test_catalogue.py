@@ -11,6 +11,7 @@ import pytest
 
 from trackers.controllers import catalogue
 from trackers.controllers.catalogue import controller_entry, register_controller, steers_instead
+from trackers.controllers.centre import CentreController
 from trackers.registry import NoParameters
 from trackers.types import CameraCommand
 
@@ -34,6 +35,19 @@ def test_a_class_without_a_command_is_no_controller() -> None:
 
     with pytest.raises(ValueError, match="command: expected a method of this name in class Silent, got none"):
         register_controller("test_silent", role="external", carrier="test-carrier", summary="")(Silent)
+
+
+def test_a_controller_that_inherits_has_not_the_kernel_of_another() -> None:
+    class Slower(CentreController):
+        def command(self, observation: Any, estimate: Any) -> Any:
+            return CameraCommand(0.5 * super().command(observation, estimate).forward_mps)
+
+    register_controller("test_slower", role="external", carrier="test-carrier", summary="")(Slower)
+    try:
+        assert controller_entry("test_slower", "test-carrier").kernel is None
+        assert controller_entry("centre", "helicopter").kernel is CentreController.KERNEL
+    finally:
+        del catalogue._ENTRIES["test-carrier", "test_slower"]
 
 
 def _made(answer: Callable[[], Any]) -> Any:

@@ -10,8 +10,8 @@ import pytest
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
 from trackers.belief.kernel import BELIEF
 from trackers.controllers.catalogue import controller_entry
-from trackers.controllers.reentry import REENTRY, ReentryParameters
-from trackers.controllers.reentry_kernel import nearest_seen, steer
+from trackers.controllers.reentry import ReentryController, ReentryParameters
+from trackers.controllers.reentry_kernel import nearest_seen
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
 CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
@@ -34,7 +34,8 @@ def _beliefs(count=1, **values):
 def _steered(beliefs, **changes):
     parameters = dataclasses.replace(ReentryParameters(), **changes)
     out = np.full((len(beliefs), 4), np.nan)
-    steer(beliefs, np.array([dataclasses.astuple(parameters)], REENTRY), out)
+    kernel, count = ReentryController.KERNEL, len(beliefs)
+    kernel.steer(beliefs, kernel.record(parameters), np.zeros(count, kernel.memory), np.zeros(count), out)
     return out
 
 
