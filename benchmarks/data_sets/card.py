@@ -38,11 +38,7 @@ def _text(data: DataSet) -> str:
         f"| {_unit(told, channel)} |"
         for channel in request.channels
     ]
-    fields = [
-        f"| `{name}` | {'objects' if m.per_object else 'frames'} | {m.unit} | {m.coding} |"
-        for name, m in told.items()
-        if not m.per_pixel
-    ]
+    fields = [f"| `{name}` | {m.table} | {m.unit} | {m.coding} |" for name, m in told.items() if not m.per_pixel]
     return "\n".join(
         [
             f"# {request.scenario}, {request.preset}: {scenario.summary}",
@@ -64,8 +60,9 @@ def _text(data: DataSet) -> str:
             "| --- | --- | ---: | --- |",
             *channels,
             "",
-            "`episodes/SEED/frames.parquet` and `objects.parquet` hold the rest of the truth, a row a frame and a row "
-            "an object a frame; channels lie in `pixels-*.tar` at the places that `frames.parquet` says.",
+            "`episodes/SEED/frames.parquet`, `objects.parquet` and `standing.parquet` hold the rest of the truth: a "
+            "row a frame, an object a frame, and a parked or moored one that is seen a frame; channels lie in "
+            "`pixels-*.tar` at the places that `frames.parquet` says.",
             f"`{MANIFEST}` has the size and the SHA-256 of each file; `frameout verify` checks them.",
             "",
             "| field | table | unit | coding |",

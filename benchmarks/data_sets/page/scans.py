@@ -66,8 +66,8 @@ def quantities(data: DataSet) -> tuple[Quantity, ...]:
     schemas = {"frames": frame_schema(kind, ()), "objects": object_schema(kind)}
     found: list[Quantity] = []
     for name, meaning in meanings(kind).items():
-        if not meaning.per_pixel and name not in _TOLD_ELSEWHERE:
-            table = "objects" if meaning.per_object else "frames"
+        if meaning.table in schemas and name not in _TOLD_ELSEWHERE:
+            table = meaning.table
             found += _leaves(table, (name,), schemas[table].field(name).type, meaning.unit)
     return tuple(each for each in found if each.kind != "word" or each.table == "frames")
 
