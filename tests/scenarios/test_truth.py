@@ -102,6 +102,8 @@ def test_what_is_left_out_is_what_says_so_and_nothing_else_differs(kind: Kind) -
             elif meaning.per_pixel:
                 assert held.shape[:2] == whole.observation.image_rgb.shape[:2]
                 assert (left.shape, left.dtype) == ((0, 0, *held.shape[2:]), held.dtype)
+            elif meaning.per_standing:
+                assert len(left) == 0
             else:
                 assert_equal(held[target], left[target], name)
                 if held.dtype.kind == "f":
@@ -138,7 +140,7 @@ def test_another_shape_is_refused_by_name(kind: Kind) -> None:
         value = np.asarray(getattr(truth, name))
         with pytest.raises(ValueError, match=rf"^{name}: expected the shape \(.*\), got \("):
             check_truth(replace(truth, **{name: value[None]}))
-        if value.ndim and name not in ("names", "instance_map"):
+        if value.size and value.ndim and name not in ("names", "standing_names", "instance_map"):
             with pytest.raises(ValueError, match=rf"^{name}: expected the shape \(.*\), got \("):
                 check_truth(replace(truth, **{name: np.repeat(value, 2, axis=0)}))
     for changes in ({"names": (*truth.names, "one more")}, {"instance_map": truth.instance_map[1:]}):
@@ -151,7 +153,7 @@ def test_another_shape_is_refused_by_name(kind: Kind) -> None:
 def test_a_share_beyond_its_range_is_refused_by_name(kind: Kind, share: float) -> None:
     truth = kind.frames("all")[0].truth
     fractions = [name for name, meaning in meanings(truth).items() if meaning.unit == "fraction"]
-    assert fractions == ["visible_fraction"]
+    assert fractions == ["visible_fraction", "standing_visible_fraction"]
     shares = np.append(np.full(len(truth.names) - 1, np.nan), share)
     message = f"^visible_fraction: expected numbers from 0 to 1, got {share:g} to {share:g}$"
     with pytest.raises(ValueError, match=message):
@@ -179,7 +181,7 @@ def test_info_tells_every_number_of_every_truth_but_those_per_pixel(kind: Kind) 
     keys = INFO | truth_keys(kind)
     for field in dataclasses.fields(truth):
         value = np.asarray(getattr(truth, field.name))
-        if value.dtype.kind in "biuf" and value.shape[:2] != truth.instance_map.shape:
+        if value.dtype.kind in "biuf" and meanings(truth)[field.name].table in ("objects", "frames"):
             meaning, words = meanings(truth)[field.name], keys[field.name][2]
             expected[field.name] = value[target] if meaning.per_object else value
             assert (meaning.unit in words.split(", ")) == (meaning.unit != "1")

@@ -58,7 +58,7 @@ class HandMadeEpisode(FakeEpisode):
         truth = replace(
             frame.truth,
             names=("target", "traffic-1"),
-            kinds=("car", "car"),
+            kinds=("sedan", "sedan"),
             T_world_object=poses,
             size_m=np.array([[4.5, 1.8, 1.5]] * 2),
             # Those of two objects, from their sizes.
