@@ -42,7 +42,7 @@ class StandingObjects:
         if not self._all:
             return {}
         is_shown = seen_ids(capture.instance_id, len(self._world.bodies))[self._id]
-        shown = [self._all[k] for k in np.flatnonzero(is_shown)]
+        shown = [one for one, is_here in zip(self._all, is_shown.tolist(), strict=True) if is_here]
         if not shown:
             return {}
         ids = self._id[is_shown]

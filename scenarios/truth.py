@@ -188,11 +188,8 @@ def dtype_of(kind: type[Truth], name: str) -> np.dtype[Any]:
 
 def without_standing(truth: _T) -> _T:
     """Return a frame's truth without standing objects, which another camera would see elsewhere."""
-    fields = {field.name: field for field in dataclasses.fields(truth)}
     none: dict[str, Any] = {
-        name: fields[name].default_factory()  # type: ignore[misc]
-        for name, meaning in meanings(truth).items()
-        if meaning.per_standing
+        name: getattr(truth, name)[:0] for name, meaning in meanings(truth).items() if meaning.per_standing
     }
     return dataclasses.replace(truth, **none)
 

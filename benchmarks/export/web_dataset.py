@@ -30,7 +30,7 @@ the key SEED_FRAME:
 
 - `png` or `jpg`: the picture; `right.png`: the right one of a stereo pair; `counts.png`: raw counts, 16 bits.
 - `json`: the frame's truth, `objects` and `standing` (parked, moored) with an entry each, and `observed`: what a
-  tracker gets beside the pictures. `class` is coarser than the kind, `class_number` the same in every export of the scene.
+  tracker gets beside the pictures. `class_number` (of `class`) is the same in every export of the scene.
   Units are in the names, boxes are x_min, y_min, x_max, y_max in pixels from the picture's top left corner, null stands
   for a number that there is none of. `visible_box_xyxy` is the box around the pixels that are seen.
 - `CHANNEL.npy`: each map with a value a pixel that the data set holds.

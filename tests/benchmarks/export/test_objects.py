@@ -15,6 +15,10 @@ from benchmarks.export.objects import Instance, Labels
 from benchmarks.export.registry import export
 from scenarios import catalog
 from tests.benchmarks.export.painted_scene import FRAMES, PARKED_ID, PARKED_XYXY, painted_data_set, truths
+from tests.benchmarks.export.test_web_dataset import read
+
+# webdataset leaves closing shards to the garbage collector.
+pytestmark = pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 
 PARKED_XYWH = [4.0, 26.0, 8.0, 4.0]
 
@@ -36,10 +40,10 @@ def coco_of(folder: Path) -> dict[str, Any]:
 
 def test_what_stands_about_has_an_annotation_with_its_role_in_coco(parked: DataSet, tmp_path: Path) -> None:
     pytest.importorskip("pycocotools")
-    read = coco_of(written(parked, "coco", tmp_path))
-    mine = [each for each in read["annotations"] if each["attributes"]["role"] == "parked"]
+    found = coco_of(written(parked, "coco", tmp_path))
+    mine = [each for each in found["annotations"] if each["attributes"]["role"] == "parked"]
     assert len(mine) == 2 * FRAMES
-    names = {each["id"]: each["name"] for each in read["categories"]}
+    names = {each["id"]: each["name"] for each in found["categories"]}
     for each in mine:
         assert (names[each["category_id"]], each["bbox"], each["area"]) == ("car", PARKED_XYWH, 32)
         assert each["attributes"] == {
@@ -54,9 +58,9 @@ def test_what_stands_about_has_an_annotation_with_its_role_in_coco(parked: DataS
 
 def test_visibility_and_cuts_are_those_of_the_truth(parked: DataSet, tmp_path: Path) -> None:
     pytest.importorskip("pycocotools")
-    read = coco_of(written(parked, "coco", tmp_path))
-    frame_of = {each["id"]: int(Path(each["file_name"]).stem) for each in read["images"]}
-    of_target = [each for each in read["annotations"] if each["attributes"]["name"] == "target"]
+    found = coco_of(written(parked, "coco", tmp_path))
+    frame_of = {each["id"]: int(Path(each["file_name"]).stem) for each in found["images"]}
+    of_target = [each for each in found["annotations"] if each["attributes"]["name"] == "target"]
     expected = {}
     for frame, truth in enumerate(truths("parked")):
         k = truth.index_of("target")
@@ -93,8 +97,8 @@ def test_what_stands_about_has_rows_in_mot_and_tracks_in_tao(parked: DataSet, tm
     boxes = [row[2:6] for row in rows if row[1] == van[0]]
     assert boxes == [["5.000", "27.000", "8.000", "4.000"]] * FRAMES
     out = written(parked, "tao-amodal", tmp_path / "tao")
-    read = json.loads((out / "amodal_annotations" / "validation.json").read_text())
-    mine = [each for each in read["annotations"] if each["attributes"]["role"] == "parked"]
+    found = json.loads((out / "amodal_annotations" / "validation.json").read_text())
+    mine = [each for each in found["annotations"] if each["attributes"]["role"] == "parked"]
     assert len({each["track_id"] for each in mine}) == 2
     assert all(each["amodal_bbox"] == each["bbox"] == PARKED_XYWH for each in mine)
     assert len(mine) == 2 * FRAMES
@@ -106,10 +110,7 @@ def test_single_targets_do_not_mind_what_stands_about(parked: DataSet, tmp_path:
 
 
 def test_webdataset_lists_what_stands_about(parked: DataSet, tmp_path: Path) -> None:
-    webdataset = pytest.importorskip("webdataset")
-    out = written(parked, "webdataset", tmp_path)
-    samples = list(webdataset.WebDataset(str(out / "frames-00000.tar"), shardshuffle=False, empty_check=False).decode())
-    for sample in samples:
+    for sample in read(written(parked, "webdataset", tmp_path)):
         (van,) = sample["json"]["standing"]
         assert (van["standing_names"], van["class"], van["class_number"]) == ("parked-0", "car", 1)
         assert van["visible_box_xyxy"] == PARKED_XYXY.tolist()
@@ -134,8 +135,8 @@ def test_numbers_are_those_of_the_scenes_list_whatever_occurs(data: DataSet, par
     pytest.importorskip("pycocotools")
     for level, expected in (("class", ["bus", "car", "kite"]), ("kind", ["bus", "van", "car", "kite"])):
         for each in (data, parked):
-            read = coco_of(written(each, "coco", tmp_path / level / each.request.preset, classes=level))
-            assert [(c["id"], c["name"]) for c in read["categories"]] == list(enumerate(expected, start=1))
+            found = coco_of(written(each, "coco", tmp_path / level / each.request.preset, classes=level))
+            assert [(c["id"], c["name"]) for c in found["categories"]] == list(enumerate(expected, start=1))
 
 
 @pytest.mark.parametrize("name", [each.id for each in catalog.entries() if each.place.startswith("scenarios.")])
