@@ -21,7 +21,7 @@ class Standing:
 
     Attributes:
         name, kind: see ``Truth.standing_names`` and ``standing_kinds``.
-        mesh: its shape for labels: of a boat, what is above the water.
+        mesh: its shape in pictures: of a boat, what is above the water.
     """
 
     body: Body
@@ -57,7 +57,7 @@ class StandingObjects:
             "standing_kinds": tuple(one.kind for one in shown),
             "standing_id": ids,
             "T_world_standing": poses,
-            "standing_bounds_m": np.array([one.mesh.bounds_m for one in shown]),
+            "standing_bounds_m": np.array([one.body.mesh.bounds_m for one in shown]),
             "standing_box_xyxy": boxes,
             "standing_visible_fraction": np.array(fractions),
         }

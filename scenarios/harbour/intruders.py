@@ -223,10 +223,14 @@ class Intruders:
         merge_parts(instance_map, self._merged_id, int(self.instance_id[0]))
 
     def bounds_m(self, frame: int) -> NDArray[np.float64]:
-        """Return the bounds (N, 2, 3) of all as they are posed, see ``Truth``; of boats, of what is above the water."""
+        """Return the bounds (N, 2, 3) of all as they are posed, see ``Truth``; of boats with the hull in the water."""
         bounds = np.full((len(self._all), 2, 3), np.nan)
         for k in self._here:
-            bounds[k] = enclosing_bounds(self._all[k].shape, self._part_poses[k], self.T_world_object[frame, k])
+            one = self._all[k]
+            if one.bones is None:
+                bounds[k] = one.bodies[0].mesh.bounds_m
+            else:
+                bounds[k] = enclosing_bounds(one.shape, self._part_poses[k], self.T_world_object[frame, k])
         return bounds
 
     def seen(
