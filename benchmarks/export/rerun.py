@@ -157,15 +157,20 @@ class _Writer:
         return self._as_png(channel_picture(channel, value, meaning, truth.instance_id)[0])
 
     def _classes(self, place: str, value: NDArray[Any], truth: Truth) -> NDArray[np.uint16]:
-        """Return a map of ids (H, W) as classes: 0 for what is no object, else 1 + the object's index."""
+        """Return a map of ids (H, W) as classes: 0 for what is no object, else 1 + the object's index; then, with one
+        class for all of them, what stands about.
+        """
         if self._names_at.get(place) != truth.names:
             self._names_at[place] = truth.names
             names = [(k + 1, name) for k, name in enumerate(truth.names)]
+            names.append((len(names) + 1, "standing about"))
             self._log(place, self._sdk.AnnotationContext([(0, "no object", _GROUND), *names]))
+        count = len(truth.names)
         order = np.argsort(truth.instance_id)
         ids = truth.instance_id[order]
-        at = np.minimum(np.searchsorted(ids, value), len(ids) - 1)
-        return np.where(ids[at] == value, order[at] + 1, 0).astype(np.uint16)
+        at = np.minimum(np.searchsorted(ids, value), count - 1)
+        others = np.where(np.isin(value, truth.standing_id), count + 1, 0)
+        return np.where(ids[at] == value, order[at] + 1, others).astype(np.uint16)
 
 
 RERUN = ExportFormat(
