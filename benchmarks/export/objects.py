@@ -14,6 +14,7 @@ from benchmarks.export.frames import PARTIAL, StoredFrame
 from scenarios import catalog
 from scenarios.visibility import MOSTLY_SEEN, states_of
 from sim.checks import check
+from sim.choices import check_choice
 
 ClassLevel = Literal["class", "kind"]
 
@@ -92,7 +93,7 @@ class Labels:
         Raises:
             ValueError: for a value that is not possible.
         """
-        check("classes", level in get_args(ClassLevel), " or ".join(get_args(ClassLevel)), repr(level))
+        check_choice("classes", level, get_args(ClassLevel))
         check("min_visible", 0.0 <= min_visible <= 1.0, "a share of 0 to 1", min_visible)
         check("min_size", 0.0 <= min_size_px < np.inf, "a number of pixels >= 0", min_size_px)
         scenario = catalog.scenario(data.request.scenario)
