@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
@@ -334,3 +336,15 @@ def test_info_tells_every_number_of_every_truth_but_those_per_pixel(kind: Kind) 
         without_nan = np.where(np.isnan(value), np.inf, value) if np.asarray(value).dtype.kind == "f" else value
         assert_equal(held[name], without_nan, name)
         assert not (isinstance(held[name], np.ndarray) and np.shares_memory(held[name], getattr(truth, name)))
+
+
+def test_no_judge_and_no_tracker_names_a_field_that_is_not_judged() -> None:
+    """Canaries leave these fields out, so rows must not follow from them."""
+    root = Path(__file__).parents[2]
+    fields = {name for each in LABELLED for name, m in meanings(catalog.scenario(each).truth).items() if not m.judged}
+    assert {"bounds_m", "glare_fraction", "standing_id"} <= fields
+    word = re.compile(rf"\b({'|'.join(sorted(fields))})\b")
+    judging = ("benchmarks/suites", "benchmarks/scores", "benchmarks/run", "benchmarks/papers", "benchmarks/learning")
+    for folder in (*judging, "trackers", "scenarios/envs"):
+        for path in (root / folder).rglob("*.py"):
+            assert not word.search(path.read_text(encoding="utf-8")), path
