@@ -17,6 +17,8 @@ from scenarios.scenario import Episode, Scenario
 from sim.choices import check_choice, suggestion
 from trackers import registry
 from trackers.follow_one import FollowOne
+from trackers.gaps.types import GapMethod
+from trackers.protocols import BridgingTracker
 
 _Given = ParamSpec("_Given")
 _Made = TypeVar("_Made")
@@ -95,6 +97,12 @@ def contestant_of_one(name: str, rng: np.random.Generator) -> Contestant:
     except Exception as error:
         tracker = _Unmade(error)
     return _OfOne(tracker)
+
+
+def gap_method_of(name: str, rng: np.random.Generator) -> GapMethod | None:
+    """Return the method of a fresh tracker to bridge gaps; None if it offers none."""
+    tracker = _staying(registry.entry(name).create)(rng)
+    return tracker.gap_method if isinstance(tracker, BridgingTracker) else None
 
 
 def _staying(function: Callable[_Given, _Made]) -> Callable[_Given, _Made]:

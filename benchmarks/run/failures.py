@@ -8,6 +8,8 @@ from pathlib import Path
 
 _ROOT = Path(__file__).parents[2]
 _PACKAGES = ("benchmarks", "scenarios", "sim", "trackers")
+ENDED_PROCESS = "ended its process (killed, crashed or stuck in compiled code)"
+"""Reason of a failure that only the next attempt, in another process, can tell."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +20,7 @@ class Failure:
         tracker, scenario, preset, seed, frame: where; ``tracker`` may be a controller.
         reason: one line. since: what it has done from that frame on.
         place: file and line of a user's own code that raised; empty without.
+        sequence: name of the real sequence whose number ``seed`` is; empty in simulated episodes.
     """
 
     tracker: str
@@ -28,9 +31,11 @@ class Failure:
     reason: str
     since: str = "answered nothing"
     place: str = ""
+    sequence: str = ""
 
     def __str__(self) -> str:
-        where = f"{self.scenario} {self.preset}, seed {self.seed}, frame {self.frame}"
+        episode = f"sequence {self.sequence}" if self.sequence else f"seed {self.seed}"
+        where = f"{self.scenario} {self.preset}, {episode}, frame {self.frame}"
         place = f" ({self.place})" if self.place else ""
         return f"{self.tracker} failed in {where}: {self.reason}{place}; from there on it has {self.since}"
 

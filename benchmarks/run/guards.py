@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.run.failures import place_of
+from benchmarks.run.failures import ENDED_PROCESS, place_of
 from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most
 from benchmarks.suites.judging import Ending, Score
 from scenarios.loop import Contestant, ManyContestant, OutsourcingContestant, given
@@ -136,7 +136,7 @@ class GuardedContestant(Guard):
     def _runs_on(self, frame: int) -> bool:
         self._frames = frame + 1
         if frame == self._ends_process_at:
-            self.fail(frame, "ended its process (killed, crashed or stuck in compiled code)")
+            self.fail(frame, ENDED_PROCESS)
         self._note(frame)
         return self.reason is None
 

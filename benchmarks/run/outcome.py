@@ -15,7 +15,7 @@ WHY_MOVED = "rows of other editions or of a stopped run, or ones that a second r
 
 
 class ContestantWarning(UserWarning):
-    """A contestant failed, or gave no answer on some frames."""
+    """A contestant failed, or gave no answer on some frames; or a real recording could not be used."""
 
 
 @dataclass
@@ -28,6 +28,7 @@ class Outcome:
         silent: tracker → number of frames without an answer, in the episodes that were run.
         episodes: number of (tracker, episode) pairs that were run; ``resumed``: those that existed already.
         moved: messages about rows that were moved to another file.
+        unusable: messages about real recordings that could not be used; nobody has rows of them.
     """
 
     summary: list[dict[str, Any]] = field(default_factory=list, repr=False)
@@ -36,16 +37,24 @@ class Outcome:
     episodes: int = 0
     resumed: int = 0
     moved: list[str] = field(default_factory=list)
+    unusable: list[str] = field(default_factory=list)
+
+    @property
+    def failed(self) -> bool:
+        """Whether a contestant failed or a recording could not be used."""
+        return bool(self.failures or self.unusable)
 
     def followed_by(self, later: Outcome) -> Outcome:
         """Return this result joined with that of a later run into the same folder."""
         failures, moved = [*self.failures, *later.failures], [*self.moved, *later.moved]
         episodes, resumed = self.episodes + later.episodes, self.resumed + later.resumed
-        return Outcome(later.summary, failures, self.silent + later.silent, episodes, resumed, moved)
+        unusable = [*self.unusable, *later.unusable]
+        return Outcome(later.summary, failures, self.silent + later.silent, episodes, resumed, moved, unusable)
 
     def problems_in_words(self, silence: str) -> Iterator[str]:
         """Yield a line for moved rows and, once for each tracker, for failures and frames without an answer."""
         yield from (f"note: {moved} ({WHY_MOVED})" for moved in self.moved)
+        yield from (f"error: {unusable}" for unusable in self.unusable)
         yield from (f"error: {failed}" for failed in self.failures_in_words())
         yield from (f"note: {silent}" for silent in self.silence_in_words(silence))
 
