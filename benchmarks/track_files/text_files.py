@@ -30,9 +30,7 @@ from trackers.atomic_file import write_atomic
 
 _WIDE = re.compile(r"(?:x|X)(\d+)$")
 _TIMES = ("time", "seconds")
-_KNOWN_HEADS = (
-    "columns frame, pos_x, pos_y and, of several animals, id, or frame, individual, x, y, or x1, y1, x2, y2 …"
-)
+_KNOWN_HEADS = "columns frame, pos_x, pos_y, id, or these without id, or frame, individual, x, y, or x1, y1, x2, y2 …"
 """Of Tracktor, of idtracker.ai, and of idtracker.ai or idTracker."""
 Table = Mapping[str, Sequence[str]]
 """Columns of a text file, by name."""
