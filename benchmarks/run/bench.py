@@ -22,7 +22,7 @@ from benchmarks.report.numbers import counted
 from benchmarks.report.results import Results
 from benchmarks.run.contestants import entrants
 from benchmarks.run.cores import cores
-from benchmarks.run.experiment import Experiment, Progress, check_names, check_renderer, run
+from benchmarks.run.experiment import Experiment, Progress, check_limits, check_names, check_renderer, run
 from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
@@ -139,6 +139,7 @@ def bench(
         keep_estimates=keep_estimates,
     )
     if paths:
+        check_limits(common)
         made, unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)
         experiments = [_on_real(replace(common, real=made), wanted, asked.trackers, quick=quick)]
         name, outcome = f"{wanted.name}-real", Outcome(unusable=unusable)
@@ -194,7 +195,7 @@ def _check_real(asked: Asked, *, renderer: str, link: str, data: str | None) -> 
     steered = (*asked.scenarios, *asked.presets, *asked.controllers)
     check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
     for name, mine, default in (("renderer", renderer, "raster"), ("link", link, "prompt"), ("data", data, None)):
-        check(name, mine == default, "none with real, which simulates nothing", repr(mine))
+        check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
 
 
 def _on_real(common: Experiment, wanted: Suite, trackers: tuple[str, ...], *, quick: bool) -> Experiment:

@@ -289,6 +289,11 @@ def check_names(experiment: Experiment) -> None:
         _check_trackers_on_real(experiment)
     else:
         _check_simulated(experiment)
+    check_limits(experiment)
+
+
+def check_limits(experiment: Experiment) -> None:
+    """Raise ValueError for a number of workers or a time limit out of range."""
     check("workers", experiment.workers >= 0, "a whole number >= 0", experiment.workers)
     good = isinstance(experiment.limit_s, int | float) and experiment.limit_s > 0
     check("limit_s", good, "a number of seconds > 0", repr(experiment.limit_s))

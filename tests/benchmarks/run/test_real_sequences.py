@@ -387,8 +387,8 @@ def test_a_run_from_python_has_the_column_of_sequences_and_its_answers(mortals: 
     ("given", "message"),
     [
         ({"preset": "quick"}, r"^real: expected no scenario, preset or controller, got quick$"),
-        ({"renderer": "pybullet"}, r"^renderer: expected none with real, which simulates nothing, got 'pybullet'$"),
-        ({"data": "set"}, r"^data: expected none with real, which simulates nothing, got 'set'$"),
+        ({"renderer": "pybullet"}, r"^renderer: expected none with --real, which runs no episodes, got 'pybullet'$"),
+        ({"data": "set"}, r"^data: expected none with --real, which runs no episodes, got 'set'$"),
         ({"real": ()}, r"^seeds: expected range\(A, B\), got None$"),
         ({"real": (), "seeds": range(1), "layout": "otb"}, r"^layout: expected none but with --real and a suite that"),
         ({"workers": -1}, r"^workers: expected a whole number >= 0, got -1$"),
