@@ -106,7 +106,6 @@ def bench(
     own_modules = (modules,) if isinstance(modules, str) else tuple(modules)
     load_modules(own_modules)
     wanted = registry.suite(suite) if isinstance(suite, str) else suite
-    _check_steering(wanted, link, data)
     if keep_estimates:
         needs_data()
     asked = Asked(
@@ -118,7 +117,9 @@ def bench(
     seeds = range(0) if seeds is None else seeds
     if paths:
         _check_real(asked, renderer=renderer, link=link, data=data)
-    elif data is not None:
+    else:
+        _check_steering(wanted, link, data)
+    if data is not None:
         stored = _stored(data, seeds, renderer, asked)
         asked = Asked(scenarios=(stored.scenario,), presets=(stored.preset,), trackers=asked.trackers)
         renderer = stored.renderer

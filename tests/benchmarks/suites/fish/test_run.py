@@ -14,6 +14,9 @@ import numpy as np
 import pytest
 
 from benchmarks.cli import main
+from benchmarks.report.results import Results
+from benchmarks.run.bench import bench as python_bench
+from benchmarks.run.outcome import ContestantWarning
 from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.registry import suite
 from benchmarks.track_files.table import TrackTable
@@ -157,70 +160,64 @@ def test_a_suite_without_recordings_and_trackers_without_gaps_are_refused(
     assert "keep_estimates: expected none with tracks, on which no frame is judged" in capsys.readouterr().err
 
 
+def on_real(out: Path, *paths: Path, trackers: Sequence[str] = ("fake_holds",), workers: int = 0) -> Results:
+    return python_bench("fish", real=paths, trackers=trackers, modules=FAKES, out=out, workers=workers)
+
+
 @pytest.fixture
-def short_files(tmp_path: Path) -> dict[str, str]:
+def short_files(tmp_path: Path) -> dict[str, Path]:
     """Files of one animal of 160 frames, of two sessions with the same name, one too short, and one that is broken."""
     table = TrackTable("trajectories", swimming(160, 1), ("0",), 30.0)
     paths = {name: write_tracks(table, tmp_path / name, "idtracker.ai")[0] for name in ("monday", "tuesday")}
     (paths["short"],) = write_tracks(replace(table, name="short", position=table.position[:20]), tmp_path, "idtracker")
     paths["broken"] = tmp_path / "broken.csv"
     paths["broken"].write_text("x1,y1\nleft,2\n")
-    return {name: str(path) for name, path in paths.items()}
+    return paths
 
 
-def test_what_cannot_be_used_is_named_and_the_rest_is_scored_once(
-    short_files: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_cannot_be_used_is_named_and_the_rest_is_scored_once(short_files: dict[str, Path], tmp_path: Path) -> None:
     out = tmp_path / "out"
-    for _ in range(2):
-        assert bench(out, "--real", *short_files.values(), trackers=["fake_holds"]) == 1
-        told = capsys.readouterr().err
-        assert "error: broken.csv: expected numbers in column x1, got others" in told
-        assert "error: short: expected tracks that are long enough for gaps, got none that is" in told
-    assert "moved" not in told
+    for resumed in (0, 2):
+        with pytest.warns(ContestantWarning, match=r"broken.csv|short"):
+            outcome = on_real(out, *short_files.values()).outcome
+        assert outcome.unusable == [
+            "broken.csv: expected numbers in column x1, got others: could not convert string to float: 'left'",
+            "short: expected tracks that are long enough for gaps, got none that is",
+        ]
+        assert (outcome.resumed, outcome.moved) == (resumed, [])
     rows = rows_of(out)
     assert {row["preset"] for row in rows} == {"monday-trajectories", "tuesday-trajectories"}
     assert {(row["seed"], row["blocks"]) for row in rows} == {(0, 1)}
     # Another file of the same name is another recording.
     write_tracks(TrackTable("trajectories", swimming(170, 1), ("0",), 30.0), tmp_path / "monday", "idtracker.ai")
-    two = [short_files[name] for name in ("monday", "tuesday")]
-    assert bench(out, "--real", *two, trackers=["fake_holds"]) == 0
-    assert "rows that are outdated" in capsys.readouterr().err
-    seconds = [{row["preset"]: row["seconds"] for row in each} for each in (rows, rows_of(out))]
-    assert seconds[0]["tuesday-trajectories"] == seconds[1]["tuesday-trajectories"]
+    again = on_real(out, short_files["monday"], short_files["tuesday"]).outcome
+    assert (again.resumed, again.episodes, len(again.moved)) == (1, 1, 1)
 
 
-def test_files_that_are_all_too_short_have_no_rows(
-    short_files: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert bench(tmp_path / "out", "--real", short_files["short"]) == 2
-    assert "error: short: expected tracks that are long enough for gaps, got none" in capsys.readouterr().err
+def test_files_that_are_all_too_short_have_no_rows(short_files: dict[str, Path], tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"^short: expected tracks that are long enough for gaps, got none that is$"):
+        on_real(tmp_path / "out", short_files["short"])
 
 
 def test_a_recording_that_a_stopped_run_left_in_part_is_run_again(tmp_path: Path) -> None:
     (path,) = write_tracks(TrackTable("pond", swimming(700, 1), ("0",), 30.0), tmp_path, "idtracker")
-    assert bench(tmp_path / "out", "--real", str(path), trackers=["fake_holds"]) == 0
+    on_real(tmp_path / "out", path)
     whole = rows_of(tmp_path / "out")
     assert {row["blocks"] for row in whole} == {2}
     file = tmp_path / "out" / "records.jsonl"
     file.write_text("".join(json.dumps(row) + "\n" for row in whole if row["seed"] == 0))
-    assert bench(tmp_path / "out", "--real", str(path), trackers=["fake_holds"]) == 0
+    assert on_real(tmp_path / "out", path).outcome.episodes == 1
     again = rows_of(tmp_path / "out")
     assert [row | {"seconds": 0} for row in again] == [row | {"seconds": 0} for row in whole]
 
 
 @pytest.mark.heavy
-def test_a_gap_method_that_ends_its_process_costs_its_own_rows(
-    short_files: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = ["--real", short_files["monday"], "--workers", "1"]
-    assert bench(tmp_path / "both", *words, trackers=["fake_exits", "fake_holds"]) == 1
-    assert (
-        "error: fake_exits failed in real trajectories, seed 0, frame 0: ended its process" in capsys.readouterr().err
-    )
-    assert bench(tmp_path / "one", *words, trackers=["fake_holds"]) == 0
+def test_a_gap_method_that_ends_its_process_costs_its_own_rows(short_files: dict[str, Path], tmp_path: Path) -> None:
+    path = short_files["monday"]
+    with pytest.warns(ContestantWarning, match="fake_exits failed in real trajectories, seed 0, frame 0: ended its"):
+        on_real(tmp_path / "both", path, trackers=("fake_exits", "fake_holds"), workers=1)
+    on_real(tmp_path / "one", path, workers=1)
     beside = [row | {"seconds": 0} for row in rows_of(tmp_path / "both") if row["tracker"] == "fake_holds"]
     assert beside == [row | {"seconds": 0} for row in rows_of(tmp_path / "one")]
-    capsys.readouterr()
-    assert bench(tmp_path / "both", *words, trackers=["fake_exits"]) == 1
-    assert "(in an earlier run, whose rows are kept" in capsys.readouterr().err
+    with pytest.warns(ContestantWarning, match=r"\(in an earlier run, whose rows are kept"):
+        assert on_real(tmp_path / "both", path, trackers=["fake_exits"], workers=1).outcome.episodes == 0
