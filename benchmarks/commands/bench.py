@@ -31,6 +31,7 @@ from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.printing import contestants_print_to_stderr
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.printable import printable
 from benchmarks.report.page import write_report
 from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
@@ -201,7 +202,7 @@ class Bench(WithModules):
                 print(line)
             for line in rank_agreement(wanted, summary, simulated) if self.beside is not None else ():
                 print(line)
-            print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
+            print(printable(f"rows: {out / 'records.jsonl'}\nreport: {report}"))
         for line in outcome.problems_in_words(wanted.silence_in(REAL if self.real else "")):
             print(line, file=sys.stderr)
         return out, outcome.failed, unknown_plot

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 from benchmarks.report.numbers import counted
 from benchmarks.report.results import Results
-from benchmarks.run.contestants import entrants
+from benchmarks.run.contestants import Entrant, entrants
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import Experiment, Progress, check_limits, check_names, check_renderer, run
 from benchmarks.run.outcome import ContestantWarning, Outcome
@@ -33,6 +33,7 @@ from benchmarks.sequences.sequence import USUAL_RATE_HZ
 from benchmarks.suites import registry
 from benchmarks.suites.registry import DEFAULT, Suite
 from sim.checks import check
+from trackers.registry import entries
 
 if TYPE_CHECKING:
     from benchmarks.data_sets.request import Request
@@ -75,7 +76,7 @@ def bench(
     Args:
         suite: name, see ``frameout list``.
         seeds: of the episodes, ``range(A, B)``; 0 to 9,999 are for development, 10,000 to 19,999 are the test split.
-            They must be given, but with ``real``, all of which runs.
+            They must be given, but for ``real``, which has none: all of it runs.
         scenario, preset, trackers, controllers: a name or several; None = as ``frameout bench --help`` says.
         link: how commands reach the carrier where controllers are contestants: prompt, delayed or noisy.
         renderer: raster or pybullet.
@@ -114,6 +115,8 @@ def bench(
         trackers=_several("trackers", trackers),
         controllers=_several("controllers", controllers),
     )
+    if paths and seeds is not None:
+        warnings.warn("seeds: real recordings have none, and all of them run", stacklevel=2)
     seeds = range(0) if seeds is None else seeds
     if paths:
         _check_real(asked, renderer=renderer, link=link, data=data)
@@ -199,6 +202,11 @@ def _check_real(asked: Asked, *, renderer: str, link: str, data: str | None) -> 
         check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
 
 
+def _registered(wanted: Suite) -> dict[str, Entrant]:
+    """Return the trackers of a suite without its references, which know the truth."""
+    return {name: each for name, each in entrants(wanted.name).items() if name in entries()}
+
+
 def _on_real(common: Experiment, wanted: Suite, trackers: tuple[str, ...], *, quick: bool) -> Experiment:
     """Return the experiment on what is real. Raises ValueError for unknown names."""
     on_pictures = wanted.on_sequences is not None
@@ -208,7 +216,7 @@ def _on_real(common: Experiment, wanted: Suite, trackers: tuple[str, ...], *, qu
         "none with tracks, on which no frame is judged",
         True,
     )
-    known = trackers_on_pictures(wanted) if on_pictures else entrants(wanted.name)
+    known = trackers_on_pictures(wanted) if on_pictures else _registered(wanted)
     able = (name for name, each in known.items() if each.available() and not (quick and each.role == "variant"))
     experiment = replace(
         common,

@@ -247,6 +247,7 @@ def _editions_on_real(experiment: Experiment) -> dict[str, Editions]:
 def _jobs_on_real(experiment: Experiment, editions: dict[str, Editions], out: Path) -> Iterator[Job]:
     """Yield one job for each sequence of pictures, and for each tracker on each recording of tracks."""
     for episode in experiment.real:
+        scene = {"scene": episode.scene}
         groups = [experiment.trackers] if episode.sequence else [(name,) for name in experiment.trackers]
         for trackers in groups:
             yield Job(
@@ -261,7 +262,7 @@ def _jobs_on_real(experiment: Experiment, editions: dict[str, Editions], out: Pa
                 repeats=experiment.repeats,
                 limit_s=experiment.limit_s,
                 notes=out / _NOTES,
-                editions={name: each | {"scene": episode.scene} for name, each in editions.items()},
+                editions={name: each | scene for name, each in editions.items()},
                 estimates=out / ESTIMATES if experiment.keep_estimates else None,
                 real=episode,
             )

@@ -381,7 +381,10 @@ def test_a_run_from_python_has_the_column_of_sequences_and_its_answers(mortals: 
     assert done == [(0, 2), (1, 2), (2, 2)]
     said = scan("out").to_table().to_pandas()
     assert sorted(said.groupby("seed").size().tolist()) == [12, 12]
-    assert python_bench("frame-out", real=["cars"], trackers="fake_stays", out="out", workers=0, rate_hz=10.0)
+    with pytest.warns(UserWarning, match=r"^seeds: real recordings have none, and all of them run$"):
+        python_bench(
+            "frame-out", real=["cars"], trackers="fake_stays", out="out", workers=0, rate_hz=10.0, seeds=range(1)
+        )
     with pytest.raises(ValueError, match=r"^estimates: expected ones of simulated episodes, got those of real cars$"):
         rejudge(Path("out"), None, 0, (), lambda done, of: None)
 
@@ -437,6 +440,14 @@ def test_rows_of_what_is_gone_or_has_changed_are_moved_aside(mortals: Path) -> N
     python_bench("frame-out", trackers=["fake_stays"], **given)
     left = {(row["tracker"], row["sequence"], row["seed"]) for row in read_rows(Path("out"))}
     assert left == {("fake_stays", "Car0", 0), ("fake_stays", "Car1", 1)}
+
+
+def test_sequences_of_one_name_that_differ_are_not_compared(mortals: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for out, away in (("one", range(3, 6)), ("two", range(3, 7))):
+        write_otb(mortals / "cars" / "Car1", true_boxes(12, away))
+        python_bench("frame-out", real="cars", trackers="fake_stays", out=out, workers=0)
+    assert main(["compare", "one:fake_stays", "two:fake_stays"]) == 2
+    assert "directory: expected results on the same recordings, got others called cars" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")
