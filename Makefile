@@ -16,7 +16,8 @@ INTERPRETER = $(or $(PYTHON),3.11)
 INSTALL = $(if $(UV),uv pip install --python .venv/bin/python,.venv/bin/python -m pip install) --quiet -c constraints.txt
 
 demo: .venv/installed
-	.venv/bin/frameout bench frame-out --quick --out results/demo
+	.venv/bin/frameout bench frame-out --seeds 0:5 --trackers mosaic_graph_pf colour_pf hold hold_ground oracle_map --out results/demo
+	.venv/bin/frameout render road-town --seed 3 --frames 90 --tracker mosaic_graph_pf --out results/demo/frame_out.mp4
 
 test: .venv/installed-dev
 	.venv/bin/pytest -n 2 --dist loadfile

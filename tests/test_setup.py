@@ -171,7 +171,9 @@ def test_demo_installs_pinned_packages_and_runs(machine: Machine) -> None:
         "python3.11 -m venv .venv",
         "python -m pip install --quiet -c constraints.txt setuptools",
         "python -m pip install --quiet -c constraints.txt --no-build-isolation -e .",
-        "frameout bench frame-out --quick --out results/demo",
+        "frameout bench frame-out --seeds 0:5"
+        " --trackers mosaic_graph_pf colour_pf hold hold_ground oracle_map --out results/demo",
+        "frameout render road-town --seed 3 --frames 90 --tracker mosaic_graph_pf --out results/demo/frame_out.mp4",
     ]
 
 
@@ -189,7 +191,7 @@ def test_a_second_call_installs_nothing_unless_the_pins_changed(machine: Machine
     machine.make("demo")
     machine.calls()
     machine.make("demo")
-    assert [call.split()[0] for call in machine.calls()] == ["frameout"]
+    assert [call.split()[0] for call in machine.calls()] == ["frameout", "frameout"]
     later = (machine.checkout / ".venv/installed").stat().st_mtime + 2
     os.utime(machine.checkout / "constraints.txt", (later, later))
     machine.make("demo")
@@ -202,7 +204,7 @@ def test_an_interrupted_install_is_gone_on_with(machine: Machine) -> None:
     (machine.checkout / ".venv/installed").unlink()
     machine.calls()
     assert machine.make("demo").returncode == 0
-    assert [call.split()[0] for call in machine.calls()] == ["python", "python", "frameout"]
+    assert [call.split()[0] for call in machine.calls()] == ["python", "python", "frameout", "frameout"]
 
 
 @pytest.mark.parametrize(("name", "version"), [("python3.13", "3.13"), ("python3", "3.12")])
@@ -269,3 +271,25 @@ def test_the_workflow_runs_the_whole_check_with_pinned_actions(machine: Machine)
     machine.put_python("python3.11", "3.11")
     planned = machine.make("--dry-run", "check").stdout
     assert all(program in planned for program in ("ruff format", "ruff check", "mypy", "lint-imports", "pytest"))
+
+
+def test_a_wheel_has_every_file_of_the_packages_but_the_published_tables() -> None:
+    data = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-data"]
+    shipped = {path for package, globs in data.items() for glob in globs for path in (ROOT / package).glob(glob)}
+    found = (path for package in PACKAGES for path in (ROOT / package).rglob("*") if path.is_file())
+    there = {path for path in found if path.suffix != ".py" and "__pycache__" not in path.parts}
+    assert there - shipped == {path for path in there if path.is_relative_to(ROOT / "benchmarks" / "results")}
+    assert len(shipped) > 50
+    folders = {path.parent for package in PACKAGES for path in (ROOT / package).rglob("*.py")}
+    assert all((folder / "__init__.py").is_file() for folder in folders), "setuptools leaves out a folder without one"
+
+
+def test_the_container_copies_what_the_wheel_is_made_of() -> None:
+    copied = re.findall(r"^COPY (.+) \S+$", (ROOT / "Dockerfile").read_text(), re.MULTILINE)
+    assert {word for line in copied for word in line.split()} >= {
+        *PACKAGES,
+        "constraints.txt",
+        "pyproject.toml",
+        "README.md",
+    }
+    assert all((ROOT / word).exists() for line in copied for word in line.split())
