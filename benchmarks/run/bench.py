@@ -107,8 +107,6 @@ def bench(
     own_modules = (modules,) if isinstance(modules, str) else tuple(modules)
     load_modules(own_modules)
     wanted = registry.suite(suite) if isinstance(suite, str) else suite
-    if keep_estimates:
-        needs_data()
     asked = Asked(
         scenarios=_several("scenario", scenario),
         presets=_several("preset", preset),
@@ -119,9 +117,11 @@ def bench(
         warnings.warn("seeds: real recordings have none, and all of them run", stacklevel=2)
     seeds = range(0) if seeds is None else seeds
     if paths:
-        _check_real(asked, renderer=renderer, link=link, data=data)
+        _check_real(wanted, asked, renderer=renderer, link=link, data=data, keep_estimates=keep_estimates)
     else:
         _check_steering(wanted, link, data)
+    if keep_estimates:
+        needs_data()
     if data is not None:
         stored = _stored(data, seeds, renderer, asked)
         asked = Asked(scenarios=(stored.scenario,), presets=(stored.preset,), trackers=asked.trackers)
@@ -194,12 +194,16 @@ def _experiments(common: Experiment, wanted: Suite, asked: Asked, *, quick: bool
     return experiments
 
 
-def _check_real(asked: Asked, *, renderer: str, link: str, data: str | None) -> None:
+def _check_real(
+    wanted: Suite, asked: Asked, *, renderer: str, link: str, data: str | None, keep_estimates: bool
+) -> None:
     """Raise ValueError for arguments of simulated episodes."""
     steered = (*asked.scenarios, *asked.presets, *asked.controllers)
     check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
     for name, mine, default in (("renderer", renderer, "raster"), ("link", link, "prompt"), ("data", data, None)):
         check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
+    kept = keep_estimates and wanted.on_sequences is None
+    check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)
 
 
 def _registered(wanted: Suite) -> dict[str, Entrant]:
@@ -210,12 +214,6 @@ def _registered(wanted: Suite) -> dict[str, Entrant]:
 def _on_real(common: Experiment, wanted: Suite, trackers: tuple[str, ...], *, quick: bool) -> Experiment:
     """Return the experiment on what is real. Raises ValueError for unknown names."""
     on_pictures = wanted.on_sequences is not None
-    check(
-        "keep_estimates",
-        on_pictures or not common.keep_estimates,
-        "none with tracks, on which no frame is judged",
-        True,
-    )
     known = trackers_on_pictures(wanted) if on_pictures else _registered(wanted)
     able = (name for name, each in known.items() if each.available() and not (quick and each.role == "variant"))
     experiment = replace(

@@ -98,7 +98,7 @@ class Exits(Holds):
         os._exit(3)
 
 
-@register("fake_exits", role="external", summary="ends its process on the first gap", suites=("fish",))
+@register("fake_dies", role="external", summary="ends its process on the first gap", suites=("fish",))
 class ExitsAlone(HoldsAlone):
     """Follows no fish, and ends its process."""
 
