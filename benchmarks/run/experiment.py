@@ -97,14 +97,16 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     check_names(experiment)
     make_folder(out)
     made_now = made_now_of(experiment)
+    # Workers of an earlier run may have been started in another folder.
+    whole = out.resolve()
     if experiment.real:
         on_real = _editions_on_real(experiment)
         have, moved = up_to_date_on(experiment.real, experiment.suite, on_real, out)
-        every_job, total = _jobs_on_real(experiment, on_real, out), len(experiment.real) * len(on_real)
+        every_job, total = _jobs_on_real(experiment, on_real, whole), len(experiment.real) * len(on_real)
     else:
         editions = _editions(experiment)
         have, moved = up_to_date(out, experiment.seeds, made_now)
-        every_job, total = _jobs(experiment, editions, out), len(experiment.seeds) * sum(map(len, editions.values()))
+        every_job, total = _jobs(experiment, editions, whole), len(experiment.seeds) * sum(map(len, editions.values()))
     if experiment.keep_estimates:
         have = _with_estimates(out, have, made_now)
     jobs = (_remaining(job, have) for job in every_job)
