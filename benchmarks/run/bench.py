@@ -85,7 +85,7 @@ def bench(
         ValueError: for unknown names and values out of range, before any run; names the argument.
         ChildProcessError: if a worker process ends outside of any tracker; the same call continues.
 
-    A tracker that fails, or gave no answer on frames of this run, is scored as such and told by a
+    A tracker that fails, or gave no answer or odd ones on frames of this run, is scored as such and told by a
     ``ContestantWarning``; ``outcome.failures`` of the results has every failure.
     """
     check("suite", isinstance(suite, str | Suite), "a name or a Suite; each suite has results of its own", repr(suite))
@@ -127,7 +127,7 @@ def bench(
     for experiment in experiments:
         with progress(_title(wanted, experiment)) as report, _damage_told(data):
             outcome = outcome.followed_by(run(experiment, folder, report))
-    for line in (*outcome.failures_in_words(), *outcome.silence_in_words(wanted.silence)):
+    for line in (*outcome.failures_in_words(), *outcome.oddities_in_words(wanted.silence)):
         warnings.warn(line, ContestantWarning, stacklevel=2)
     return Results(folder, outcome)
 

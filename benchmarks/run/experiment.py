@@ -117,6 +117,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
         outcome.episodes += len(result.blocks)
         outcome.failures += result.failures
         outcome.silent += result.silent
+        outcome.oddities += result.oddities
         report(len(have) + outcome.episodes, total)
     with contextlib.suppress(OSError):
         (out / _NOTES).rmdir()

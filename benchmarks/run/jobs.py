@@ -20,7 +20,9 @@ from benchmarks.run.contestants import Entrant, entrant
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import Guard, GuardedContestant, GuardedController, guarded
 from benchmarks.run.notes import Note, note_at
+from benchmarks.run.oddities import AnswerWatch, Oddities
 from benchmarks.run.own_modules import load_modules
+from benchmarks.run.process_state import ProcessState
 from benchmarks.run.records import Row
 from benchmarks.run.steering import controller_for
 from benchmarks.suites.judging import Judge, ScoreSheet
@@ -100,12 +102,14 @@ class JobResult:
         blocks: rows, a block for each tracker.
         failures: trackers that failed.
         silent: tracker → number of frames without an answer.
+        oddities: of the answers, and what is left running.
     """
 
     job: Job
     blocks: list[list[Row]]
     failures: list[Failure]
     silent: Counter[str]
+    oddities: Oddities = field(default_factory=Oddities)
 
 
 @dataclass
@@ -168,16 +172,19 @@ def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> It
     scenario = catalog.scenario(job.scenario)
     controller = link = None
     if job.controller is not None:
-        steers = controller_for(job.controller, scenario.carrier.name, job.link, job.controller_values)
-        controller = GuardedController(steers, job.limit_s)
-    episode = episode_of(job, truth)
+        with (state := ProcessState()).applied():
+            steers = controller_for(job.controller, scenario.carrier.name, job.link, job.controller_values)
+        controller = GuardedController(steers, job.limit_s, state)
+    episode, watchers = episode_of(job, truth), list[_Watcher]()
     try:
         if controller is not None and job.link is not None:
             link = episode_link(scenario.carrier, episode.rate_hz, link_named(job.link), job.seed)
-        watchers = _watchers(job, episode, note)
+        watchers += _watchers(job, episode, note)
         yield OpenJob(job, Loop(episode, [each.guard for each in watchers], link), watchers, controller)
     finally:
         episode.close()
+        for guard in (*(each.guard for each in watchers), *([] if controller is None else [controller])):
+            guard.close()
 
 
 def episode_of(job: Job, truth: TruthExtent) -> Episode:
@@ -222,7 +229,17 @@ def run_job(job: Job) -> JobResult:
     result = _result(live, sheets, seconds)
     if keeping is not None and job.estimates is not None:
         keeping.write(job.estimates, result.blocks, [(each.label, each.guard) for each in live.watchers])
-    return result
+    return replace(result, oddities=_oddities(live))
+
+
+def _oddities(live: OpenJob) -> Oddities:
+    """Return what was odd about the contestants of a closed episode."""
+    found = Oddities()
+    for each in live.watchers:
+        found.add(each.label, each.guard.watch, each.guard.left)
+    if live.controller is not None:
+        found.add(str(live.job.controller), AnswerWatch(), live.controller.left)
+    return found
 
 
 def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
@@ -241,14 +258,16 @@ def _keeping(judge: Judge) -> KeepingJudge:
 
 def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:
     watchers = []
-    scenario, many = catalog.scenario(job.scenario), suite(job.suite).follows_many
+    judging, scenario = suite(job.suite), catalog.scenario(job.scenario)
     for label in job.trackers:
         entered = entrant(*job.settings.get(label, (label,)))
         write = (lambda frame: None) if note is None else partial(note.write, label)
         for repeat in range(1 if entered.reproducible else job.repeats):
             rng = tracker_stream(job.seed, entered.name, repeat)
-            contestant = entered.create(episode, scenario, rng, many)
-            how = {"note": write, "ends_process_at": job.deadly.get(label)}
+            with (state := ProcessState()).applied():
+                contestant = entered.create(episode, scenario, rng, judging.follows_many)
+            how = {"state": state, "needs_depth": judging.needs_depth, "note": write}
+            how |= {"ends_process_at": job.deadly.get(label)}
             watchers.append(_Watcher(label, entered, repeat, guarded(contestant, job.limit_s, **how)))
     return watchers
 
