@@ -188,12 +188,12 @@ def _copy(name: str, value: Any, expected: str) -> NDArray[np.float64]:
         numbers: NDArray[Any] = np.asarray(value.detach().cpu() if hasattr(value, "detach") else value)
         if numbers.dtype.kind == "c":
             raise TypeError
-        return numbers.astype(np.float32 if numbers.dtype == np.float32 else np.float64)  # type: ignore[return-value]
+        return numbers.astype(np.float32 if numbers.dtype == np.float32 else np.float64)
     except Exception:
         raise ValueError(f"{name}: expected {expected}, got {_in_words(value)}") from None
 
 
-def _of_shape(name: str, array: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.floating]:
+def _of_shape(name: str, array: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
     if array.shape != shape:
         raise ValueError(f"{name}: expected the shape {shape}, got {array.shape}")
     return array

@@ -30,7 +30,7 @@ from trackers import registry
 from trackers.atomic_file import write_atomic
 
 LIMIT_S = 600.0
-"""Time limit for one frame, ten times that of a bench: a loaded machine must not decide a score."""
+"""Limit of CPU time for one frame, ten times that of a bench: a slow machine must not decide a score."""
 
 
 @dataclass(frozen=True)

@@ -74,7 +74,7 @@ def bench(
         quick: small presets, no variants, one repeat.
         out: folder of the results; None = ``results/SUITE``, or ``results/quick``.
         workers: processes; None = one per core, 0 = this process.
-        limit_s: time limit in seconds for one frame of a tracker.
+        limit_s: most CPU time in seconds for one frame of a tracker; it may wait, e.g. sleep, ten times as long.
         modules: modules of yours to import first, also in the workers; they register trackers, metrics and so on.
         backend: joblib's backend.
         data: folder or URL of a data set with the episodes, whose scenario, preset and renderer are given.

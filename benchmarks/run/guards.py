@@ -69,8 +69,8 @@ class Guard:
         try:
             with self._state.applied(), at_most(self._limit_s) as watch:
                 yield watch
-        except TooSlow:
-            self.fail(frame, f"took longer than {self._limit_s:g} s over one {answer or self._answer}")
+        except TooSlow as slow:
+            self.fail(frame, f"took longer than {slow} over one {answer or self._answer}")
         except (Exception, GeneratorExit) as error:
             self.place = place_of(error)
             self.fail(frame, reason_of(error))
@@ -96,8 +96,8 @@ class GuardedContestant(Guard):
         note: Callable[[int], None] = lambda frame: None,
         ends_process_at: int | None = None,
     ) -> None:
-        """``needs_depth``: see ``AnswerWatch``. ``note`` is called before each frame. On frame ``ends_process_at`` an earlier attempt ended its process: the
-        contestant fails there without being called.
+        """``needs_depth``: see ``AnswerWatch``. ``note`` is called before each frame. On frame ``ends_process_at`` an
+        earlier attempt ended its process: the contestant fails there without being called.
         """
         super().__init__(limit_s, "frame", state)
         self._silence: Answer = SILENT

@@ -51,7 +51,7 @@ class Job:
         link: how commands reach the camera's carrier, see ``scenarios.command_link``; None = unchanged.
         modules: users' own modules to import first.
         repeats: runs of a tracker whose random numbers no seed reaches.
-        limit_s: time limit of a tracker for one frame.
+        limit_s: of CPU time of a tracker for one frame, see ``time_limit.at_most``.
         notes: folder for the worker's note, which explains a crash; None = no note.
         editions: tracker → ``editions`` of its rows, from the start of the experiment.
         settings: label in ``trackers`` → the tracker's name and its parameter values.

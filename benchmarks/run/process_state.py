@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import operator
 import os
 import random
 import signal
@@ -16,6 +17,7 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
@@ -44,12 +46,6 @@ def _move_to(folder: str | None) -> None:
         os.chdir(folder)  # type: ignore[arg-type]
 
 
-def _set_warnings(filters: list[Any]) -> None:
-    # Setting one makes the module forget what it has decided by the old ones.
-    warnings.resetwarnings()
-    warnings.filters[:] = filters  # type: ignore[index]
-
-
 def _numpy_stream() -> tuple[Any, ...]:
     # What users' trackers draw from, not ours.
     name, keys, *rest = np.random.get_state()  # noqa: NPY002
@@ -62,9 +58,14 @@ def _set_numpy_stream(state: tuple[Any, ...]) -> None:
 
 
 _SETTINGS: dict[str, Setting] = {
+    # Old code needs ``np.int = int``; ``np.bool = bool`` breaks NumPy itself.
+    "NumPy's names": (lambda: dict(vars(np)), lambda names: vars(np).update(names)),
     "NumPy's error state": (np.geterr, lambda state: np.seterr(**state)),
     "the working directory": (_folder, _move_to),
-    "the filters of warnings": (lambda: list(warnings.filters), _set_warnings),
+    "the filters of warnings": (
+        lambda: list(warnings.filters),
+        partial(operator.setitem, warnings.filters, slice(None)),
+    ),
     "OpenCV's threads": (cv2.getNumThreads, cv2.setNumThreads),
     "numba's threads": (numba.get_num_threads, numba.set_num_threads),
     "Python's random numbers": (random.getstate, random.setstate),
