@@ -158,6 +158,10 @@ class GuardedContestant(Guard):
 
     def _runs_on(self, frame: int) -> bool:
         self._frames = frame + 1
+        return self._begins(frame)
+
+    def _begins(self, frame: int) -> bool:
+        """Note that it runs on a frame, the number of frames for after the last one; return whether it may."""
         if frame == self._ends_process_at:
             self.fail(frame, "ended its process (killed, crashed or stuck in compiled code)")
         self._note(frame)
@@ -237,7 +241,7 @@ class GuardedMany(GuardedContestant):
 
     def _revised(self) -> Sequence[Sequence[Track]] | None:
         revised = None
-        if self.reason is None:
+        if self._begins(self._frames):
             with self.guarded(self._frames, "revision") as watch:
                 revised = self._contestant.revised()
                 if revised is not None:

@@ -225,10 +225,10 @@ def run_job(job: Job) -> JobResult:
             if frame.truth.frame == 0:
                 check_truth(frame.truth)
             take_in(live.loop, judge, sheets)
-    seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
-    result = _result(live, sheets, seconds)
-    if keeping is not None and job.estimates is not None:
-        keeping.write(job.estimates, result.blocks, [(each.label, each.guard) for each in live.watchers])
+        seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
+        result = _result(live, sheets, seconds)
+        if keeping is not None and job.estimates is not None:
+            keeping.write(job.estimates, result.blocks, [(each.label, each.guard) for each in live.watchers])
     return replace(result, oddities=_oddities(live))
 
 
