@@ -19,9 +19,11 @@ from benchmarks.run.failures import Failure
 from benchmarks.run.guards import GuardedContestant, guarded
 from benchmarks.run.jobs import take_in
 from benchmarks.run.outcome import Outcome
+from benchmarks.run.process_state import ProcessState
 from benchmarks.run.records import FILE_NAME, REAL, BlockKey, Row, append_block, read_blocks, tidy
 from benchmarks.scores.summary import write_summary
 from benchmarks.sequences.episode import USUAL_FOCAL, SequenceEpisode
+from benchmarks.sequences.odd_boxes import odd_boxes
 from benchmarks.sequences.sequence import BoxedSequence, Collection
 from benchmarks.suites.registry import Suite
 from scenarios.loop import Loop, tracker_stream
@@ -92,6 +94,8 @@ def run_on_sequences(
     total = len(chosen) * sum(len(each.sequences) for each in collections)
     unknown = f"{USUAL_FOCAL:g} times the longer side of the picture is taken"
     print(f"note: the sequences tell no focal length: {unknown}", file=sys.stderr)
+    for odd in odd_boxes(collections):
+        print(f"note: {odd}", file=sys.stderr)
     progress(len(have), total)
     for collection in collections:
         for number, sequence in enumerate(collection.sequences):
@@ -166,6 +170,8 @@ def _blocks(
         yield as_block(heading, scores, None, len(sequence.pictures), run.suite.events.key, tail)
     for each in watchers:
         guard = each.guard
+        guard.close()
+        outcome.oddities.add(each.name, guard.watch, guard.left)
         if guard.failed_at_frame is None:
             outcome.silent[each.name] += guard.silent_frames
         else:
@@ -175,8 +181,9 @@ def _blocks(
 
 def _watchers(run: _Run, number: int, name: str) -> Iterator[_Watcher]:
     for repeat in range(1 if run.trackers[name].reproducible else run.repeats):
-        contestant = contestant_of_one(name, tracker_stream(number, name, repeat))
-        yield _Watcher(name, repeat, guarded(contestant, run.limit_s))
+        with (state := ProcessState()).applied():
+            contestant = contestant_of_one(name, tracker_stream(number, name, repeat))
+        yield _Watcher(name, repeat, guarded(contestant, run.limit_s, state=state))
 
 
 def _heading(run: _Run, collection: Collection, number: int, sequence: BoxedSequence, tracker: str) -> Row:
