@@ -95,7 +95,8 @@ class Bench(WithModules):
         out: folder for records.jsonl, summary.json, comparisons.json and report.html (default:
             results/SUITE, with --quick results/quick).
         workers: number of worker processes; 0 = run in this process.
-        limit_s: time limit in seconds for one frame of a tracker.
+        limit_s: most CPU time in seconds for one frame of a tracker, of all its threads; it may wait, e.g. sleep or
+            be kept from a core by others, until ten times as many seconds went by.
         backend: joblib backend; the default starts processes on this machine.
         metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
         plot: words of the titles of the plots in the report, e.g. found again (default: all).

@@ -83,7 +83,7 @@ def bench(
         quick: small presets, no variants, one repeat.
         out: folder of the results; None = ``results/SUITE``, ``results/quick``, or ``results/SUITE-real``.
         workers: processes; None = one per core, 0 = this process.
-        limit_s: time limit in seconds for one frame of a tracker.
+        limit_s: most CPU time in seconds for one frame of a tracker; it may wait, e.g. sleep, ten times as long.
         modules: modules of yours to import first, also in the workers; they register trackers, metrics and so on.
         backend: joblib's backend.
         data: folder or URL of a data set with the episodes, whose scenario, preset and renderer are given.
@@ -96,7 +96,7 @@ def bench(
         ValueError: for unknown names and values out of range, before any run; names the argument.
         ChildProcessError: if a worker process ends outside of any tracker; the same call continues.
 
-    A tracker that fails, or gave no answer on frames of this run, is scored as such and told by a
+    A tracker that fails, or gave no answer or odd ones on frames of this run, is scored as such and told by a
     ``ContestantWarning``; ``outcome.failures`` of the results has every failure. So is a sequence or recording that
     cannot be used, of which there are no rows; the others are scored.
     """
@@ -156,7 +156,7 @@ def bench(
         with progress(_title(wanted, experiment)) as report, _damage_told(data):
             outcome = outcome.followed_by(run(experiment, folder, report))
     silence = wanted.silence_in(REAL if paths else "")
-    for line in (*outcome.unusable, *outcome.failures_in_words(), *outcome.silence_in_words(silence)):
+    for line in (*outcome.unusable, *outcome.failures_in_words(), *outcome.oddities_in_words(silence)):
         warnings.warn(line, ContestantWarning, stacklevel=2)
     return Results(folder, outcome)
 

@@ -10,6 +10,7 @@ from typing import Any, NoReturn, ParamSpec, Protocol, TypeVar
 import numpy as np
 
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
+from benchmarks.run.own_inputs import own
 from benchmarks.run.stale_kernels import forget_stale_kernels
 from benchmarks.suites.registry import DEFAULT, Scene, Suite, suites
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
@@ -158,7 +159,8 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
         if entry.follows_many and many:
             return ManyBlindfolded(tracker) if entry.role == "blind" else _OfMany(tracker)
         if entry.follows_many:
-            return _OfOne(FollowOne(tracker, episode.start.background, episode.start.site))
+            start = own(episode.start)
+            return _OfOne(FollowOne(tracker, start.background, start.site))
         return Blindfolded(tracker, scenario.target) if entry.role == "blind" else _OfOne(tracker)
 
     return Entrant(

@@ -48,7 +48,7 @@ class Experiment:
         link: how commands reach the carrier where controllers are contestants; elsewhere commands arrive unchanged.
         workers: processes; 0 = this process (then a tracker that ends its process ends the run).
         repeats: runs per episode of a tracker whose random numbers no seed reaches.
-        limit_s: time limit of a tracker for one frame.
+        limit_s: of CPU time of a tracker for one frame, see ``time_limit.at_most``.
         settings: name in ``trackers`` → the entrant that runs under it, and its parameter values.
         changes: name in ``presets`` → the preset that it is a change of, and its changed fields.
         modules: users' own modules to import first.
@@ -130,6 +130,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
         outcome.episodes += len(result.job.trackers)
         outcome.failures += result.failures
         outcome.silent += result.silent
+        outcome.oddities += result.oddities
         outcome.unusable += [result.unusable] if result.unusable not in ("", *outcome.unusable) else []
         report(len(have) + outcome.episodes, total)
     with contextlib.suppress(OSError):

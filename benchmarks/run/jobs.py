@@ -20,7 +20,9 @@ from benchmarks.run.contestants import Entrant, contestant_of_one, entrant, gap_
 from benchmarks.run.failures import ENDED_PROCESS, Failure
 from benchmarks.run.guards import Guard, GuardedContestant, GuardedController, GuardedGapMethod, guarded
 from benchmarks.run.notes import Note, note_at
+from benchmarks.run.oddities import AnswerWatch, Oddities
 from benchmarks.run.own_modules import load_modules
+from benchmarks.run.process_state import ProcessState
 from benchmarks.run.real import RealEpisode
 from benchmarks.run.records import REAL, Row
 from benchmarks.run.steering import controller_for
@@ -52,7 +54,7 @@ class Job:
         link: how commands reach the camera's carrier, see ``scenarios.command_link``; None = unchanged.
         modules: users' own modules to import first.
         repeats: runs of a tracker whose random numbers no seed reaches.
-        limit_s: time limit of a tracker for one frame.
+        limit_s: of CPU time of a tracker for one frame, see ``time_limit.at_most``.
         notes: folder for the worker's note, which explains a crash; None = no note.
         editions: tracker → ``editions`` of its rows, from the start of the experiment.
         settings: label in ``trackers`` → the tracker's name and its parameter values.
@@ -111,6 +113,7 @@ class JobResult:
             package is missing.
         failures: trackers that failed.
         silent: tracker → number of frames without an answer.
+        oddities: of the answers, and what is left running.
         unusable: why there is no row about this recording; "" if there are some.
     """
 
@@ -118,6 +121,7 @@ class JobResult:
     blocks: list[list[Row]] = field(default_factory=list)
     failures: list[Failure] = field(default_factory=list)
     silent: Counter[str] = field(default_factory=Counter)
+    oddities: Oddities = field(default_factory=Oddities)
     unusable: str = ""
 
 
@@ -181,16 +185,19 @@ def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> It
     controller = link = None
     if job.controller is not None:
         scenario = catalog.scenario(job.scenario)
-        steers = controller_for(job.controller, scenario.carrier.name, job.link, job.controller_values)
-        controller = GuardedController(steers, job.limit_s)
-    episode = episode_of(job, truth)
+        with (state := ProcessState()).applied():
+            steers = controller_for(job.controller, scenario.carrier.name, job.link, job.controller_values)
+        controller = GuardedController(steers, job.limit_s, state)
+    episode, watchers = episode_of(job, truth), list[_Watcher]()
     try:
         if controller is not None and job.link is not None:
             link = episode_link(scenario.carrier, episode.rate_hz, link_named(job.link), job.seed)
-        watchers = _watchers(job, episode, note)
+        watchers += _watchers(job, episode, note)
         yield OpenJob(job, Loop(episode, [each.guard for each in watchers], link), watchers, controller)
     finally:
         episode.close()
+        for guard in (*(each.guard for each in watchers), *([] if controller is None else [controller])):
+            guard.close()
 
 
 def episode_of(job: Job, truth: TruthExtent) -> Episode:
@@ -248,11 +255,21 @@ def _run_on_pictures(job: Job) -> JobResult:
             if frame.truth.frame == 0:
                 check_truth(frame.truth)
             take_in(live.loop, judge, sheets)
-    seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
-    result = _result(live, sheets, seconds)
-    if keeping is not None and job.estimates is not None:
-        keeping.write(job.estimates, result.blocks, [(each.label, each.guard) for each in live.watchers])
-    return result
+        seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
+        result = _result(live, sheets, seconds)
+        if keeping is not None and job.estimates is not None:
+            keeping.write(job.estimates, result.blocks, [(each.label, each.guard) for each in live.watchers])
+    return replace(result, oddities=_oddities(live))
+
+
+def _oddities(live: OpenJob) -> Oddities:
+    """Return what was odd about the contestants of a closed episode."""
+    found = Oddities()
+    for each in live.watchers:
+        found.add(each.label, each.guard.watch, each.guard.left)
+    if live.controller is not None:
+        found.add(str(live.job.controller), AnswerWatch(), live.controller.left)
+    return found
 
 
 def _judge_of(job: Job, episode: Episode) -> Judge:
@@ -282,6 +299,9 @@ def _run_on_tracks(job: Job, recording: Recording) -> JobResult:
                 guard.fail(0, ENDED_PROCESS)
             bridges = partial(GuardedGapMethod, method, guard, 0)
             blocks = list(recording.scores(Ending(new_gap_method=bridges)))
+        guard.close()
+    oddities = Oddities()
+    oddities.add(name, AnswerWatch(), guard.left)
     seconds = round((time.perf_counter() - started) / max(len(blocks), 1), 3)
     heading = heading_of(job, name, entrant(name).role) | {"blocks": len(blocks)}
     ending = {"seconds": seconds, "editions": job.editions.get(name, {})}
@@ -303,7 +323,7 @@ def _run_on_tracks(job: Job, recording: Recording) -> JobResult:
     if guard.reason is not None:
         where = (name, job.scenario, job.preset, job.seed, 0)
         failures.append(Failure(*where, guard.reason, "predicted nothing", guard.place))
-    return JobResult(job, rows, failures, unusable=unusable)
+    return JobResult(job, rows, failures, oddities=oddities, unusable=unusable)
 
 
 def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
@@ -322,17 +342,20 @@ def _keeping(judge: Judge) -> KeepingJudge:
 
 def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:
     watchers = []
+    judging = suite(job.suite)
     scenario = None if job.real is not None else catalog.scenario(job.scenario)
-    many = suite(job.suite).follows_many
     for label in job.trackers:
         entered = entrant(*job.settings.get(label, (label,)))
         write = (lambda frame: None) if note is None else partial(note.write, label)
         for repeat in range(1 if entered.reproducible else job.repeats):
             rng = tracker_stream(job.seed, entered.name, repeat)
-            contestant = (
-                contestant_of_one(label, rng) if scenario is None else entered.create(episode, scenario, rng, many)
-            )
-            how = {"note": write, "ends_process_at": job.deadly.get(label)}
+            with (state := ProcessState()).applied():
+                if scenario is None:
+                    contestant = contestant_of_one(label, rng)
+                else:
+                    contestant = entered.create(episode, scenario, rng, judging.follows_many)
+            how = {"state": state, "needs_depth": judging.needs_depth, "note": write}
+            how |= {"ends_process_at": job.deadly.get(label)}
             watchers.append(_Watcher(label, entered, repeat, guarded(contestant, job.limit_s, **how)))
     return watchers
 

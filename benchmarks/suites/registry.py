@@ -122,6 +122,7 @@ class Suite:
         contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
         truth: extent of the truth that the judge needs.
         follows_many: whether contestants answer with the tracks of many targets.
+        needs_depth: whether a track without ``depth_m`` scores nothing.
         recordings: reads files of real tracks, see ``frameout bench --real``: the recordings, notes for the user, and
             what is wrong with files that cannot be used, a line each; None: the suite judges none.
         on_sequences: judges trackers on real sequences, see ``frameout bench --real``; None: the suite does not.
@@ -155,6 +156,7 @@ class Suite:
     contestants: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"
     follows_many: bool = False
+    needs_depth: bool = False
     recordings: Callable[[Sequence[Path]], tuple[Sequence[Recording], list[str], list[str]]] | None = None
     on_sequences: OnSequences | None = None
     ratios_on_files: Callable[[Sequence[Row]], Iterable[str]] = lambda _: ()

@@ -56,7 +56,7 @@ AHEAD = CameraCommand(forward_mps=5.0)
 )
 def test_one_that_fails_commands_nothing_from_there_on(answer: object, reason: str) -> None:
     controller = Scripted([AHEAD, answer, AHEAD])
-    guard = GuardedController(controller, limit_s=0.2)
+    guard = GuardedController(controller, limit_s=0.02)
     given = [guard.command(PICTURE, SOMEWHERE) for _ in range(3)]
     assert given == [AHEAD, CameraCommand(), CameraCommand()]
     assert len(controller.asked) == 2
