@@ -9,6 +9,7 @@ from pathlib import Path
 import cv2
 
 from benchmarks.run.own_inputs import COPY_IT
+from benchmarks.run.records import REAL
 
 _ROOT = Path(__file__).parents[2]
 _PACKAGES = ("benchmarks", "scenarios", "sim", "trackers")
@@ -42,8 +43,10 @@ class Failure:
     sequence: str = ""
 
     def __str__(self) -> str:
-        episode = f"sequence {self.sequence}" if self.sequence else f"seed {self.seed}"
-        where = f"{self.scenario} {self.preset}, {episode}, frame {self.frame}"
+        where = f"{self.scenario} {self.preset}"
+        if self.sequence or self.scenario != REAL:  # Tracks are asked about as a whole.
+            episode = f"sequence {self.sequence}" if self.sequence else f"seed {self.seed}"
+            where += f", {episode}, frame {self.frame}"
         place = f" ({self.place})" if self.place else ""
         return f"{self.tracker} failed in {where}: {self.reason}{place}; from there on it has {self.since}"
 
