@@ -62,7 +62,8 @@ def reason_of(error: BaseException) -> str:
         text = "(it has no text that can be read)"
     line = " ".join(text.split()) if isinstance(error, cv2.error) else next(iter(text.strip().splitlines()), "")
     shown = "".join(letter if letter.isprintable() else " " for letter in line[:_LONGEST])
-    hint = f"; {COPY_IT}" if isinstance(error, _OF_ARRAYS) and any(words in text for words in _READ_ONLY) else ""
+    is_read_only = isinstance(error, _OF_ARRAYS) and any(words in text for words in _READ_ONLY)
+    hint = f"; {COPY_IT}" if is_read_only and COPY_IT not in text else ""
     return f"{type(error).__name__}: {shown}{hint}"
 
 

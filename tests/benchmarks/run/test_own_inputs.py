@@ -99,5 +99,6 @@ def test_no_offender_changes_the_rows_of_another_and_each_is_named() -> None:
     for name, (changed, _) in fakes_offenders.CHANGES.items():
         frame, reason = told.pop(name)
         assert frame == fakes_offenders.STRIKES_AT
-        assert reason.startswith(f"ValueError: {changed}: expected it as it was given, got it changed")
+        assert reason.startswith(f"ValueError: {changed}: expected it as it was given, got it changed; inputs are read")
+        assert reason.count("read-only") == 1
     assert told == {}
