@@ -1,86 +1,148 @@
-"""Checks of a tracker's answer, an estimate or the tracks of many targets, against its contract."""
+"""Checks of a tracker's answer, an estimate or the tracks of many targets, against its contract.
+
+What passes is returned with arrays of its own, and numbers as NumPy's: that is what is judged and kept. Of what popular
+trackers answer, lists, tensors, NumPy's scalars, whole numbers as floats and generators of tracks are taken as well.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from numbers import Integral
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.types import Estimate, Track
 
+MOST_PARTICLES = 10_000
+"""A posterior is judged by all pairs of its particles: of so many it takes a quarter of a second."""
 _WEIGHT_TOLERANCE = 1e-3
+_PROBABILITY_TOLERANCE = 1e-4
+"""Rounding of a sum of single-precision numbers."""
+_IDENTITIES = 2**63
+_TRACKS = "a sequence of Tracks, () without any"
 
 
-def check_estimate(estimate: Estimate) -> None:
-    """Raise ValueError, naming the field, what was expected and what came, if an estimate breaks its contract.
+def check_estimate(estimate: Estimate) -> Estimate:
+    """Return an estimate with arrays of its own, see ``_array``.
 
     A position of NaN is allowed: it means that there is no estimate. So are particles that are not finite, e.g. of
     points behind the camera.
+
+    Raises:
+        ValueError: if it breaks its contract; names the field, what was expected and what came.
     """
     if not isinstance(estimate, Estimate):
-        raise ValueError(f"update: expected an Estimate, got {type(estimate).__name__}")
+        expected = "an Estimate, with a position of NaN where there is none"
+        raise ValueError(f"update: expected {expected}, got {_kind_of(estimate)}")
     position = _array("position_px", estimate.position_px, (2,))
     silent = bool(np.isnan(position).all())
     if not silent:
         _finite("position_px", position)
-    if estimate.box_xyxy is not None:
-        box = _array("box_xyxy", estimate.box_xyxy, (4,))
-        if not silent:
-            _finite("box_xyxy", box)
-            if not (box[2:] >= box[:2]).all():
-                raise ValueError(f"box_xyxy: expected x_min <= x_max and y_min <= y_max, got {box.tolist()}")
-    if estimate.heading_rad is not None:
-        heading = _array("heading_rad", estimate.heading_rad, ())
-        if not silent:
-            _finite("heading_rad", heading)
-    if estimate.depth_m is not None:
-        depth_m = float(_array("depth_m", estimate.depth_m, ()))
-        if not silent and not 0.0 < depth_m < np.inf:
-            raise ValueError(f"depth_m: expected a finite number > 0, got {depth_m}")
-    if estimate.centre_line_px is not None:
-        _array("centre_line_px", estimate.centre_line_px, (np.size(estimate.centre_line_px) // 2, 2))
-    check_probability("in_view_probability", estimate.in_view_probability)
-    _check_posterior(estimate, silent)
+    return Estimate(
+        position,
+        box_xyxy=None if estimate.box_xyxy is None else _box(estimate.box_xyxy, silent),
+        heading_rad=None if estimate.heading_rad is None else _heading_rad(estimate.heading_rad, silent),
+        in_view_probability=check_probability("in_view_probability", estimate.in_view_probability),
+        **_posterior(estimate, silent),
+        depth_m=None if estimate.depth_m is None else _depth_m(estimate.depth_m, silent),
+        centre_line_px=None if estimate.centre_line_px is None else _points("centre_line_px", estimate.centre_line_px),
+    )
 
 
-def check_tracks(tracks: Sequence[Track]) -> None:
-    """Raise ValueError, naming the field, what was expected and what came, if tracks break their contract.
+def check_tracks(tracks: Iterable[Track]) -> tuple[Track, ...]:
+    """Return tracks with arrays of their own, see ``check_estimate``.
 
     There may be any number of them. A position of NaN means that the track has no estimate on this picture.
+
+    Raises:
+        ValueError: if they break their contract; names the field, what was expected and what came.
     """
-    if not isinstance(tracks, Sequence) or isinstance(tracks, str):
-        raise ValueError(f"update: expected a sequence of Tracks, got {type(tracks).__name__}")
-    seen: set[int] = set()
+    if not isinstance(tracks, Iterable) or isinstance(tracks, str | Mapping | np.ndarray):
+        raise ValueError(f"update: expected {_TRACKS}, got {_kind_of(tracks)}")
+    checked: dict[int, Track] = {}
     for track in tracks:
         if not isinstance(track, Track):
-            raise ValueError(f"update: expected Tracks, got {type(track).__name__}")
-        if not isinstance(track.identity, Integral) or isinstance(track.identity, bool) or track.identity < 0:
-            raise ValueError(f"identity: expected a whole number >= 0, got {track.identity!r:.60}")
-        if track.identity in seen:
-            raise ValueError(f"identity: expected each once in an answer, got {track.identity} twice")
-        seen.add(int(track.identity))
-        check_estimate(track.estimate)
+            raise ValueError(f"update: expected {_TRACKS}, got one of {_kind_of(track)}")
+        identity = _identity(track.identity)
+        if identity in checked:
+            raise ValueError(f"identity: expected each once in an answer, got {identity} twice")
         if track.kind is not None and not isinstance(track.kind, str):
-            raise ValueError(f"kind: expected a name or None, got {track.kind!r:.60}")
-        if track.size_m is not None and not (_array("size_m", track.size_m, (3,)) > 0).all():
-            raise ValueError(f"size_m: expected numbers > 0, got {np.asarray(track.size_m).tolist()}")
-        check_probability("confidence", track.confidence)
+            raise ValueError(f"kind: expected a name or None, got {_in_words(track.kind)}")
+        checked[identity] = Track(
+            identity,
+            check_estimate(track.estimate),
+            track.kind,
+            None if track.size_m is None else _size_m(track.size_m),
+            check_probability("confidence", track.confidence),
+        )
+    return tuple(checked.values())
 
 
-def check_probability(name: str, value: float | None) -> None:
-    """Raise ValueError, naming the field, for a number that is not in [0, 1]; None is allowed."""
-    if value is not None and not 0.0 <= (probability := float(_array(name, value, ()))) <= 1.0:
+def check_probability(name: str, value: float | None) -> float | None:
+    """Return a number in [0, 1], or None. Raises ValueError, naming the field, for one further outside than rounding
+    leads.
+    """
+    if value is None:
+        return None
+    probability = _number(name, value)
+    if not -_PROBABILITY_TOLERANCE <= probability <= 1.0 + _PROBABILITY_TOLERANCE:
         raise ValueError(f"{name}: expected a number from 0 to 1, got {probability}")
+    return min(max(probability, 0.0), 1.0)
 
 
-def _check_posterior(estimate: Estimate, silent: bool) -> None:
+def _identity(value: Any) -> int:
+    try:
+        identity = int(value)
+        good = bool(identity == value) and not isinstance(value, bool | np.bool_)
+    except (TypeError, ValueError, OverflowError):
+        identity, good = -1, False
+    if not (good and 0 <= identity < _IDENTITIES):
+        unconfirmed = " (a track that is not confirmed yet is left out)" if good and identity < 0 else ""
+        raise ValueError(f"identity: expected a whole number from 0 to 2^63 - 1{unconfirmed}, got {_in_words(value)}")
+    return identity
+
+
+def _box(value: Any, silent: bool) -> NDArray[np.float64]:
+    box = _array("box_xyxy", value, (4,))
+    if not silent:
+        _finite("box_xyxy", box)
+        if not (box[2:] >= box[:2]).all():
+            raise ValueError(f"box_xyxy: expected x_min <= x_max and y_min <= y_max, got {box.tolist()}")
+    return box
+
+
+def _heading_rad(value: Any, silent: bool) -> float:
+    heading_rad = _number("heading_rad", value)
+    if not silent:
+        _finite("heading_rad", np.asarray(heading_rad))
+    return heading_rad
+
+
+def _depth_m(value: Any, silent: bool) -> float:
+    depth_m = _number("depth_m", value)
+    if not silent and not 0.0 < depth_m < np.inf:
+        raise ValueError(f"depth_m: expected a finite number > 0, got {depth_m}")
+    return depth_m
+
+
+def _size_m(value: Any) -> NDArray[np.float64]:
+    size_m = _array("size_m", value, (3,))
+    if not (size_m > 0).all():
+        raise ValueError(f"size_m: expected numbers > 0, got {size_m.tolist()}")
+    return size_m
+
+
+def _posterior(estimate: Estimate, silent: bool) -> dict[str, NDArray[np.float64] | None]:
+    """Return the fields of an estimate's posterior."""
+    particles = weights = covariance = None
     if estimate.particles_px is not None:
-        count = len(np.asarray(estimate.particles_px))
+        particles = _points("particles_px", estimate.particles_px)
+        count = len(particles)
         if count == 0:
             raise ValueError("particles_px: expected at least one particle, got none")
-        _array("particles_px", estimate.particles_px, (count, 2))
+        if count > MOST_PARTICLES:
+            raise ValueError(f"particles_px: expected at most {MOST_PARTICLES:,} (thin them), got {count:,}")
         if estimate.weights is not None:
             weights = _array("weights", estimate.weights, (count,))
             if not (weights >= 0).all() or abs(weights.sum() - 1.0) > _WEIGHT_TOLERANCE:
@@ -90,23 +152,48 @@ def _check_posterior(estimate: Estimate, silent: bool) -> None:
                 )
     elif estimate.weights is not None:
         raise ValueError("weights: expected None without particles_px, got an array")
-    if estimate.covariance_px is None:
-        return
-    covariance = _array("covariance_px", estimate.covariance_px, (2, 2))
-    if not silent:
+    if estimate.covariance_px is not None:
+        covariance = _array("covariance_px", estimate.covariance_px, (2, 2))
+    if covariance is not None and not silent:
         _finite("covariance_px", covariance)
         scale = 1e-6 * max(float(np.abs(covariance).max()), 1e-12)
         if abs(covariance[0, 1] - covariance[1, 0]) > scale or np.linalg.eigvalsh(covariance)[0] < -scale:
             raise ValueError(
                 f"covariance_px: expected a symmetric matrix without negative eigenvalues, got {covariance.tolist()}"
             )
+    return {"particles_px": particles, "weights": weights, "covariance_px": covariance}
 
 
-def _array(name: str, value: object, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _points(name: str, value: Any) -> NDArray[np.float64]:
+    """Return points (N, 2)."""
+    points = _copy(name, value, "numbers of shape (N, 2)")
+    count = len(points) if points.ndim else 0
+    return _of_shape(name, points, (count, 2)) if points.size else np.empty((0, 2))
+
+
+def _number(name: str, value: Any) -> float:
+    """Return a number: of single precision as it is, by which a judge calculates, of others as a float."""
+    number: Any = _array(name, value, ())[()]
+    return number if number.dtype == np.float32 else float(number)  # type: ignore[no-any-return]
+
+
+def _array(name: str, value: Any, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    return _of_shape(name, _copy(name, value, f"numbers of shape {shape}"), shape)
+
+
+def _copy(name: str, value: Any, expected: str) -> NDArray[np.float64]:
+    """Return a copy of numbers: of single precision as they are, others as float64."""
     try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"{name}: expected numbers of shape {shape}, got {value!r:.60}") from None
+        # Of PyTorch: a tensor with a gradient is not an array.
+        numbers: NDArray[Any] = np.asarray(value.detach().cpu() if hasattr(value, "detach") else value)
+        if numbers.dtype.kind == "c":
+            raise TypeError
+        return numbers.astype(np.float32 if numbers.dtype == np.float32 else np.float64)
+    except Exception:
+        raise ValueError(f"{name}: expected {expected}, got {_in_words(value)}") from None
+
+
+def _of_shape(name: str, array: NDArray[np.float64], shape: tuple[int, ...]) -> NDArray[np.float64]:
     if array.shape != shape:
         raise ValueError(f"{name}: expected the shape {shape}, got {array.shape}")
     return array
@@ -115,3 +202,18 @@ def _array(name: str, value: object, shape: tuple[int, ...]) -> NDArray[np.float
 def _finite(name: str, array: NDArray[np.float64]) -> None:
     if not np.isfinite(array).all():
         raise ValueError(f"{name}: expected finite numbers, got {array.tolist()}")
+
+
+def _in_words(value: Any) -> str:
+    """Return a value as Python shows it, cut off after 60 characters, in one line; also one that cannot be shown."""
+    try:
+        shown = f"{value!r:.60}"
+    except Exception:
+        shown = f"a {type(value).__name__} that cannot be shown"
+    return " ".join(shown.split())
+
+
+def _kind_of(value: Any) -> str:
+    """Return what a value is, in words."""
+    shape = getattr(value, "shape", None)
+    return "None" if value is None else type(value).__name__ + (f" of shape {tuple(shape)}" if shape else "")

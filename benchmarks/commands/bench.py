@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
@@ -31,33 +31,24 @@ from benchmarks.commands.leaderboard import print_leaderboard
 from benchmarks.commands.printing import contestants_print_to_stderr
 from benchmarks.commands.progress import progress_bar
 from benchmarks.commands.with_modules import WithModules
-from benchmarks.report.numbers import counted
+from benchmarks.printable import printable
 from benchmarks.report.page import write_report
 from benchmarks.report.provenance import sequences_in_words
 from benchmarks.results.ledger import command_of, recorded
 from benchmarks.run.bench import bench, check_suites, stored_seeds
-from benchmarks.run.contestants import Entrant
 from benchmarks.run.experiment import check_file
 from benchmarks.run.outcome import ContestantWarning, Outcome
-from benchmarks.run.real_files import run_on_files
-from benchmarks.run.real_sequences import run_on_sequences, trackers_on_pictures
-from benchmarks.run.records import Row, read_rows
+from benchmarks.run.records import REAL, read_rows
 from benchmarks.run.selection import Asked
 from benchmarks.scores.rank_agreement import rank_agreement
 from benchmarks.scores.summary import read_summary
-from benchmarks.sequences.reading import read_collections
 from benchmarks.sequences.sequence import USUAL_RATE_HZ
 from benchmarks.suites.registry import DEFAULT, Suite, check_metrics, suite
 from sim.checks import check
-from trackers import registry
 from trackers.atomic_file import write_atomic
 
 _QUICK_SEEDS = "0:3"
 _STDOUT = "-"
-_OF_EPISODES = ("seeds", "renderer", "link", "keep_estimates", "data")
-"""Arguments that mean nothing for what is real."""
-_OF_SEQUENCES = ("layout", "target", "rate_hz", "beside")
-"""Arguments of real sequences of pictures alone."""
 
 
 @dataclass(frozen=True)
@@ -85,16 +76,17 @@ class Bench(WithModules):
             fewer, seeds.
         keep_estimates: also leave all answers of all trackers as tables, in the folder `estimates` beside the rows
             (`frameout[data]`); `frameout report --from-estimates` judges them again.
-        real: what is real in place of episodes. For the suite fish files of tracks, of TRex (npz, csv),
-            idtracker.ai (csv, h5, parquet), idTracker and Tracktor; gaps are cut out of the tracks and bridged, and
-            pieces of tracks linked; intervals are over blocks of time. For the suite frame-out folders of pictures
-            with the boxes of one target, see --layout: each folder, of one sequence or many, gets a leaderboard, in
-            pixels alone; intervals are over its sequences.
+        real: what is real in place of episodes; what cannot be used is named, and the rest is scored. For the suite
+            fish files of tracks, of TRex (npz, csv), idtracker.ai (csv, h5, parquet), idTracker and Tracktor; gaps are
+            cut out of the tracks and bridged, and pieces of tracks linked; intervals are over blocks of time. For the
+            suite frame-out folders of pictures with the boxes of one target, see --layout: each folder, of one sequence
+            or many, gets a leaderboard, in pixels alone; intervals are over its sequences.
         layout: of the folders of --real, which is recognised unless you choose it. otb: NAME/img/0001.jpg … and
             NAME/groundtruth_rect.txt, as `frameout export --format otb` writes it; uav123: data_seq/UAV123/NAME/ and
             anno/UAV123/NAME.txt, or one of either; uavdt: NAME/img000001.jpg … and anno/NAME_gt.txt, or
-            GT/NAME_gt_whole.txt with many targets. Boxes are left,top,width,height, and NaN where the target is
-            outside the picture or hidden.
+            GT/NAME_gt_whole.txt with many targets. Boxes are left,top,width,height in pixels. Where the target is
+            outside the picture or hidden they are NaN, infinite, -1,-1,-1,-1 or of no width or height, or the line is
+            empty; trackers start on the first picture that shows it.
         target: with --layout uavdt, id of the target to follow in files of many (default: the one seen most).
         rate_hz: frames a second of the pictures of --real, which no layout tells.
         beside: with --real, folder of results in simulated episodes: also prints both orders of the trackers and
@@ -103,7 +95,8 @@ class Bench(WithModules):
         out: folder for records.jsonl, summary.json, comparisons.json and report.html (default:
             results/SUITE, with --quick results/quick).
         workers: number of worker processes; 0 = run in this process.
-        limit_s: time limit in seconds for one frame of a tracker.
+        limit_s: most CPU time in seconds for one frame of a tracker, of all its threads; it may wait, e.g. sleep or
+            be kept from a core by others, until ten times as many seconds went by.
         backend: joblib backend; the default starts processes on this machine.
         metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
         plot: words of the titles of the plots in the report, e.g. found again (default: all).
@@ -187,16 +180,12 @@ class Bench(WithModules):
         """Return the folder, whether a contestant failed, and which plot is unknown, in words."""
         wanted = suite(name)
         pictures = bool(self.real) and wanted.on_sequences is not None
-        for argument in () if pictures else _OF_SEQUENCES:
-            mine, default = getattr(self, argument), getattr(type(self), argument)
-            check(argument, mine == default, "none but with --real and a suite that judges pictures", repr(str(mine)))
+        beside = pictures or self.beside is None
+        check("beside", beside, "none but with --real and a suite that judges pictures", repr(str(self.beside)))
+        if self.real:
+            check_unset(self, ("seeds",), "with --real, which runs no episodes")
         simulated = read_summary(self.beside) if self.beside is not None else []
-        if pictures:
-            out, outcome = self._run_on_sequences(wanted)
-        elif self.real:
-            out, outcome = self._run_on_files(wanted)
-        else:
-            out, outcome = self._run_episodes(wanted)
+        out, outcome = self._rows_of(wanted)
         # The folder may hold rows of other suites.
         summary = [entry for entry in outcome.summary if entry["suite"] == wanted.name]
         shows = not self.json and self.csv != _STDOUT
@@ -214,11 +203,10 @@ class Bench(WithModules):
                 print(line)
             for line in rank_agreement(wanted, summary, simulated) if self.beside is not None else ():
                 print(line)
-            print(f"rows: {out / 'records.jsonl'}\nreport: {report}")
-        judged = wanted.on_sequences if pictures and wanted.on_sequences is not None else wanted
-        for line in outcome.problems_in_words(judged.silence):
+            print(printable(f"rows: {out / 'records.jsonl'}\nreport: {report}"))
+        for line in outcome.problems_in_words(wanted.silence_in(REAL if self.real else "")):
             print(line, file=sys.stderr)
-        return out, bool(outcome.failures), unknown_plot
+        return out, outcome.failed, unknown_plot
 
     @contestants_print_to_stderr()
     def _report(self, out: Path) -> tuple[Path, str]:
@@ -232,12 +220,12 @@ class Bench(WithModules):
             return report, f"{error}; {report} has all plots"
 
     @contestants_print_to_stderr()
-    def _run_episodes(self, wanted: Suite) -> tuple[Path, Outcome]:
+    def _rows_of(self, wanted: Suite) -> tuple[Path, Outcome]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ContestantWarning)  # Told after the leaderboard.
             results = bench(
                 wanted,
-                seeds=self._seeds,
+                seeds=None if self.real else self._seeds,
                 scenario=names(self.scenario) or None,
                 preset=names(self.preset) or None,
                 trackers=names(self.trackers) or None,
@@ -252,48 +240,10 @@ class Bench(WithModules):
                 backend=self.backend,
                 data=self.data,
                 keep_estimates=self.keep_estimates,
+                real=self.real,
+                layout=self.layout,
+                target=self.target,
+                rate_hz=self.rate_hz,
                 progress=progress_bar,
             )
         return results.directory, results.outcome
-
-    def _check_real(self) -> None:
-        """Raise ValueError for arguments of episodes."""
-        steered = (*self.scenario, *self.preset, *self.controllers)
-        check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
-        check_unset(self, _OF_EPISODES, "with --real, which runs no episodes")
-        check("workers", not self.workers, "none with --real, which runs in this process", self.workers)
-        check_unset(self, ("backend",), "with --real, which runs in this process")
-
-    @contestants_print_to_stderr()
-    def _run_on_files(self, wanted: Suite) -> tuple[Path, Outcome]:
-        self._check_real()
-        known = {name: each for name, each in registry.entries().items() if wanted.name in each.suites}
-        trackers = names(self.trackers) or self._installed(known)
-        out = self.out or Path("results") / f"{wanted.name}-real"
-        with progress_bar(f"{wanted.name}, real tracks") as progress:
-            return out, run_on_files(wanted, self.real, trackers, out, self.limit_s, progress, self._origin)
-
-    @contestants_print_to_stderr()
-    def _run_on_sequences(self, wanted: Suite) -> tuple[Path, Outcome]:
-        self._check_real()
-        collections = read_collections(self.real, self.layout, self.target, self.rate_hz)
-        trackers = names(self.trackers) or self._installed(trackers_on_pictures(wanted))
-        out, runs = self.out or Path("results") / f"{wanted.name}-real", 1 if self.quick else 3
-        with progress_bar(f"{wanted.name}, real sequences, {counted(len(trackers), 'tracker')}") as report:
-            return out, run_on_sequences(wanted, collections, trackers, out, runs, self.limit_s, report, self._origin)
-
-    @property
-    def _origin(self) -> Row:
-        """Columns of rows on recordings that say how to make them again."""
-        recorded = ["--real", *map(str, self.real)]
-        for name in ("layout", "target", "rate_hz", "limit_s"):
-            value = getattr(self, name)
-            if value != getattr(type(self), name):
-                recorded += [f"--{name.replace('_', '-')}", f"{value:g}" if isinstance(value, float) else str(value)]
-        return {"recorded": recorded, **({"modules": list(self.modules)} if self.modules else {})}
-
-    def _installed(self, known: Mapping[str, registry.TrackerEntry | Entrant]) -> tuple[str, ...]:
-        """Return the names of all that need nothing which is not installed, without ablations if it is to be quick."""
-        return tuple(
-            name for name, each in known.items() if each.available() and not (self.quick and each.role == "variant")
-        )

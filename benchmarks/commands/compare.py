@@ -88,9 +88,16 @@ class Compare(WithModules):
         return suites[0]
 
     def _check_alike(self, first: list[Row], second: list[Row]) -> None:
-        """Raise ValueError for controllers' rows of several scenarios or links, and for simulated beside real ones."""
+        """Raise ValueError for controllers' rows of several scenarios or links, for simulated beside real ones, and for
+        recordings of one name that differ.
+        """
         kinds = {row["scenario"] == REAL for row in (*first, *second)}
         check("preset", len(kinds) == 1, "one of rows that are all real or all simulated", repr(self.preset))
+        scenes: dict[tuple[str, int], set[str]] = {}
+        for row in (*first, *second) if kinds == {True} else ():
+            scenes.setdefault((row["preset"], row["seed"]), set()).add(row.get("editions", {}).get("scene", ""))
+        other = sorted({preset for (preset, _), found in scenes.items() if len(found) > 1})
+        check("directory", not other, "results on the same recordings", f"others called {', '.join(other)}")
         for key in ("scenario", "link"):
             values = sorted({row[key] for row in (*first, *second) if key in row})
             if len(values) > 1 and suite(first[0]["suite"]).judges_controllers:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 import json
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -39,6 +40,7 @@ from benchmarks.learning.settings import EPISODES
 from benchmarks.learning.tracker_tuning import (
     Budget,
     Tuned,
+    failures_in_words,
     tracker_scores,
     trackers_to_tune,
     tunables,
@@ -50,6 +52,7 @@ from benchmarks.results.ledger import TEST_SPLIT
 from benchmarks.run.contestants import entrant
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
+from benchmarks.run.failures import Failure
 from benchmarks.suites.registry import Scene, controllers_suite, suite
 from scenarios import catalog
 from sim.checks import check
@@ -141,23 +144,30 @@ class Tune(WithModules):
             path = self._tracker_folder(name) / f"{name}.json"
             stored = _stored(path)
             of_search = dataclasses.replace(budget, presets=tuple(stored["preset"].split()))
-            self._write_anew(path, stored, registry.entry(name).written(), tracker_scores(name, of_search))
+            self._write_anew(path, stored, registry.entry(name).written(), partial(tracker_scores, name, of_search))
         for name, steering in controllers:
             path = self._controller_folder(name, steering) / f"{name}.json"
             stored = _stored(path)
             carrier = catalog.scenario(steering.scenario).carrier.name
             of_controller = dataclasses.replace(steering, preset=stored["preset"])
             written = controller_entry(name, carrier).written()
-            self._write_anew(path, stored, written, controller_scores(name, of_controller))
+            self._write_anew(path, stored, written, partial(controller_scores, name, of_controller))
         return 0
 
-    def _write_anew(self, path: Path, stored: dict[str, Any], written: dict[str, Any], scores_on: ScoresOn) -> None:
+    def _write_anew(
+        self,
+        path: Path,
+        stored: dict[str, Any],
+        written: dict[str, Any],
+        scores: Callable[[list[Failure]], ScoresOn],
+    ) -> None:
         """Replace the scores in a file of tuned values."""
-        anew = scored_anew(stored, written, seed_range(stored["seeds"]), scores_on, self.fresh)
+        failures: list[Failure] = []
+        anew = scored_anew(stored, written, seed_range(stored["seeds"]), scores(failures), self.fresh)
         write_atomic(path, json.dumps(anew, indent=1) + "\n")
         print(
             f"{path.stem}: on the {counted(anew['episodes'], 'episode')} of the search {anew['score']:.4f}, with the "
-            f"written values {anew['default_score']:.4f}; {_fresh_words(anew)}: {path}",
+            f"written values {anew['default_score']:.4f}; {_fresh_words(anew)}: {path}{failures_in_words(failures)}",
             flush=True,
         )
 
@@ -276,6 +286,7 @@ def _report(name: str, tuned: Tuned, path: Path) -> None:
     print(
         f"{name}: score of the best trial {score}, with the defaults {default}; in the check {checked}, with the "
         f"defaults {check_default}{kept}; {_fresh_words(fresh_entries(tuned.fresh))}: {path}"
+        f"{failures_in_words(tuned.failures)}"
     )
 
 

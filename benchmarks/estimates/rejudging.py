@@ -26,7 +26,7 @@ from benchmarks.run.experiment import Progress, check_renderer
 from benchmarks.run.guards import FAILED_AT, times
 from benchmarks.run.jobs import Job, episode_of
 from benchmarks.run.own_modules import load_modules
-from benchmarks.run.records import ESTIMATES, FILE_NAME, BlockKey, Row, append_block, block_key, read_blocks, tidy
+from benchmarks.run.records import ESTIMATES, FILE_NAME, REAL, BlockKey, Row, append_block, block_key, read_blocks, tidy
 from benchmarks.suites.judging import Ending, Score, ScoreSheet
 from benchmarks.suites.registry import suite
 from scenarios import catalog
@@ -66,6 +66,8 @@ def rejudge(directory: Path, data: str | None, workers: int, modules: tuple[str,
     facts = {path: facts_of(path) for path in paths}
     old = read_blocks(directory) if (directory / FILE_NAME).is_file() else {}
     for path, each in facts.items():
+        key = each.key
+        check("estimates", key.scenario != REAL, "ones of simulated episodes", f"those of {key.scenario} {key.preset}")
         _check_scene(path, each)
         if old:
             _check_rows(path, each, old)

@@ -16,6 +16,7 @@ from benchmarks.learning.tracker_tuning import LIMIT_S, Tuned, chosen, rows_of, 
 from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import judge_edition, own_code, package_versions, tracker_edition
+from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import in_processes
@@ -81,7 +82,8 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
 
     scene = catalog.scenario(budget.scenario)
     model = "" if scene.pictureless is None else error_model(budget.scenario, budget.tracker).to_json()
-    scores_on = controller_scores(name, budget)
+    failures: list[Failure] = []
+    scores_on = controller_scores(name, budget, failures)
     scored = (model, controllers_suite().tuned_for)
     depends_on = (
         dataclasses.replace(budget, trials=0, workers=0, fresh=range(0), cache=None, modules=()),
@@ -103,20 +105,23 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
         depends_on,
     )
     announce_check(name, len(budget.fresh))
-    checked = (_score_with_pictures(entry, values, budget, budget.fresh) for values in (found.best, defaults))
+    checked = (_score_with_pictures(entry, values, budget, budget.fresh, failures) for values in (found.best, defaults))
     tuned = chosen(found, *checked)
-    return dataclasses.replace(tuned, fresh=fresh_scores(tuned.parameters, defaults, budget.seeds, scores_on))
+    fresh = fresh_scores(tuned.parameters, defaults, budget.seeds, scores_on)
+    return dataclasses.replace(tuned, fresh=fresh, failures=failures)
 
 
-def controller_scores(name: str, budget: ControllerBudget) -> ScoresOn:
+def controller_scores(name: str, budget: ControllerBudget, failures: list[Failure]) -> ScoresOn:
     """Return the function that scores settings of a controller as its search does: without pictures where the scene
-    has such episodes.
+    has such episodes, else adding to ``failures``.
     """
     scene = catalog.scenario(budget.scenario)
     entry = tunable_controller(name, scene.carrier.name)
 
     def with_pictures(settings: dict[str, dict[str, Any]], seeds: range) -> dict[str, float]:
-        return {label: _score_with_pictures(entry, values, budget, seeds) for label, values in settings.items()}
+        return {
+            label: _score_with_pictures(entry, values, budget, seeds, failures) for label, values in settings.items()
+        }
 
     def without_pictures(settings: dict[str, dict[str, Any]], seeds: range) -> dict[str, float]:
         # Episodes are planned once, for all workers.
@@ -147,7 +152,7 @@ def _labelled_score(
 
 
 def _score_with_pictures(
-    entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget, seeds: range
+    entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget, seeds: range, failures: list[Failure]
 ) -> float:
     suite = controllers_suite().name
     jobs = [
@@ -166,4 +171,4 @@ def _score_with_pictures(
         )
         for seed in seeds
     ]
-    return score_of(rows_of(jobs, budget.workers), suite)
+    return score_of(rows_of(jobs, budget.workers, failures), suite)

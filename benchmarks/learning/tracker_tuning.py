@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import tempfile
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,8 +15,10 @@ import numpy as np
 
 from benchmarks.learning.fresh_scores import FreshScores, ScoresOn, fresh_entries, fresh_scores
 from benchmarks.learning.search import Found, Progress, announce_check, search
+from benchmarks.report.numbers import counted
 from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import judge_edition, package_versions, tracker_edition
+from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.processes import results
 from benchmarks.run.records import Row
@@ -30,7 +33,11 @@ from trackers import registry
 from trackers.atomic_file import write_atomic
 
 LIMIT_S = 600.0
-"""Time limit for one frame, ten times that of a bench: a loaded machine must not decide a score."""
+"""Limit of CPU time for one frame, ten times that of a bench: a slow machine must not decide a score."""
+
+
+_REASONS = 3
+"""Reasons of failures that are told."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +71,7 @@ class Tuned:
         check_score, check_default_score: of both on the episodes of the check.
         trials: number of settings tried.
         fresh: scores on episodes that decided nothing; None without better values.
+        failures: of contestants in all these runs.
     """
 
     parameters: dict[str, Any]
@@ -73,6 +81,7 @@ class Tuned:
     check_default_score: float
     trials: int
     fresh: FreshScores | None = None
+    failures: Sequence[Failure] = ()
 
 
 def tunables(name: str) -> dict[str, dataclasses.Field[Any]]:
@@ -115,13 +124,13 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
     Raises:
         ValueError: without Optuna, or for a tracker without tunable parameters.
     """
-    defaults = registry.entry(name).written()
+    defaults, failures = registry.entry(name).written(), list[Failure]()
     found = search(
         name,
         tunables(name),
         defaults,
         budget.trials,
-        lambda settings: _scores(name, settings, budget),
+        lambda settings: _scores(name, settings, budget, failures),
         progress,
         studies,
         (
@@ -136,15 +145,18 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
     )
     on_fresh_episodes = dataclasses.replace(budget, presets=budget.fresh_presets, seeds=budget.fresh)
     announce_check(name, len(budget.fresh) * len(budget.fresh_presets))
-    fresh = _scores(name, {"best": found.best, "defaults": defaults}, on_fresh_episodes)
+    fresh = _scores(name, {"best": found.best, "defaults": defaults}, on_fresh_episodes, failures)
     tuned = chosen(found, fresh["best"], fresh["defaults"])
-    measured = fresh_scores(tuned.parameters, defaults, budget.seeds, tracker_scores(name, budget))
-    return dataclasses.replace(tuned, fresh=measured)
+    measured = fresh_scores(tuned.parameters, defaults, budget.seeds, tracker_scores(name, budget, failures))
+    return dataclasses.replace(tuned, fresh=measured, failures=failures)
 
 
-def tracker_scores(name: str, budget: Budget) -> ScoresOn:
-    """Return the function that scores settings of a tracker as its search does, on other seeds."""
-    return lambda settings, seeds: _scores(name, settings, dataclasses.replace(budget, seeds=seeds))
+def tracker_scores(name: str, budget: Budget, failures: list[Failure]) -> ScoresOn:
+    """Return the function that scores settings of a tracker as its search does, on other seeds.
+
+    It adds to ``failures``.
+    """
+    return lambda settings, seeds: _scores(name, settings, dataclasses.replace(budget, seeds=seeds), failures)
 
 
 def chosen(found: Found, check_score: float, check_default_score: float) -> Tuned:
@@ -184,8 +196,10 @@ def write_tuned(
     return path
 
 
-def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
-    """Return the score of every labelled setting."""
+def _scores(
+    name: str, settings: dict[str, dict[str, Any]], budget: Budget, failures: list[Failure]
+) -> dict[str, float]:
+    """Return the score of every labelled setting; add to ``failures``."""
     scenario = _scenario(budget)
     jobs = [
         Job(
@@ -205,23 +219,33 @@ def _scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> d
         for seed in budget.seeds
         for labels in _groups(scenario.presets[preset].closed_loop, tuple(settings))
     ]
-    groups = grouped(rows_of(jobs, budget.workers))
+    groups = grouped(rows_of(jobs, budget.workers, failures))
     return {
         label: sum(score_of(trackers[label], budget.suite) for trackers in groups.values()) / len(groups)
         for label in settings
     }
 
 
-def rows_of(jobs: Sequence[Job], workers: int) -> list[Row]:
+def rows_of(jobs: Sequence[Job], workers: int, failures: list[Failure]) -> list[Row]:
     """Run jobs and return all of their rows, in the order of the jobs; a tracker that ends its process has no answers.
 
     Args:
-        workers: processes; 0 = this process.
+        workers: processes; 0 = this process. failures: those of these runs are added, in the same order.
     """
     with tempfile.TemporaryDirectory() as notes:
         noted = [dataclasses.replace(job, notes=Path(notes)) for job in jobs]
-        blocks = {result.job.name: result.blocks for result in results(noted, workers, "loky")}
-    return [row for job in noted for block in blocks[job.name] for row in block]
+        made = {result.job.name: result for result in results(noted, workers, "loky")}
+    failures += (failure for job in noted for failure in made[job.name].failures)
+    return [row for job in noted for block in made[job.name].blocks for row in block]
+
+
+def failures_in_words(failures: Sequence[Failure]) -> str:
+    """Return how many runs failed, and the commonest reasons, in words; empty if none did."""
+    if not failures:
+        return ""
+    reasons = Counter(failure.reason for failure in failures).most_common(_REASONS)
+    told = ", ".join(f"{reason} ({counted(count, 'time')})" for reason, count in reasons)
+    return f"; {counted(len(failures), 'run')} failed, which counts as no answer: {told}"
 
 
 def _scenario(budget: Budget) -> Scenario:

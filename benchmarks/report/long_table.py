@@ -1,9 +1,10 @@
 """Rows as long tables for pandas: a line for each number, and apart from them a line for each entry of a list.
 
-Columns of both: ``suite scenario preset renderer controller link tracker role seed repeat``; then what the row is
-about, ``event_kind event_index`` and the event's other attributes, all empty for rows about a whole episode; then
+Columns of both: ``suite scenario preset renderer controller link tracker role seed sequence repeat``; then what the row
+is about, ``event_kind event_index`` and the event's other attributes, all empty for rows about a whole episode; then
 ``metric value weight``. ``benchmarks.run.records`` defines metrics and events. Values are floats; an undefined value,
-null in a row, is NaN. A column that no row has is left out, e.g. ``link`` in most suites.
+null in a row, is NaN. A column that no row has is left out, e.g. ``link`` in most suites, and
+``sequence`` in simulated ones.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 _NAMES = (
     *("suite", "scenario", "preset", "renderer", "controller", "link"),
-    *("tracker", "tracker_role", "role", "seed", "repeat"),
+    *("tracker", "tracker_role", "role", "seed", "sequence", "repeat"),
 )
 _EVENT_FIRST = ("event_kind", "event_index")
 _LAST = ("metric", "value", "weight")

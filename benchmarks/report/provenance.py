@@ -21,6 +21,7 @@ class Provenance:
     """The report's provenance of one condition.
 
     Attributes:
+        unit: what ``seeds`` are: ``seed``; of what is real ``sequence``, whose names they are, or ``block`` of time.
         seeds, split: in words.
         episodes, frames: episodes of one tracker, and their frames.
         events: numbers and kinds of frame-outs or other events, in words.
@@ -29,6 +30,7 @@ class Provenance:
         failures: one line for each episode in which a tracker failed.
     """
 
+    unit: str
     seeds: str
     split: str
     episodes: int
@@ -43,8 +45,10 @@ def provenance(rows: Sequence[Row]) -> Provenance:
     """Return the provenance of the rows of one condition, see ``suites.registry.Condition``."""
     seeds = sorted({row["seed"] for row in rows})
     frames = {row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}
+    unit, named = _names(rows, seeds)
     return Provenance(
-        seeds=ranges_text(seeds),
+        unit=unit,
+        seeds=named,
         split=_recorded(rows[0]) if rows[0]["scenario"] == REAL else _split(seeds),
         episodes=len(seeds),
         frames=int(sum(frames.values())),
@@ -77,6 +81,14 @@ def _events(rows: Sequence[Row]) -> str:
     return suite(rows[0]["suite"]).events.describe(list(events.values()))
 
 
+def _names(rows: Sequence[Row], seeds: Sequence[int]) -> tuple[str, str]:
+    """Return what one episode is called, and the seeds, sequences or blocks of time."""
+    sequences = {row["seed"]: row["sequence"] for row in rows if "sequence" in row}
+    if sequences:
+        return "sequence", ", ".join(sequences[seed] for seed in seeds)
+    return "block" if rows[0]["scenario"] == REAL else "seed", ranges_text(seeds)
+
+
 def _recorded(row: Row) -> str:
     return "real recording, blocks of time" if suite(row["suite"]).on_sequences is None else "real sequences"
 
@@ -93,20 +105,22 @@ def _command(rows: Sequence[Row], seeds: Sequence[int]) -> str:
     parts = ["frameout", "bench", row["suite"]]
     if all(each["controller"] == HUMAN for each in rows):
         return _played(row, seeds, modules)
-    if row["scenario"] == REAL:
-        parts += [*row["recorded"], "--trackers", *trackers]
-        return shlex.join([*parts, "--modules", *modules] if modules else parts)
-    parts += ["--scenario", row["scenario"], "--preset", row["preset"]]
-    parts += ["--seeds", f"{seeds[0]}:{seeds[-1] + 1}", "--renderer", row["renderer"]]
-    if suite(row["suite"]).judges_controllers:
-        parts += ["--link", row["link"]]
-    controllers = _controllers(rows)
-    parts += ["--controllers", *controllers] if controllers else []
+    parts += row["recorded"] if row["scenario"] == REAL else _episodes(rows, seeds)
     parts += ["--trackers", *trackers]
     # The shortest of several: a tracker that it ended may not end under a longer one.
     limit_s = min(each.get("limit_s", Job.limit_s) for each in rows)
     parts += ["--limit-s", f"{limit_s:g}"] if limit_s != Job.limit_s else []
     return shlex.join([*parts, "--modules", *modules] if modules else parts)
+
+
+def _episodes(rows: Sequence[Row], seeds: Sequence[int]) -> list[str]:
+    """Return the arguments of simulated episodes."""
+    row, controllers = rows[0], _controllers(rows)
+    parts = ["--scenario", row["scenario"], "--preset", row["preset"]]
+    parts += ["--seeds", f"{seeds[0]}:{seeds[-1] + 1}", "--renderer", row["renderer"]]
+    if suite(row["suite"]).judges_controllers:
+        parts += ["--link", row["link"]]
+    return [*parts, "--controllers", *controllers] if controllers else parts
 
 
 def _played(row: Row, seeds: Sequence[int], modules: Sequence[str]) -> str:
@@ -129,10 +143,16 @@ def _editions(rows: Sequence[Row]) -> dict[str, str]:
     found: dict[str, list[str]] = {}
     for row in rows:
         for name, version in row.get("editions", {}).items():
+            if name == "scene" and row["scenario"] == REAL:
+                continue  # One for each sequence, which has a name already.
             label = f"{name} {row[name]}" if name in ("tracker", "controller") else name
             if version not in found.setdefault(label, []):
                 found[label].append(version)
     return {name: ", ".join(editions) for name, editions in found.items()}
+
+
+def _episode(row: Row) -> str:
+    return f"sequence {row['sequence']}" if "sequence" in row else f"seed {row['seed']}"
 
 
 def _failures(rows: Sequence[Row]) -> list[str]:
@@ -141,7 +161,7 @@ def _failures(rows: Sequence[Row]) -> list[str]:
         "controller_failed_at_frame": ("controller", "no command from there on"),
     }
     return [
-        f"{row[kind]}, seed {row['seed']}: failed at frame {row['value']:.0f}; {then}"
+        f"{row[kind]}, {_episode(row)}: failed at frame {row['value']:.0f}; {then}"
         for row in rows
         if row["metric"] in words
         for kind, then in [words[row["metric"]]]

@@ -10,6 +10,7 @@ from typing import Any, NoReturn, ParamSpec, Protocol, TypeVar
 import numpy as np
 
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
+from benchmarks.run.own_inputs import own
 from benchmarks.run.stale_kernels import forget_stale_kernels
 from benchmarks.suites.registry import DEFAULT, Scene, Suite, suites
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
@@ -17,6 +18,8 @@ from scenarios.scenario import Episode, Scenario
 from sim.choices import check_choice, suggestion
 from trackers import registry
 from trackers.follow_one import FollowOne
+from trackers.gaps.types import GapMethod
+from trackers.protocols import BridgingTracker
 
 _Given = ParamSpec("_Given")
 _Made = TypeVar("_Made")
@@ -97,6 +100,12 @@ def contestant_of_one(name: str, rng: np.random.Generator) -> Contestant:
     return _OfOne(tracker)
 
 
+def gap_method_of(name: str, rng: np.random.Generator) -> GapMethod | None:
+    """Return the method of a fresh tracker to bridge gaps; None if it offers none."""
+    tracker = _staying(registry.entry(name).create)(rng)
+    return tracker.gap_method if isinstance(tracker, BridgingTracker) else None
+
+
 def _staying(function: Callable[_Given, _Made]) -> Callable[_Given, _Made]:
     """Make an error of an exit in a function: a tracker that calls ``sys.exit`` fails like one that raises."""
 
@@ -150,7 +159,8 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
         if entry.follows_many and many:
             return ManyBlindfolded(tracker) if entry.role == "blind" else _OfMany(tracker)
         if entry.follows_many:
-            return _OfOne(FollowOne(tracker, episode.start.background, episode.start.site))
+            start = own(episode.start)
+            return _OfOne(FollowOne(tracker, start.background, start.site))
         return Blindfolded(tracker, scenario.target) if entry.role == "blind" else _OfOne(tracker)
 
     return Entrant(

@@ -3,7 +3,8 @@
 The column ``editions`` of a row is a flat object of texts:
 
 ==============  ==================================================================================================
-``scene``       catalogue id, and a digest of the preset: ``road-town-v2 3f0a9c1b52``
+``scene``       catalogue id, and a digest of the preset: ``road-town-v2 3f0a9c1b52``; of a real sequence or
+                recording its name, and a digest of its content
 ``judge``       suite and its edition: ``frame-out 1``
 ``tracker``     name, edition and a digest of the parameters: ``colour_pf 1 8fb21c5fb8``
 ``controller``  the same, of the controller; a trained policy also has ``policy``, a digest of its files
@@ -92,7 +93,7 @@ def tracker_edition(entrant: Entrant) -> str:
 
 
 def editions_on_recordings(suite_name: str, entrant: Entrant) -> Editions:
-    """Return ``editions`` of rows about real recordings or sequences, which have no scene."""
+    """Return ``editions`` of rows about real recordings or sequences but for ``scene``, which each has of its own."""
     return {
         **package_versions(),
         "judge": judge_edition(suite(suite_name)),

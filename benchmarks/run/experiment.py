@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any, cast, get_args
 
 from benchmarks.run.contestants import entrant, entrants, entrants_of
-from benchmarks.run.editions import Editions, editions_of
+from benchmarks.run.editions import Editions, editions_of, editions_on_recordings
 from benchmarks.run.jobs import Job
 from benchmarks.run.known_failures import earlier, read_failures, write_failures
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import results
-from benchmarks.run.records import ESTIMATES, BlockKey, MadeNow, append_block, tidy, up_to_date
+from benchmarks.run.real import RealEpisode, trackers_on_pictures, up_to_date_on
+from benchmarks.run.records import ESTIMATES, FILE_NAME, REAL, BlockKey, MadeNow, append_block, tidy, up_to_date
 from benchmarks.run.steering import default_controllers, link_in
 from benchmarks.scores.summary import write_summary
 from benchmarks.suites.registry import suite, suites
@@ -47,13 +48,15 @@ class Experiment:
         link: how commands reach the carrier where controllers are contestants; elsewhere commands arrive unchanged.
         workers: processes; 0 = this process (then a tracker that ends its process ends the run).
         repeats: runs per episode of a tracker whose random numbers no seed reaches.
-        limit_s: time limit of a tracker for one frame.
+        limit_s: of CPU time of a tracker for one frame, see ``time_limit.at_most``.
         settings: name in ``trackers`` → the entrant that runs under it, and its parameter values.
         changes: name in ``presets`` → the preset that it is a change of, and its changed fields.
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
         data: folder or URL of a data set with the episodes; None = they are rendered.
         keep_estimates: whether all answers are kept beside the rows, see ``benchmarks.estimates``.
+        real: what takes the place of simulated episodes, of which scenario, presets, seeds and renderer are then those
+            of ``rows``; () = nothing.
     """
 
     suite: str
@@ -73,6 +76,7 @@ class Experiment:
     backend: str = "loky"
     data: str | None = None
     keep_estimates: bool = False
+    real: tuple[RealEpisode, ...] = ()
 
 
 Progress = Callable[[int, int], None]
@@ -86,21 +90,30 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     again, and so are rows without the estimates that are asked for. Except for times, ``workers`` changes no row.
 
     Raises:
-        ValueError: for unknown names, or a folder that holds rows of other seeds or cannot be written.
+        ValueError: for unknown names, or a folder that holds rows of other seeds or cannot be written; and if there is
+            no row at the end.
     """
     load_modules(experiment.modules)
     check_names(experiment)
     make_folder(out)
-    editions, made_now = _editions(experiment), made_now_of(experiment)
-    have, moved = up_to_date(out, experiment.seeds, made_now)
+    made_now = made_now_of(experiment)
+    # Workers of an earlier run may have been started in another folder.
+    whole = out.resolve()
+    if experiment.real:
+        on_real = _editions_on_real(experiment)
+        have, moved = up_to_date_on(experiment.real, experiment.suite, on_real, out)
+        every_job, total = _jobs_on_real(experiment, on_real, whole), len(experiment.real) * len(on_real)
+    else:
+        editions = _editions(experiment)
+        have, moved = up_to_date(out, experiment.seeds, made_now)
+        every_job, total = _jobs(experiment, editions, whole), len(experiment.seeds) * sum(map(len, editions.values()))
     if experiment.keep_estimates:
         have = _with_estimates(out, have, made_now)
-    jobs = (_remaining(job, have) for job in _jobs(experiment, editions, out))
+    jobs = (_remaining(job, have) for job in every_job)
     outcome = Outcome(resumed=len(have), moved=moved)
     failures = {key: each for key, each in read_failures(out).items() if key in have or made_now(key) is None}
     write_failures(out, failures)
     outcome.failures += (earlier(each) for key in sorted(have & failures.keys()) for each in failures[key])
-    total = len(experiment.seeds) * sum(map(len, editions.values()))
     # The command that repeats the run names it.
     limited = {} if experiment.limit_s == Experiment.limit_s else {"limit_s": experiment.limit_s}
     report = progress or (lambda done, of: None)
@@ -114,20 +127,35 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
             write_failures(out, failures)
         for block in result.blocks:
             append_block(out, [row | limited for row in block])
-        outcome.episodes += len(result.blocks)
+        outcome.episodes += len(result.job.trackers)
         outcome.failures += result.failures
         outcome.silent += result.silent
+        outcome.oddities += result.oddities
+        outcome.unusable += [result.unusable] if result.unusable not in ("", *outcome.unusable) else []
         report(len(have) + outcome.episodes, total)
     with contextlib.suppress(OSError):
         (out / _NOTES).rmdir()
+    if not (out / FILE_NAME).is_file():
+        raise ValueError(_why_no_row(experiment, outcome))
     # Workers finish in any order; the file has a canonical one.
     outcome.moved += filter(None, [tidy(out)])
     outcome.summary = write_summary(out)
     return outcome
 
 
+def _why_no_row(experiment: Experiment, outcome: Outcome) -> str:
+    if outcome.failures:
+        return f"trackers: expected some that can begin, got {next(outcome.failures_in_words())}"
+    return next(
+        iter(outcome.unusable), f"trackers: expected some with a gap method, got {', '.join(experiment.trackers)}"
+    )
+
+
 def made_now_of(experiment: Experiment) -> MadeNow:
     """Return what tells the current ``editions`` of the blocks of an experiment."""
+    if experiment.real:
+        known = {(each.preset, each.seed): each for each in experiment.real}
+        return partial(_made_now_on_real, experiment, known, _editions_on_real(experiment))
     return partial(_made_now, experiment, _editions(experiment))
 
 
@@ -214,6 +242,35 @@ def _jobs(experiment: Experiment, editions: _Editions, out: Path) -> Iterator[Jo
                 )
 
 
+def _editions_on_real(experiment: Experiment) -> dict[str, Editions]:
+    """Return ``editions`` of rows about what is real by tracker, but for ``scene``."""
+    return {name: editions_on_recordings(experiment.suite, entrant(name)) for name in experiment.trackers}
+
+
+def _jobs_on_real(experiment: Experiment, editions: dict[str, Editions], out: Path) -> Iterator[Job]:
+    """Yield one job for each sequence of pictures, and for each tracker on each recording of tracks."""
+    for episode in experiment.real:
+        scene = {"scene": episode.scene}
+        groups = [experiment.trackers] if episode.sequence else [(name,) for name in experiment.trackers]
+        for trackers in groups:
+            yield Job(
+                suite=experiment.suite,
+                scenario=REAL,
+                preset=episode.preset,
+                renderer=REAL,
+                seed=episode.seed,
+                controller=None,
+                trackers=trackers,
+                modules=experiment.modules,
+                repeats=experiment.repeats,
+                limit_s=experiment.limit_s,
+                notes=out / _NOTES,
+                editions={name: each | scene for name, each in editions.items()},
+                estimates=out / ESTIMATES if experiment.keep_estimates else None,
+                real=episode,
+            )
+
+
 def _controllers(experiment: Experiment, preset: str) -> list[str | None]:
     if experiment.controllers is None and suite(experiment.suite).judges_controllers:
         return list(default_controllers(experiment.scenario))
@@ -232,6 +289,21 @@ def check_renderer(name: str) -> RendererName:
 
 def check_names(experiment: Experiment) -> None:
     """Raise ValueError for unknown names and values out of range."""
+    if experiment.real:
+        _check_trackers_on_real(experiment)
+    else:
+        _check_simulated(experiment)
+    check_limits(experiment)
+
+
+def check_limits(experiment: Experiment) -> None:
+    """Raise ValueError for a number of workers or a time limit out of range."""
+    check("workers", experiment.workers >= 0, "a whole number >= 0", experiment.workers)
+    good = isinstance(experiment.limit_s, int | float) and experiment.limit_s > 0
+    check("limit_s", good, "a number of seconds > 0", repr(experiment.limit_s))
+
+
+def _check_simulated(experiment: Experiment) -> None:
     scenario = catalog.scenario(experiment.scenario)
     if suite(experiment.suite).judges_controllers:
         check("scenario", bool(scenario.carrier.axes), "one with a camera that can be steered", repr(scenario.id))
@@ -249,9 +321,6 @@ def check_names(experiment: Experiment) -> None:
     check_renderer(experiment.renderer)
     first, end = experiment.seeds.start, experiment.seeds.stop
     check("seeds", 0 <= first < end, "A:B with 0 <= A < B", f"{first}:{end}")
-    check("workers", experiment.workers >= 0, "a whole number >= 0", experiment.workers)
-    good = isinstance(experiment.limit_s, int | float) and experiment.limit_s > 0
-    check("limit_s", good, "a number of seconds > 0", repr(experiment.limit_s))
 
 
 def controllers_of(suite_name: str, scenario: str) -> tuple[str, ...]:
@@ -287,6 +356,17 @@ def _check_trackers(experiment: Experiment) -> None:
         check("trackers", many, "ones of many targets, with a method start", repr(name))
 
 
+def _check_trackers_on_real(experiment: Experiment) -> None:
+    on_pictures = any(episode.sequence for episode in experiment.real)
+    expected = trackers_on_pictures(suite(experiment.suite)) if on_pictures else registry.entries()
+    for name in experiment.trackers:
+        if on_pictures:
+            wanted = f"some of {', '.join(expected)}, which need pictures alone"
+            check("trackers", name in expected, wanted, repr(name))
+        else:
+            registry.entry(name)
+
+
 def _suites_in_words(wanted: Sequence[str]) -> str:
     """Return the names of a tracker's suites, which a user may have misspelt."""
     return ", ".join(name if name in suites() else f"{name} (there is no such suite)" for name in wanted)
@@ -302,6 +382,18 @@ def _made_now(experiment: Experiment, editions: _Editions, key: BlockKey) -> Edi
     if (key.suite, key.scenario, key.renderer, key.link) != (experiment.suite, scenario, experiment.renderer, link):
         return None
     return editions.get((key.preset, key.controller or None), {}).get(key.tracker)
+
+
+def _made_now_on_real(
+    experiment: Experiment,
+    known: dict[tuple[str, int], RealEpisode],
+    editions: dict[str, Editions],
+    key: BlockKey,
+) -> Editions | None:
+    episode, made = known.get((key.preset, key.seed)), editions.get(key.tracker)
+    if (key.suite, key.scenario) != (experiment.suite, REAL) or episode is None or made is None:
+        return None
+    return made | {"scene": episode.scene}
 
 
 def _remaining(job: Job, have: set[BlockKey]) -> Job:

@@ -6,8 +6,19 @@ import traceback
 from dataclasses import dataclass
 from pathlib import Path
 
+import cv2
+
+from benchmarks.run.own_inputs import COPY_IT
+from benchmarks.run.records import REAL
+
 _ROOT = Path(__file__).parents[2]
 _PACKAGES = ("benchmarks", "scenarios", "sim", "trackers")
+ENDED_PROCESS = "ended its process (killed, crashed or stuck in compiled code)"
+"""Reason of a failure that only the next attempt, in another process, can tell."""
+_LONGEST = 300
+_OF_ARRAYS = (ValueError, cv2.error)
+_READ_ONLY = ("read-only", "readonly", "WRITEABLE flag", "Layout of the output array")
+"""What NumPy and OpenCV say of an array that may not be changed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,6 +29,7 @@ class Failure:
         tracker, scenario, preset, seed, frame: where; ``tracker`` may be a controller.
         reason: one line. since: what it has done from that frame on.
         place: file and line of a user's own code that raised; empty without.
+        sequence: name of the real sequence whose number ``seed`` is; empty in simulated episodes.
     """
 
     tracker: str
@@ -28,14 +40,34 @@ class Failure:
     reason: str
     since: str = "answered nothing"
     place: str = ""
+    sequence: str = ""
 
     def __str__(self) -> str:
-        where = f"{self.scenario} {self.preset}, seed {self.seed}, frame {self.frame}"
+        where = f"{self.scenario} {self.preset}"
+        if self.sequence or self.scenario != REAL:  # Tracks are asked about as a whole.
+            episode = f"sequence {self.sequence}" if self.sequence else f"seed {self.seed}"
+            where += f", {episode}, frame {self.frame}"
         place = f" ({self.place})" if self.place else ""
         return f"{self.tracker} failed in {where}: {self.reason}{place}; from there on it has {self.since}"
 
 
-def place_of(error: Exception) -> str:
+def reason_of(error: BaseException) -> str:
+    """Return an error in one line of at most 300 characters that can be printed, whatever its text is.
+
+    It has the first line of the text; of OpenCV's errors all lines, since the first one says nothing.
+    """
+    try:
+        text = str(error)
+    except Exception:
+        text = "(it has no text that can be read)"
+    line = " ".join(text.split()) if isinstance(error, cv2.error) else next(iter(text.strip().splitlines()), "")
+    shown = "".join(letter if letter.isprintable() else " " for letter in line[:_LONGEST])
+    is_read_only = isinstance(error, _OF_ARRAYS) and any(words in text for words in _READ_ONLY)
+    hint = f"; {COPY_IT}" if is_read_only and COPY_IT not in text else ""
+    return f"{type(error).__name__}: {shown}{hint}"
+
+
+def place_of(error: BaseException) -> str:
     """Return the innermost file and line in an error's traceback that are a user's own; empty if none are."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [each for each in frames if "site-packages" not in each.filename and not _is_ours(Path(each.filename))]

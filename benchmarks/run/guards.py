@@ -5,13 +5,16 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from benchmarks.run.failures import place_of
+from benchmarks.run.failures import ENDED_PROCESS, place_of, reason_of
+from benchmarks.run.oddities import AnswerWatch
+from benchmarks.run.own_inputs import check_unchanged, own
+from benchmarks.run.process_state import ProcessState
 from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most
 from benchmarks.suites.judging import Ending, Score
 from scenarios.loop import Contestant, ManyContestant, OutsourcingContestant, given
@@ -39,12 +42,16 @@ class Guard:
         reason: cause of the failure, None without one.
         failed_at_frame: first frame on which it failed.
         place: file and line of a user's own code that raised; empty if none did.
+        left: what it has left running, in words, see ``ProcessState``; known once it is closed.
     """
 
     place = ""
+    left: Sequence[str] = ()
 
-    def __init__(self, limit_s: float, answer: str) -> None:
+    def __init__(self, limit_s: float, answer: str, state: ProcessState | None = None) -> None:
+        """``state``: what it has set in the process when it was made."""
         self._limit_s, self._answer = limit_s, answer
+        self._state = state or ProcessState()
         self.reason: str | None = None
         self.failed_at_frame: int | None = None
 
@@ -52,24 +59,28 @@ class Guard:
         """Count it as failed from a frame on."""
         self.reason, self.failed_at_frame = reason, frame
 
+    def close(self) -> None:
+        """Drop it and end the processes that it has left running; call once, last of all."""
+        self.left = self._state.close()
+
     @contextmanager
     def guarded(self, frame: int, answer: str = "") -> Iterator[Stopwatch]:
         """Catch failures and time-outs of the code in this context, which gives an ``answer`` for a frame."""
         try:
-            with at_most(self._limit_s) as watch:
+            with self._state.applied(), at_most(self._limit_s) as watch:
                 yield watch
-        except TooSlow:
-            self.fail(frame, f"took longer than {self._limit_s:g} s over one {answer or self._answer}")
-        except Exception as error:
+        except TooSlow as slow:
+            self.fail(frame, f"took longer than {slow} over one {answer or self._answer}")
+        except (Exception, GeneratorExit) as error:
             self.place = place_of(error)
-            self.fail(frame, f"{type(error).__name__}: {error}".splitlines()[0])
+            self.fail(frame, reason_of(error))
 
 
 class GuardedContestant(Guard):
     """A guarded and timed contestant; after a failure it gives no answers.
 
     Attributes:
-        silent_frames: number of frames without an answer about its one target.
+        silent_frames: number of frames without an answer about its one target. watch: counts odd answers.
         taken: time of each update that gave an answer, from frame 1 on; its CPU time with that of other processes, as
             told by the tracker. revision: time of the revision at the end.
         decides_at: see ``Ending``.
@@ -80,19 +91,21 @@ class GuardedContestant(Guard):
         contestant: Contestant,
         limit_s: float,
         *,
+        state: ProcessState | None = None,
+        needs_depth: bool = False,
         note: Callable[[int], None] = lambda frame: None,
         ends_process_at: int | None = None,
     ) -> None:
-        """``note`` is called before each frame. On frame ``ends_process_at`` an earlier attempt ended its process: the
-        contestant fails there without being called.
+        """``needs_depth``: see ``AnswerWatch``. ``note`` is called before each frame. On frame ``ends_process_at`` an
+        earlier attempt ended its process: the contestant fails there without being called.
         """
-        super().__init__(limit_s, "frame")
+        super().__init__(limit_s, "frame", state)
         self._silence: Answer = SILENT
-        self._check: Callable[[Any], None] = check_estimate
+        self._check: Callable[[Any], Answer] = check_estimate
         self._contestant, self._note, self._ends_process_at = contestant, note, ends_process_at
         self.taken: list[Taken] = []
         self._frames, self.revision = 0, Taken(0.0, 0.0)
-        self.silent_frames = 0
+        self.silent_frames, self.watch = 0, AnswerWatch(needs_depth)
         self.decides_at = 0.0
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
@@ -100,23 +113,28 @@ class GuardedContestant(Guard):
         k, given_box = frame.truth.frame, self._silence is SILENT and start.box_xyxy is not None
         answer = fallback = given(start) if given_box else self._silence
         if self._runs_on(k):
+            its_frame, its_start = _own(frame), own(start)
             with self.guarded(k):
-                answer = self._contestant.initialise(frame, start)
-                self._check(answer)
+                answer = self._check(self._contestant.initialise(its_frame, its_start))
+                check_unchanged(start, its_start, "start")
+                _check_unchanged(frame, its_frame)
         return answer if self.reason is None else fallback
 
     def update(self, frame: Frame) -> Answer:
         """See ``Contestant``."""
         k, answer = frame.truth.frame, self._silence
         if self._runs_on(k):
+            its_frame = _own(frame)
             with self.guarded(k) as watch:
-                answer = self._contestant.update(frame)
+                answered = self._contestant.update(its_frame)
                 taken = watch.taken
                 self.taken.append(taken._replace(cpu_s=taken.cpu_s + self._elsewhere_cpu_s()))
-                self._check(answer)
+                answer = self._check(answered)
+                _check_unchanged(frame, its_frame)
         answer = answer if self.reason is None else self._silence
+        self.watch.see(frame, answer)
         if isinstance(answer, Estimate):
-            self.silent_frames += bool(np.isnan(np.asarray(answer.position_px, dtype=float)).any())
+            self.silent_frames += bool(np.isnan(answer.position_px).any())
         return answer
 
     def scores(self) -> Iterator[Score]:
@@ -129,16 +147,34 @@ class GuardedContestant(Guard):
         """Return what is known of the contestant after the last frame."""
         return Ending(self.failed_at_frame)
 
+    def close(self) -> None:
+        """See ``Guard``."""
+        del self._contestant
+        super().close()
+
     def _elsewhere_cpu_s(self) -> float:
         each = self._contestant
         return each.elsewhere_cpu_s() if isinstance(each, OutsourcingContestant) else 0.0
 
     def _runs_on(self, frame: int) -> bool:
         self._frames = frame + 1
+        return self._begins(frame)
+
+    def _begins(self, frame: int) -> bool:
+        """Note that it runs on a frame, the number of frames for after the last one; return whether it may."""
         if frame == self._ends_process_at:
-            self.fail(frame, "ended its process (killed, crashed or stuck in compiled code)")
+            self.fail(frame, ENDED_PROCESS)
         self._note(frame)
         return self.reason is None
+
+
+def _own(frame: Frame) -> Frame:
+    """Return a frame with an observation of the contestant's own. Trackers get nothing of its truth."""
+    return replace(frame, observation=own(frame.observation))
+
+
+def _check_unchanged(frame: Frame, its_frame: Frame) -> None:
+    check_unchanged(frame.observation, its_frame.observation, "observation")
 
 
 def times(taken: Sequence[Taken], revision: Taken, frame_count: int) -> Iterator[Score]:
@@ -205,12 +241,12 @@ class GuardedMany(GuardedContestant):
 
     def _revised(self) -> Sequence[Sequence[Track]] | None:
         revised = None
-        if self.reason is None:
+        if self._begins(self._frames):
             with self.guarded(self._frames, "revision") as watch:
                 revised = self._contestant.revised()
                 if revised is not None:
                     self.revision = watch.taken
-                    _check_revised(revised, self._frames)
+                    revised = _check_revised(revised, self._frames)
         return revised if self.reason is None else None
 
 
@@ -221,13 +257,12 @@ def guarded(contestant: Contestant, limit_s: float, **how: Any) -> GuardedContes
     return GuardedContestant(contestant, limit_s, **how)
 
 
-def _check_revised(revised: Sequence[Sequence[Track]], frame_count: int) -> None:
+def _check_revised(revised: Sequence[Sequence[Track]], frame_count: int) -> Sequence[Sequence[Track]]:
     if not isinstance(revised, Sequence):
         raise ValueError(f"revised: expected a sequence of answers, got {type(revised).__name__}")
     if len(revised) != frame_count:
         raise ValueError(f"revised: expected an answer on each of {frame_count} pictures, got {len(revised)}")
-    for tracks in revised:
-        check_tracks(tracks)
+    return [check_tracks(tracks) for tracks in revised]
 
 
 class GuardedGapMethod:
@@ -244,16 +279,16 @@ class GuardedGapMethod:
         """See ``GapMethod``."""
         if self._guard.reason is None:
             with self._guard.guarded(self._frame, "lesson"):
-                self._method.learn(pieces)
+                self._method.learn(own(pieces))
 
     def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge | None:
         """See ``GapMethod``."""
-        return self._bridge(lambda: self._method.extrapolate(past, count, around), count)
+        return self._bridge(lambda: self._method.extrapolate(own(past), count, own(around)), count)
 
     def interpolate(self, past: Piece, future: Piece, around: Surroundings) -> Bridge | None:
         """See ``GapMethod``."""
         count = future.first_frame - past.end_frame
-        return self._bridge(lambda: self._method.interpolate(past, future, around), count)
+        return self._bridge(lambda: self._method.interpolate(own(past), own(future), own(around)), count)
 
     def _bridge(self, bridged: Callable[[], Bridge | None], count: int) -> Bridge | None:
         bridge = None
@@ -261,25 +296,32 @@ class GuardedGapMethod:
             with self._guard.guarded(self._frame, "gap"):
                 bridge = bridged()
                 if bridge is not None:
-                    check_bridge(bridge, count)
+                    bridge = check_bridge(bridge, count)
         return bridge if self._guard.reason is None else Bridge(np.full((count, 2), np.nan))
 
 
 class GuardedController(Guard):
     """A guarded controller; after a failure it commands nothing, from the frame that its command should lead to."""
 
-    def __init__(self, controller: Controller, limit_s: float) -> None:
-        super().__init__(limit_s, "command")
+    def __init__(self, controller: Controller, limit_s: float, state: ProcessState | None = None) -> None:
+        super().__init__(limit_s, "command", state)
         self._controller = controller
         self._frame = 0
+
+    def close(self) -> None:
+        """See ``Guard``."""
+        del self._controller
+        super().close()
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """See ``Controller``."""
         self._frame += 1
         wanted = CameraCommand()
         if self.reason is None:
+            its_observation, its_estimate = own(observation), own(estimate)
             with self.guarded(self._frame):
-                wanted = self._controller.command(observation, estimate)
+                wanted = self._controller.command(its_observation, its_estimate)
+                check_unchanged(observation, its_observation, "observation")
                 if not np.isfinite(astuple(wanted)).all():
                     raise ValueError(f"command: expected finite numbers, got {wanted}")
         return wanted if self.reason is None else CameraCommand()

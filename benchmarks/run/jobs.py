@@ -1,4 +1,4 @@
-"""One job of an experiment: one episode, simulated once for all of its trackers, in a worker process."""
+"""One job of an experiment: one episode, simulated or read once for all of its trackers, in a worker process."""
 
 from __future__ import annotations
 
@@ -10,20 +10,25 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import cv2
 import numba
 
 from benchmarks.run.blocks import as_block
-from benchmarks.run.contestants import Entrant, entrant
-from benchmarks.run.failures import Failure
-from benchmarks.run.guards import Guard, GuardedContestant, GuardedController, guarded
+from benchmarks.run.contestants import Entrant, contestant_of_one, entrant, gap_method_of
+from benchmarks.run.failures import ENDED_PROCESS, Failure
+from benchmarks.run.guards import Guard, GuardedContestant, GuardedController, GuardedGapMethod, guarded
 from benchmarks.run.notes import Note, note_at
+from benchmarks.run.oddities import AnswerWatch, Oddities
 from benchmarks.run.own_modules import load_modules
-from benchmarks.run.records import Row
+from benchmarks.run.process_state import ProcessState
+from benchmarks.run.real import RealEpisode
+from benchmarks.run.records import REAL, Row
 from benchmarks.run.steering import controller_for
-from benchmarks.suites.judging import Judge, ScoreSheet
+from benchmarks.sequences.episode import SequenceEpisode
+from benchmarks.sequences.sequence import BoxedSequence, UnreadableSequence
+from benchmarks.suites.judging import Ending, Judge, Recording, Score, ScoreSheet
 from benchmarks.suites.registry import suite
 from scenarios import catalog
 from scenarios.command_link import episode_link, link_named
@@ -49,7 +54,7 @@ class Job:
         link: how commands reach the camera's carrier, see ``scenarios.command_link``; None = unchanged.
         modules: users' own modules to import first.
         repeats: runs of a tracker whose random numbers no seed reaches.
-        limit_s: time limit of a tracker for one frame.
+        limit_s: of CPU time of a tracker for one frame, see ``time_limit.at_most``.
         notes: folder for the worker's note, which explains a crash; None = no note.
         editions: tracker → ``editions`` of its rows, from the start of the experiment.
         settings: label in ``trackers`` → the tracker's name and its parameter values.
@@ -57,12 +62,13 @@ class Job:
         data: folder or URL of a data set whose stored episode is used; None = it is rendered.
         estimates: folder where all answers are kept, see ``benchmarks.estimates``; None = they are not.
         deadly: tracker that ended its process in this episode → frame.
+        real: what takes the episode's place; None = it is simulated. Scenario and renderer are then ``REAL``.
     """
 
     suite: str
     scenario: str
     preset: str
-    renderer: RendererName
+    renderer: RendererName | Literal["real"]
     seed: int
     controller: str | None
     trackers: tuple[str, ...]
@@ -78,6 +84,12 @@ class Job:
     data: str | None = None
     estimates: Path | None = None
     deadly: dict[str, int] = field(default_factory=dict)
+    real: RealEpisode | None = None
+
+    @property
+    def sequence(self) -> str:
+        """Name of the real sequence; "" without."""
+        return "" if self.real is None else self.real.sequence
 
     @property
     def name(self) -> str:
@@ -97,15 +109,20 @@ class JobResult:
 
     Attributes:
         job: the job.
-        blocks: rows, a block for each tracker.
+        blocks: rows, a block for each tracker; of tracks one for each block of time. None for a tracker of which a
+            package is missing.
         failures: trackers that failed.
         silent: tracker → number of frames without an answer.
+        oddities: of the answers, and what is left running.
+        unusable: why there is no row about this recording; "" if there are some.
     """
 
     job: Job
-    blocks: list[list[Row]]
-    failures: list[Failure]
-    silent: Counter[str]
+    blocks: list[list[Row]] = field(default_factory=list)
+    failures: list[Failure] = field(default_factory=list)
+    silent: Counter[str] = field(default_factory=Counter)
+    oddities: Oddities = field(default_factory=Oddities)
+    unusable: str = ""
 
 
 @dataclass
@@ -148,7 +165,7 @@ class OpenJob:
             guards.insert(0, (str(self.job.controller), self.controller, "commanded nothing"))
         where = (self.job.scenario, self.job.preset, self.job.seed)
         return [
-            Failure(name, *where, guard.failed_at_frame, str(guard.reason), since, guard.place)
+            Failure(name, *where, guard.failed_at_frame, str(guard.reason), since, guard.place, self.job.sequence)
             for name, guard, since in guards
             if guard.failed_at_frame is not None
         ]
@@ -165,28 +182,39 @@ def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> It
     """
     steerable = job.controller is None or bool(job.trackers)
     check("tracker", steerable, f"a name, as {job.controller!r} steers by one", "none")
-    scenario = catalog.scenario(job.scenario)
     controller = link = None
     if job.controller is not None:
-        steers = controller_for(job.controller, scenario.carrier.name, job.link, job.controller_values)
-        controller = GuardedController(steers, job.limit_s)
-    episode = episode_of(job, truth)
+        scenario = catalog.scenario(job.scenario)
+        with (state := ProcessState()).applied():
+            steers = controller_for(job.controller, scenario.carrier.name, job.link, job.controller_values)
+        controller = GuardedController(steers, job.limit_s, state)
+    episode, watchers = episode_of(job, truth), list[_Watcher]()
     try:
         if controller is not None and job.link is not None:
             link = episode_link(scenario.carrier, episode.rate_hz, link_named(job.link), job.seed)
-        watchers = _watchers(job, episode, note)
+        watchers += _watchers(job, episode, note)
         yield OpenJob(job, Loop(episode, [each.guard for each in watchers], link), watchers, controller)
     finally:
         episode.close()
+        for guard in (*(each.guard for each in watchers), *([] if controller is None else [controller])):
+            guard.close()
 
 
 def episode_of(job: Job, truth: TruthExtent) -> Episode:
-    """Return a job's episode before its first frame, rendered or stored."""
+    """Return a job's episode before its first frame, rendered, stored or real.
+
+    Raises:
+        UnreadableSequence: if the first picture of a real one is broken.
+    """
+    if job.real is not None:
+        assert isinstance(job.real.content, BoxedSequence)
+        return SequenceEpisode(job.real.content)
     if job.data is not None:
         # An extra, which rendered episodes do without.
         from benchmarks.data_sets.data_set import stored_episode
 
         return stored_episode(job.data, job.seed)
+    assert job.renderer != REAL
     steered = job.controller is not None
     scenario = catalog.scenario(job.scenario)
     preset, changed = job.changes or (job.preset, {})
@@ -207,10 +235,19 @@ def run_job(job: Job) -> JobResult:
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
     load_modules(job.modules)
+    if job.real is not None and not isinstance(job.real.content, BoxedSequence):
+        return _run_on_tracks(job, job.real.content)
+    try:
+        return _run_on_pictures(job)
+    except UnreadableSequence as error:
+        return JobResult(job, unusable=str(error))
+
+
+def _run_on_pictures(job: Job) -> JobResult:
     judging = suite(job.suite)
     started = time.perf_counter()
     with note_at(job.note_file) as note, opened(job, judging.truth, note) as live:
-        judge = judging.judge(live.loop.episode, catalog.scenario(job.scenario))
+        judge = _judge_of(job, live.loop.episode)
         keeping = None if job.estimates is None else _keeping(judge)
         judge = keeping or judge
         sheets = [judge.sheet() for _ in live.watchers]
@@ -218,11 +255,75 @@ def run_job(job: Job) -> JobResult:
             if frame.truth.frame == 0:
                 check_truth(frame.truth)
             take_in(live.loop, judge, sheets)
-    seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
-    result = _result(live, sheets, seconds)
-    if keeping is not None and job.estimates is not None:
-        keeping.write(job.estimates, result.blocks, [(each.label, each.guard) for each in live.watchers])
-    return result
+        seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
+        result = _result(live, sheets, seconds)
+        if keeping is not None and job.estimates is not None:
+            keeping.write(job.estimates, result.blocks, [(each.label, each.guard) for each in live.watchers])
+    return replace(result, oddities=_oddities(live))
+
+
+def _oddities(live: OpenJob) -> Oddities:
+    """Return what was odd about the contestants of a closed episode."""
+    found = Oddities()
+    for each in live.watchers:
+        found.add(each.label, each.guard.watch, each.guard.left)
+    if live.controller is not None:
+        found.add(str(live.job.controller), AnswerWatch(), live.controller.left)
+    return found
+
+
+def _judge_of(job: Job, episode: Episode) -> Judge:
+    judging = suite(job.suite)
+    if job.real is None:
+        return judging.judge(episode, catalog.scenario(job.scenario))
+    assert judging.on_sequences is not None
+    return judging.on_sequences.judge(episode)
+
+
+def _run_on_tracks(job: Job, recording: Recording) -> JobResult:
+    """Ask the job's one tracker about gaps in tracks; no row if it has no method to bridge them."""
+    (name,) = job.trackers
+    started = time.perf_counter()
+    guard, method, blocks = Guard(job.limit_s, "answer"), None, list[tuple[int, Sequence[Score]]]()
+    died_at = job.deadly.get(name)
+    with note_at(job.note_file) as note:
+        note.write(name, 0)
+        if died_at == 0:
+            guard.fail(0, ENDED_PROCESS)
+        else:
+            with guard.guarded(0, "tracker"):
+                method = gap_method_of(name, tracker_stream(job.seed, name))
+        if method is not None:
+            note.write(name, 1)
+            if died_at is not None:
+                guard.fail(0, ENDED_PROCESS)
+            bridges = partial(GuardedGapMethod, method, guard, 0)
+            blocks = list(recording.scores(Ending(new_gap_method=bridges)))
+        guard.close()
+    oddities = Oddities()
+    oddities.add(name, AnswerWatch(), guard.left)
+    seconds = round((time.perf_counter() - started) / max(len(blocks), 1), 3)
+    heading = heading_of(job, name, entrant(name).role) | {"blocks": len(blocks)}
+    ending = {"seconds": seconds, "editions": job.editions.get(name, {})}
+    event_key, unusable = suite(job.suite).events.key, ""
+    rows = [
+        as_block(
+            heading | {"seed": number},
+            [(0, score) for score in scores],
+            None,
+            recording.block_frames,
+            event_key,
+            ending,
+        )
+        for number, scores in blocks
+    ]
+    if method is not None and not rows:
+        unusable = f"{recording.name}: expected tracks that are long enough for gaps, got none that is"
+    failures = []
+    if guard.reason is not None:
+        where = (name, job.scenario, job.preset, job.seed, 0)
+        failures.append(Failure(*where, guard.reason, "predicted nothing", guard.place))
+    return JobResult(job, rows, failures, oddities=oddities, unusable=unusable)
 
 
 def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
@@ -241,14 +342,20 @@ def _keeping(judge: Judge) -> KeepingJudge:
 
 def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:
     watchers = []
-    scenario, many = catalog.scenario(job.scenario), suite(job.suite).follows_many
+    judging = suite(job.suite)
+    scenario = None if job.real is not None else catalog.scenario(job.scenario)
     for label in job.trackers:
         entered = entrant(*job.settings.get(label, (label,)))
         write = (lambda frame: None) if note is None else partial(note.write, label)
         for repeat in range(1 if entered.reproducible else job.repeats):
             rng = tracker_stream(job.seed, entered.name, repeat)
-            contestant = entered.create(episode, scenario, rng, many)
-            how = {"note": write, "ends_process_at": job.deadly.get(label)}
+            with (state := ProcessState()).applied():
+                if scenario is None:
+                    contestant = contestant_of_one(label, rng)
+                else:
+                    contestant = entered.create(episode, scenario, rng, judging.follows_many)
+            how = {"state": state, "needs_depth": judging.needs_depth, "note": write}
+            how |= {"ends_process_at": job.deadly.get(label)}
             watchers.append(_Watcher(label, entered, repeat, guarded(contestant, job.limit_s, **how)))
     return watchers
 
@@ -259,7 +366,10 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
     silent: Counter[str] = Counter()
     event_key = suite(job.suite).events.key
     controller_failed_at = None if live.controller is None else live.controller.failed_at_frame
+    unequipped = {each.label for each in live.watchers if _lacks_package(each.guard)}
     for name in job.trackers:
+        if name in unequipped:
+            continue
         mine = [(each, sheet) for each, sheet in zip(live.watchers, sheets, strict=True) if each.label == name]
         heading = heading_of(job, name, mine[0][0].entrant.role)
         ending = {"seconds": seconds, "editions": job.editions.get(name, {})}
@@ -276,11 +386,16 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
     return JobResult(job, blocks, live.failures(), silent)
 
 
+def _lacks_package(guard: Guard) -> bool:
+    """Return whether a contestant could not begin, as a package is not installed: that is no figure of the method."""
+    return guard.failed_at_frame == 0 and str(guard.reason).startswith(ModuleNotFoundError.__name__)
+
+
 def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str | None = None) -> Row:
     """Return the common columns of a tracker's block; the controller's role is the catalogue's unless given."""
     heading: Row = {
         "suite": job.suite,
-        "scenario": catalog.scenario(job.scenario).id,
+        "scenario": REAL if job.real is not None else catalog.scenario(job.scenario).id,
         "preset": job.preset,
         "tracker": tracker,
         "role": tracker_role,
@@ -288,6 +403,8 @@ def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str |
         "renderer": job.renderer,
         "seed": job.seed,
     }
+    if job.real is not None:
+        heading |= job.real.columns
     if job.modules:
         # The command that repeats the run names them.
         heading["modules"] = list(job.modules)

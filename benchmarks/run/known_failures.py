@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
-from benchmarks.run.failures import Failure
+from benchmarks.run.failures import ENDED_PROCESS, Failure
 from benchmarks.run.records import BlockKey
 from trackers.atomic_file import write_atomic
 
@@ -48,4 +48,4 @@ def write_failures(directory: Path, failures: Mapping[BlockKey, Sequence[Failure
 def ended_processes(directory: Path) -> set[str]:
     """Return the contestants that ended their process: to run one again here would end this one."""
     failures = (each for block in read_failures(directory).values() for each in block)
-    return {each.tracker for each in failures if each.reason.startswith("ended its process")}
+    return {each.tracker for each in failures if each.reason.startswith(ENDED_PROCESS)}

@@ -63,8 +63,9 @@ def _alone(job: Job, backend: str) -> JobResult:
         except BrokenProcessPool:
             note = read_note(job.note_file)
             if note is None or note[0] in job.deadly:
+                episode = f"sequence {job.sequence}" if job.sequence else f"seed {job.seed}"
                 raise ChildProcessError(
-                    f"{job.scenario} {job.preset}, seed {job.seed}: its process ends outside of any tracker"
+                    f"{job.scenario} {job.preset}, {episode}: its process ends outside of any tracker"
                 ) from None
             job = replace(job, deadly={**job.deadly, note[0]: note[1]})
 

@@ -14,6 +14,8 @@
 ``link``                suite ``follow`` alone: how commands reach the carrier, ``scenarios.command_link.LINKS``
 ``renderer``            ``raster`` or ``pybullet``; ``real`` for recordings
 ``seed``                the episode's seed; of recordings the number of a block of 500 frames, or of a ``sequence``
+``sequence``            of real sequences of pictures: the name of the sequence
+``blocks``              of recordings of tracks: how many blocks of time the tracker has there
 ``modules``             names or files of users' own modules of the run; only where there were any
 ``recorded``            of recordings: the arguments of ``frameout bench`` that say which, and how they are read
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible
@@ -133,14 +135,14 @@ import os
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
 FILE_NAME = "records.jsonl"
 LAST_METRIC = "frames"
-REAL = "real"
+REAL: Final = "real"
 """Scenario and renderer of real recordings; preset: recording, or folder of sequences; seed: its block, or sequence."""
 ESTIMATES = "estimates"
 """Folder beside the rows with all answers, see ``benchmarks.estimates``."""

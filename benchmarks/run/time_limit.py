@@ -1,4 +1,4 @@
-"""Time limit, CPU time and wall time of a tracker's work, without compilation.
+"""Time limits, CPU time and wall time of a tracker's work, without compilation.
 
 On a fresh machine a kernel is compiled at its first call, which may be anywhere in an episode and takes seconds: that
 is not the tracker's fault or its speed. Nor is it that other processes hold the cores: Linux counts for how long a
@@ -7,10 +7,12 @@ thread was ready and waited for one.
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
+import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -19,14 +21,20 @@ from typing import NamedTuple
 
 from numba.core import event
 
-_CLOCKS = tuple(getattr(signal, name) for name in ("ITIMER_REAL", "ITIMER_VIRTUAL") if hasattr(signal, name))
-"""Alarm clocks; Windows has none."""
+_CLOCKS = tuple(
+    getattr(signal, name) for name in ("ITIMER_PROF", "ITIMER_REAL", "ITIMER_VIRTUAL") if hasattr(signal, name)
+)
+"""Alarm clocks of CPU time, wall time and CPU time outside of the system; Windows has none."""
+WALL = 10.0
+"""Limit of wall time over that of CPU time: for what sleeps or waits for ever, not for what waits for a busy core."""
+_DEAF = 3
+"""Limits after which work that has not ended is ended with its process."""
 _SCHEDULED = Path("/proc/thread-self/schedstat")
 """Nanoseconds on a core, nanoseconds of waiting for one, number of times on one."""
 
 
 class TooSlow(Exception):
-    """The work exceeded its time limit."""
+    """The work exceeded a limit; the text says how long it took."""
 
 
 class Taken(NamedTuple):
@@ -43,12 +51,17 @@ class Taken(NamedTuple):
 
 
 class Stopwatch(event.Listener):
-    """Times work since construction, without numba's compilation."""
+    """Times work since construction, without numba's compilation.
 
-    def __init__(self) -> None:
+    Attributes:
+        clocks: alarm clocks that stand still during compilation.
+    """
+
+    def __init__(self, clocks: Sequence[int] = ()) -> None:
+        self.clocks = clocks
         self._compiling = 0
         self._compile_began = self._compiled = Taken(0.0, 0.0)
-        self._left_s = [0.0 for _ in _CLOCKS]
+        self._left_s = [0.0 for _ in clocks]
         self._began = _now()
 
     @property
@@ -61,7 +74,7 @@ class Stopwatch(event.Listener):
         self._compiling += 1
         if self._compiling == 1:
             self._compile_began = _now()
-            self._left_s = [_set(clock, 0.0) for clock in _CLOCKS]
+            self._left_s = [_set(clock, 0.0) for clock in self.clocks]
 
     def on_end(self, event: event.Event) -> None:
         """Restart the clocks."""
@@ -69,42 +82,50 @@ class Stopwatch(event.Listener):
         if self._compiling == 0:
             parts = zip(self._compiled, _now(), self._compile_began, strict=True)
             self._compiled = Taken(*(sum_s + now - began for sum_s, now, began in parts))
-            for clock, left_s in zip(_CLOCKS, self._left_s, strict=True):
+            for clock, left_s in zip(self.clocks, self._left_s, strict=True):
                 _set(clock, left_s)
 
 
 @contextmanager
 def at_most(limit_s: float) -> Iterator[Stopwatch]:
-    """Raise TooSlow after ``limit_s`` > 0; code that never returns to Python is ended later, with its process.
+    """Raise TooSlow after ``limit_s`` > 0 seconds of CPU time of the process, or ten times that of wall time.
 
-    For the main thread only and not nested: there is one alarm clock. Without one nothing is stopped, which is told.
+    Code that never returns to Python, or goes on all the same, is ended after three times these limits, with its
+    process. Not nested: there is one alarm clock of each kind. Alarms reach the main thread alone: in another one, and
+    on a system without them, nothing is stopped, which is told.
     """
+    calls = 0
 
     def stop(number: int, frame: FrameType | None) -> None:
-        raise TooSlow
+        nonlocal calls
+        calls += 1
+        if calls == _DEAF:
+            os._exit(1)
+        raise TooSlow(f"{limit_s:g} s of CPU time" if number == signal.SIGPROF else f"{WALL * limit_s:g} s")
 
-    if not _CLOCKS:
+    clocks = _CLOCKS if threading.current_thread() is threading.main_thread() else ()
+    if not clocks:
         _tell_without_limit()
-    previous = signal.signal(signal.SIGALRM, stop) if _CLOCKS else None
-    watch = Stopwatch()
+    previous = {number: signal.signal(number, stop) for number in (signal.SIGPROF, signal.SIGALRM)} if clocks else {}
+    watch = Stopwatch(clocks)
     event.register("numba:compile", watch)
-    # The default action of the second clock's signal ends the process without Python.
-    for clock, seconds in zip(_CLOCKS, (limit_s, 3.0 * limit_s), strict=False):
+    # The default action of the third clock's signal ends the process without Python.
+    for clock, seconds in zip(clocks, (limit_s, WALL * limit_s, _DEAF * limit_s), strict=False):
         _set(clock, seconds)
     try:
         yield watch
     finally:
-        for clock in _CLOCKS:
+        for clock in clocks:
             _set(clock, 0.0)
         event.unregister("numba:compile", watch)
-        if _CLOCKS:
-            signal.signal(signal.SIGALRM, previous)
+        for number, action in previous.items():
+            signal.signal(number, action)
 
 
 @cache
 def _tell_without_limit() -> None:
     """Say once a process that nothing is stopped."""
-    print("note: trackers have no time limit here, as this system has no alarm clock", file=sys.stderr)
+    print("note: trackers have no time limit here, which needs the main thread and alarm clocks", file=sys.stderr)
 
 
 def _now() -> Taken:
@@ -121,5 +142,5 @@ def _waited_s() -> float:
 
 
 def _set(clock: int, seconds: float) -> float:
-    """Set an alarm clock, 0 = off; return the time that was left."""
-    return signal.setitimer(clock, seconds)[0]
+    """Let an alarm clock ring every so many seconds, 0 = off; return the time that was left."""
+    return signal.setitimer(clock, seconds, seconds)[0]

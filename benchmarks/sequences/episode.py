@@ -7,10 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.sequences.sequence import BoxedSequence, read_picture, short
+from benchmarks.sequences.sequence import BoxedSequence, UnreadableSequence, read_picture, short
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
-from sim.checks import check
 from trackers.types import CameraCommand, CameraModel, Observation, Start
 
 USUAL_FOCAL = 1.2
@@ -30,7 +29,7 @@ class SequenceEpisode:
     closed_loop = False
 
     def __init__(self, sequence: BoxedSequence) -> None:
-        """Read the first picture. Raises ValueError if it is broken."""
+        """Read the first picture. Raises UnreadableSequence if it is broken."""
         self._sequence = sequence
         self.frame_count = len(sequence.pictures)
         self.rate_hz = sequence.rate_hz
@@ -45,12 +44,15 @@ class SequenceEpisode:
         return Start(self._camera, self._sequence.box_xyxy[0].copy())
 
     def step(self, command: CameraCommand | None = None) -> Frame:
-        """See ``Episode``. Raises ValueError for a picture that is broken or of another size."""
+        """See ``Episode``. Raises UnreadableSequence for a picture that is broken or of another size."""
         k, path = self._next, self._sequence.pictures[self._next]
         picture = read_picture(path)
         height, width = self._camera.height_px, self._camera.width_px
-        got = f"{picture.shape[1]} x {picture.shape[0]}"
-        check(short(path, 3), picture.shape[:2] == (height, width), f"{width} x {height} pixels as the first one", got)
+        if picture.shape[:2] != (height, width):
+            got = f"{picture.shape[1]} x {picture.shape[0]}"
+            raise UnreadableSequence(
+                f"{short(path, 3)}: expected {width} x {height} pixels as the first one, got {got}"
+            )
         self._next += 1
         return Frame(Observation(picture, k / self.rate_hz, self._camera), self._truth(k))
 

@@ -9,10 +9,12 @@ benchmark's page names, ``PARTS``. OTB has a box in every picture; NaN for none 
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
+from benchmarks.printable import printable
 from benchmarks.sequences.box_files import read_boxes
-from benchmarks.sequences.sequence import BoxedSequence, boxed_sequence, numbered_pictures, short
+from benchmarks.sequences.sequence import BoxedSequence, Unread, boxed_sequence, numbered_pictures, short
 from sim.checks import check
 
 FIRST = 1.0
@@ -33,8 +35,8 @@ def is_otb(folder: Path) -> bool:
     return any(folder.glob(_BOXES)) or any(folder.glob(f"*/{_BOXES}"))
 
 
-def read_otb(folder: Path) -> list[BoxedSequence]:
-    """Return the sequences of a folder. Raises ValueError for what is missing or wrong."""
+def find_otb(folder: Path) -> list[Unread]:
+    """Return the sequences of a folder. Raises ValueError if there are none."""
     if any(folder.glob(_BOXES)):
         return _of_folder(folder)
     inside = sorted({file.parent for file in folder.glob(f"*/{_BOXES}")})
@@ -42,19 +44,23 @@ def read_otb(folder: Path) -> list[BoxedSequence]:
     return [sequence for each in inside for sequence in _of_folder(each)]
 
 
-def _of_folder(folder: Path) -> list[BoxedSequence]:
+def _of_folder(folder: Path) -> list[Unread]:
     files = sorted(folder.glob(_BOXES))
-    told = [file for file in files if len(files) == 1 or file.read_bytes().strip()]
-    check(short(folder), bool(told), "a groundtruth_rect file with boxes", "empty ones alone")
-    pictures = numbered_pictures(folder / "img")
-    sequences = []
+    # Where all are empty, the first one says so when it is read.
+    told = [file for file in files if file.read_bytes().strip()] or files[:1]
+    found = []
     for file in told:
         target = file.stem.removeprefix("groundtruth_rect").strip(".")
-        boxes = read_boxes(file)
-        first, last = PARTS.get(folder.name, (0, -1))
-        shown = list(pictures.values())
-        if len(boxes) != len(shown) and len(boxes) == last - first + 1:
-            shown = [picture for number, picture in pictures.items() if first <= number <= last]
-        name = f"{folder.name}-{target}" if target else folder.name
-        sequences.append(boxed_sequence(name, shown, boxes, file, FIRST))
-    return sequences
+        name = printable(f"{folder.name}-{target}" if target else folder.name)
+        found.append(Unread(name, partial(_read, name, folder, file)))
+    return found
+
+
+def _read(name: str, folder: Path, file: Path) -> BoxedSequence:
+    pictures = numbered_pictures(folder / "img")
+    boxes = read_boxes(file, len(pictures))
+    first, last = PARTS.get(folder.name, (0, -1))
+    shown = list(pictures.values())
+    if len(boxes) != len(shown) and len(boxes) == last - first + 1:
+        shown = [picture for number, picture in pictures.items() if first <= number <= last]
+    return boxed_sequence(name, shown, boxes, file, FIRST)

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.sequences.otb import is_otb, read_otb
-from benchmarks.sequences.sequence import USUAL_RATE_HZ, BoxedSequence, Collection
-from benchmarks.sequences.uav123 import is_uav123, read_uav123
-from benchmarks.sequences.uavdt import is_uavdt, read_uavdt
+from benchmarks.printable import printable
+from benchmarks.sequences.otb import find_otb, is_otb
+from benchmarks.sequences.sequence import USUAL_RATE_HZ, BoxedSequence, Collection, Unread
+from benchmarks.sequences.uav123 import find_uav123, is_uav123
+from benchmarks.sequences.uavdt import find_uavdt, is_uavdt
 from sim.checks import check
 
 LAYOUTS = {"otb": is_otb, "uavdt": is_uavdt, "uav123": is_uav123}
@@ -19,7 +20,7 @@ LAYOUTS = {"otb": is_otb, "uavdt": is_uavdt, "uav123": is_uav123}
 def read_collections(
     paths: Sequence[Path], layout: str = "", target: int | None = None, rate_hz: float = USUAL_RATE_HZ
 ) -> list[Collection]:
-    """Return the collections of paths, one each.
+    """Return the collections of paths, one each; sequences that cannot be read are named in them.
 
     Args:
         layout: of ``LAYOUTS``; "" = it is recognised.
@@ -27,7 +28,8 @@ def read_collections(
         rate_hz: frames a second of all pictures.
 
     Raises:
-        ValueError: for a path that is missing, empty, of another layout, or wrong; two collections of one name.
+        ValueError: for a path that is missing, empty or of another layout; two collections of one name; and if no
+            sequence can be read.
     """
     check("layout", layout in ("", *LAYOUTS), f"one of {', '.join(LAYOUTS)}", repr(layout))
     check("rate_hz", 0 < rate_hz < float("inf"), "a number of frames a second > 0", f"{rate_hz:g}")
@@ -35,6 +37,8 @@ def read_collections(
     names = [each.name for each in found]
     twice = sorted({name for name in names if names.count(name) > 1})
     check("real", not twice, "recordings of different names", f"two called {', '.join(twice)}")
+    if not any(each.sequences for each in found):
+        raise ValueError(next(line for each in found for line in each.unusable))
     return found
 
 
@@ -46,16 +50,22 @@ def _collection(path: Path, layout: str, target: int | None, rate_hz: float) -> 
     wanted = f"the layout of one of {', '.join(LAYOUTS)} (see frameout bench --help)"
     check("real", bool(chosen), wanted, f"{str(path)!r}, which has none of them")
     check("target", target is None or chosen == "uavdt", "none but for files of several targets (uavdt)", target)
-    sequences = _read(path, chosen, target)
-    names = [each.name for each in sequences]
+    unread = sorted(_find(path, chosen, target), key=lambda sequence: sequence.name)
+    names = [each.name for each in unread]
     twice = sorted({name for name in names if names.count(name) > 1})
-    check(path.name, not twice, "sequences of different names", f"two called {', '.join(twice)}")
-    name = sequences[0].name if len(sequences) == 1 else path.name
-    timed = (replace(each, rate_hz=rate_hz) for each in sequences)
-    return Collection(name, tuple(sorted(timed, key=lambda sequence: sequence.name)))
+    check(printable(path.name), not twice, "sequences of different names", f"two called {', '.join(twice)}")
+    sequences: list[BoxedSequence] = []
+    unusable = []
+    for number, each in enumerate(unread):
+        try:
+            sequences.append(replace(each.read(), rate_hz=rate_hz, number=number))
+        except ValueError as error:
+            unusable.append(str(error))
+    name = sequences[0].name if len(unread) == len(sequences) == 1 else printable(path.name)
+    return Collection(name, tuple(sequences), tuple(unusable))
 
 
-def _read(path: Path, layout: str, target: int | None) -> list[BoxedSequence]:
+def _find(path: Path, layout: str, target: int | None) -> list[Unread]:
     if layout == "uavdt":
-        return read_uavdt(path, target)
-    return read_otb(path) if layout == "otb" else read_uav123(path)
+        return find_uavdt(path, target)
+    return find_otb(path) if layout == "otb" else find_uav123(path)

@@ -12,13 +12,19 @@ pictures, whose annotation ``NAME.txt`` is in ``anno/UAV123`` of the data set, i
 from __future__ import annotations
 
 import re
+from functools import partial
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from benchmarks.printable import printable
 from benchmarks.sequences.box_files import read_boxes
-from benchmarks.sequences.sequence import BoxedSequence, boxed_sequence, numbered_pictures, short
+from benchmarks.sequences.sequence import (
+    BoxedSequence,
+    Unread,
+    boxed_sequence,
+    numbered_pictures,
+    short,
+    visible,
+)
 from sim.checks import check
 
 FIRST = 1.0
@@ -35,15 +41,17 @@ def is_uav123(path: Path) -> bool:
     return bool(_annotations(path)) or (path.is_dir() and _annotation_of(path) is not None)
 
 
-def read_uav123(path: Path) -> list[BoxedSequence]:
-    """Return the sequences of a path. Raises ValueError for what is missing or wrong."""
+def find_uav123(path: Path) -> list[Unread]:
+    """Return the sequences of a path. Raises ValueError if there are none."""
     annotations = _annotations(path)
     if annotations:
-        return [_sequence(annotation) for annotation in annotations]
+        return [Unread(printable(each.stem), partial(_sequence, each)) for each in annotations]
     annotation = _annotation_of(path)
     if annotation is None:
-        raise ValueError(f"{short(path)}: expected anno/{SET}/NAME.txt, or {path.name}.txt for its pictures, got none")
-    return [_read(annotation, path)]
+        raise ValueError(
+            f"{short(path)}: expected anno/{SET}/NAME.txt, or {printable(path.name)}.txt for its pictures, got none"
+        )
+    return [Unread(printable(annotation.stem), partial(_read, annotation, path))]
 
 
 def _annotations(path: Path) -> list[Path]:
@@ -51,7 +59,7 @@ def _annotations(path: Path) -> list[Path]:
     if path.is_file():
         return [path] if path.suffix == ".txt" and path.parent.parent.name == "anno" else []
     folder = path if path.parent.name == "anno" else path / "anno" / SET
-    return sorted(file for file in folder.glob("*.txt") if not file.name.lower().startswith("readme"))
+    return [file for file in visible(folder, "*.txt") if not file.name.lower().startswith("readme")]
 
 
 def _annotation_of(pictures: Path) -> Path | None:
@@ -71,16 +79,15 @@ def _sequence(annotation: Path) -> BoxedSequence:
                 folder = root / "data_seq" / SET / re.split(r"[\\/]", part["path"].rstrip("\\/"))[-1]
                 return _read(annotation, folder, (int(part["first"]), int(part["last"])))
     folder = root / "data_seq" / SET / annotation.stem
-    wanted = f"pictures in data_seq/{SET}/{annotation.stem}, or configSeqs.m that names their folder"
+    wanted = f"pictures in data_seq/{SET}/{printable(annotation.stem)}, or configSeqs.m that names their folder"
     check(short(annotation), folder.is_dir(), wanted, "neither")
     return _read(annotation, folder)
 
 
 def _read(annotation: Path, folder: Path, part: tuple[int, int] | None = None) -> BoxedSequence:
-    boxes: NDArray[np.float64] = read_boxes(annotation)
     pictures = numbered_pictures(folder)
     first, last = part or (min(pictures), max(pictures))
     missing = [number for number in (first, last) if number not in pictures]
     check(short(folder), not missing, f"pictures {first} to {last}, as configSeqs.m says", f"none of {missing}")
     shown = [picture for number, picture in pictures.items() if first <= number <= last]
-    return boxed_sequence(annotation.stem, shown, boxes, annotation, FIRST)
+    return boxed_sequence(printable(annotation.stem), shown, read_boxes(annotation, len(shown)), annotation, FIRST)

@@ -14,13 +14,22 @@ in which the toolkits are written.
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.printable import printable
 from benchmarks.sequences.box_files import checked_boxes, read_rows
-from benchmarks.sequences.sequence import BoxedSequence, boxed_sequence, numbered_pictures, short
+from benchmarks.sequences.sequence import (
+    BoxedSequence,
+    Unread,
+    boxed_sequence,
+    numbered_pictures,
+    short,
+    visible,
+)
 from sim.checks import check
 
 FIRST = 1.0
@@ -37,21 +46,21 @@ def is_uavdt(folder: Path) -> bool:
     return folder.is_dir() and (bool(_boxes(folder)) or _boxes_of(folder) is not None)
 
 
-def read_uavdt(folder: Path, target: int | None = None) -> list[BoxedSequence]:
+def find_uavdt(folder: Path, target: int | None = None) -> list[Unread]:
     """Return the sequences of a folder.
 
     Args:
         target: id of the target that is followed, where a file holds several; None = the one seen most.
 
     Raises:
-        ValueError: for what is missing or wrong.
+        ValueError: if there are none.
     """
     own = _boxes_of(folder)
     if own is not None:
-        return [_sequence(own, folder, target)]
+        return [Unread(printable(folder.name), partial(_read, own, folder, target))]
     found = _boxes(folder)
     check(short(folder), bool(found), "boxes in anno/NAME_gt.txt or GT/NAME_gt_whole.txt", "none")
-    return [_sequence(file, _pictures(folder, name), target) for name, file in sorted(found.items())]
+    return [Unread(printable(name), partial(_read_in_set, file, folder, name, target)) for name, file in found.items()]
 
 
 def _boxes(folder: Path) -> dict[str, Path]:
@@ -60,7 +69,7 @@ def _boxes(folder: Path) -> dict[str, Path]:
     for toolkit in _TOOLKITS:
         for place in ("anno", "GT"):
             for ending in _ENDINGS:
-                for file in sorted((folder / toolkit / place).glob(f"*{ending}")):
+                for file in visible(folder / toolkit / place, f"*{ending}"):
                     found.setdefault(file.name.removesuffix(ending), file)
     return found
 
@@ -76,13 +85,17 @@ def _pictures(folder: Path, name: str) -> Path:
     places = [folder / place / name for place in _PICTURES]
     found = next((place for place in places if place.is_dir()), None)
     if found is None:
-        raise ValueError(f"{short(folder)}: expected a folder {name} of pictures, got none")
+        raise ValueError(f"{short(folder)}: expected a folder {printable(name)} of pictures, got none")
     return found
 
 
-def _sequence(file: Path, folder: Path, target: int | None) -> BoxedSequence:
-    name, pictures = folder.name, numbered_pictures(folder)
-    rows = read_rows(file, (4, 9, 10), _LINE)
+def _read_in_set(file: Path, folder: Path, name: str, target: int | None) -> BoxedSequence:
+    return _read(file, _pictures(folder, name), target)
+
+
+def _read(file: Path, folder: Path, target: int | None) -> BoxedSequence:
+    name, pictures = printable(folder.name), numbered_pictures(folder)
+    rows = read_rows(file, (4, 9, 10), _LINE, len(pictures))
     if rows.shape[1] == 4:
         return boxed_sequence(name, list(pictures.values()), checked_boxes(file, rows), file, FIRST)
     frames, identities = _whole(file, rows[:, 0], "frame"), _whole(file, rows[:, 1], "id")

@@ -112,6 +112,11 @@ class Recording(Protocol):
     name: str
     block_frames: int
 
+    @property
+    def fingerprint(self) -> str:
+        """Hash of the tracks and their rate: rows of others are outdated."""
+        ...
+
     def scores(self, ending: Ending) -> Iterable[tuple[int, Sequence[Score]]]:
         """Return the scores of a contestant, of which the gap method is known, by number of the block of time."""
         ...

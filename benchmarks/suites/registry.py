@@ -122,7 +122,9 @@ class Suite:
         contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
         truth: extent of the truth that the judge needs.
         follows_many: whether contestants answer with the tracks of many targets.
-        recordings: reads files of real tracks, see ``frameout bench --real``; None: the suite judges none.
+        needs_depth: whether a track without ``depth_m`` scores nothing.
+        recordings: reads files of real tracks, see ``frameout bench --real``: the recordings, notes for the user, and
+            what is wrong with files that cannot be used, a line each; None: the suite judges none.
         on_sequences: judges trackers on real sequences, see ``frameout bench --real``; None: the suite does not.
         ratios_on_files: takes rows about recordings to lines of text that ``frameout bench --real`` prints.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
@@ -154,7 +156,8 @@ class Suite:
     contestants: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"
     follows_many: bool = False
-    recordings: Callable[[Sequence[Path]], Sequence[Recording]] | None = None
+    needs_depth: bool = False
+    recordings: Callable[[Sequence[Path]], tuple[Sequence[Recording], list[str], list[str]]] | None = None
     on_sequences: OnSequences | None = None
     ratios_on_files: Callable[[Sequence[Row]], Iterable[str]] = lambda _: ()
     definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
@@ -190,6 +193,10 @@ class Suite:
     def headline_in(self, scenario: str) -> tuple[str, ...]:
         """Return the metrics of the leaderboard of a scenario, or of real recordings."""
         return self.on_sequences.headline if scenario == REAL and self.on_sequences else self.headline
+
+    def silence_in(self, scenario: str) -> str:
+        """Return the score of a frame without an answer, in words, in a scenario or on real recordings."""
+        return self.on_sequences.silence if scenario == REAL and self.on_sequences else self.silence
 
     def showing(self, metrics: Sequence[str]) -> Suite:
         """Return the suite with these metrics on its leaderboard, in this order; unchanged if it has none of them."""

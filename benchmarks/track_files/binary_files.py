@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.track_files.rates import rate_in, rate_told
+from benchmarks.track_files.rates import rate_in, rate_of_rows, rate_told
 from benchmarks.track_files.table import TrackTable, from_columns, reason, stem_of, whole_frames
 from sim.checks import check
 
@@ -59,9 +59,12 @@ def read_parquet(path: Path) -> TrackTable:
     frame, animal, x, y = (np.asarray(table[name].to_numpy()) for name in wanted)
     position = np.stack([x, y], axis=1).astype(float)
     animals = [str(each) for each in animal]
-    tracks, names, first = from_columns(path.name, whole_frames(path.name, frame), animals, position)
+    frames = whole_frames(path.name, frame)
+    tracks, names, first = from_columns(path.name, frames, animals, position)
     said = (table.schema.metadata or {}).get(b"idtrackerai_attributes")
     rate_hz = None if said is None else rate_in(path.name, said)
+    if rate_hz is None and "time" in table.column_names:
+        rate_hz = rate_of_rows(frames, np.asarray(table["time"].to_numpy(), dtype=float))
     return TrackTable(stem_of(path), tracks, names, rate_hz, first_frame=first)
 
 

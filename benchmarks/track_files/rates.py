@@ -18,6 +18,18 @@ def rate_of(time_s: NDArray[np.float64]) -> float | None:
     return float(1.0 / np.median(step_s)) if len(step_s) else None
 
 
+def rate_of_rows(frames: NDArray[np.int64], time_s: NDArray[np.float64]) -> float | None:
+    """Return the frames per second of the rows (R,) of a file, which may leave out frames or name them several times.
+
+    None if the times do not tell.
+    """
+    known = np.isfinite(time_s)
+    at, first = np.unique(frames[known], return_index=True)
+    if len(at) == 0:
+        return None
+    return rate_of(np.interp(np.arange(at[0], at[-1] + 1), at, time_s[known][first]))
+
+
 def rate_told(name: str, rate_hz: Any) -> float | None:
     """Return the rate that a file tells; None if it tells none, or 0 as for a video that the program could not read.
 

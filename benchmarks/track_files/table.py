@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.printable import printable
 from sim.checks import check
 
 
@@ -24,6 +25,7 @@ class TrackTable:
         rate_hz: frames per second; None if the file does not tell.
         unit: ``px`` or ``cm``.
         first_frame: number of the first frame in the recording.
+        notes: what a user should know of how it was read, a line each.
     """
 
     name: str
@@ -32,6 +34,7 @@ class TrackTable:
     rate_hz: float | None = None
     unit: str = "px"
     first_frame: int = 0
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         shape = self.position.shape
@@ -89,4 +92,4 @@ def reason(error: Exception) -> str:
 
 def stem_of(path: Path) -> str:
     """Return the name of a file without its endings."""
-    return path.name.split(".")[0]
+    return printable(path.name.split(".")[0])

@@ -3,7 +3,8 @@
 Layouts, one line a row, after a head:
 
 * idTracker, tab separated: ``X1 Y1 ProbId1 X2 …``, a row for each frame.
-* Tracktor: a number without a name, ``frame pos_x pos_y id``, a row for each animal and frame.
+* Tracktor: a number without a name, ``frame pos_x pos_y id``, a row for each animal and frame; of one animal there is
+  no ``id``.
 * idtracker.ai, ``trajectories.csv``: ``time x1 y1 x2 …`` (older: ``seconds``), a row for each frame; the frame rate is
   in ``attributes.json`` beside it. ``trajectories_tidy.csv``: ``frame time individual x y probability``, a row for each
   animal and frame, with ``attributes_tidy.json``.
@@ -22,14 +23,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.track_files.rates import rate_in, rate_of
+from benchmarks.track_files.rates import rate_in, rate_of, rate_of_rows
 from benchmarks.track_files.table import TrackTable, from_columns, reason, stem_of, whole_frames
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
 _WIDE = re.compile(r"(?:x|X)(\d+)$")
 _TIMES = ("time", "seconds")
-_KNOWN_HEADS = "columns frame, pos_x, pos_y, id, or frame, individual, x, y, or x1, y1, x2, y2 …"
+_KNOWN_HEADS = "columns frame, pos_x, pos_y, id, or these without id, or frame, individual, x, y, or x1, y1, x2, y2 …"
 """Of Tracktor, of idtracker.ai, and of idtracker.ai or idTracker."""
 Table = Mapping[str, Sequence[str]]
 """Columns of a text file, by name."""
@@ -41,7 +42,7 @@ def read_text(path: Path) -> TrackTable:
     """Read one of these files, told apart by its head. Raises ValueError for any other."""
     table = read_table(path)
     heads = set(table)
-    if {"frame", "pos_x", "pos_y", "id"} <= heads:
+    if {"frame", "pos_x", "pos_y"} <= heads:
         return _rows(path, table, "id", ("pos_x", "pos_y"), None)
     if {"frame", "individual", "x", "y"} <= heads:
         return _rows(path, table, "individual", ("x", "y"), _rate_beside(path))
@@ -62,7 +63,7 @@ def read_table(path: Path) -> Table:
         rows = list(csv.reader(lines, delimiter="\t" if tabs else ","))
     except (OSError, EOFError, UnicodeDecodeError, zlib.error, csv.Error) as error:
         raise ValueError(f"{path.name}: expected a table as text, got {reason(error)}") from None
-    check(path.name, len(rows) > 1, "a head and rows", f"{len(rows)} lines")
+    check(path.name, len(rows) > 0, "a head and rows", "0 lines")
     heads = [head.strip() for head in rows[0]]
     if tabs and heads[-1:] == [""]:
         heads.pop()
@@ -94,9 +95,12 @@ def numbers(path: Path, table: Table, column: str) -> NDArray[np.float64]:
 
 def _rows(path: Path, table: Table, animal: str, places: tuple[str, str], rate_hz: float | None) -> TrackTable:
     position = np.stack([numbers(path, table, column) for column in places], axis=1)
-    animals = [str(each) for each in table[animal]]
+    animals = [str(each) for each in table.get(animal, ["1"] * len(position))]
     frames = whole_frames(path.name, numbers(path, table, "frame"))
     tracks, names, first = from_columns(path.name, frames, animals, position)
+    time = next((each for each in _TIMES if each in table), None)
+    if rate_hz is None and time is not None:
+        rate_hz = rate_of_rows(frames, numbers(path, table, time))
     return TrackTable(stem_of(path), tracks, names, rate_hz, first_frame=first)
 
 

@@ -19,8 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.track_files.rates import rate_of
-from benchmarks.track_files.table import TrackTable, check_pauses, from_columns, reason, whole_frames
+from benchmarks.printable import printable
+from benchmarks.track_files.rates import rate_of_rows
+from benchmarks.track_files.table import TrackTable, check_pauses, from_columns, reason, stem_of, whole_frames
 from benchmarks.track_files.text_files import check_different, csv_text, numbers, read_table
 from sim.checks import check
 from trackers.atomic_file import write_atomic
@@ -33,7 +34,7 @@ _UNIT = re.compile(r"\s*\((cm|px)\)$")
 def recording_of(path: Path) -> str:
     """Return the name of the recording that a file of one animal belongs to."""
     match = _NAME.match(path.name)
-    return path.name.split(".")[0] if match is None else match["video"]
+    return stem_of(path) if match is None else printable(match["video"])
 
 
 def has_trex_columns(heads: Sequence[str]) -> bool:
@@ -44,13 +45,16 @@ def has_trex_columns(heads: Sequence[str]) -> bool:
 
 def read_trex(paths: Sequence[Path]) -> TrackTable:
     """Read the files of all animals of one recording. Raises ValueError for files that are none of TRex's."""
-    frames, animals, places, rates, units = [], [], [], [], set()
+    frames, animals, places, rates, units, notes = [], list[str](), [], [], set(), list[str]()
     for number, path in enumerate(paths):
         columns, told = _columns(path)
         source = _source(columns)
         good = source is not None and "frame" in columns
         check(path.name, good, "frame, X and Y of TRex", ", ".join(columns) or "none")
         at, place, time_s = _animal(path, columns, f"X{source}", f"Y{source}")
+        if len(at) == 0:
+            notes.append(f"{path.name} has no row: its animal is left out")
+            continue
         match = _NAME.match(path.name)
         frames.append(at)
         animals += [str(number) if match is None else match["animal"]] * len(at)
@@ -58,13 +62,13 @@ def read_trex(paths: Sequence[Path]) -> TrackTable:
         # Of the heads that are used: others may be in another unit.
         units |= {told.get(f"{axis}{source}", "cm") for axis in "XY"}
         if time_s is not None:
-            # Times of all frames in between, since files leave out frames.
-            rates.append(rate_of(np.interp(np.arange(at.min(), at.max() + 1), at, time_s)))
+            rates.append(rate_of_rows(at, time_s))
+    check(paths[0].name, bool(frames), "rows of tracks", "none")
     check("files", len(units) == 1, "places in one unit", " and ".join(sorted(units)))
     name = recording_of(paths[0])
     tracks, names, first = from_columns(name, np.concatenate(frames), animals, np.concatenate(places))
     rate_hz = next((rate for rate in rates if rate is not None), None)
-    return TrackTable(name, tracks, names, rate_hz, units.pop(), first)
+    return TrackTable(name, tracks, names, rate_hz, units.pop(), first, tuple(notes))
 
 
 def write_trex(table: TrackTable, folder: Path) -> list[Path]:
@@ -138,14 +142,14 @@ def _arrays(path: Path) -> Mapping[str, NDArray[np.float64]]:
 def _animal(
     path: Path, columns: Mapping[str, NDArray[np.float64]], x: str, y: str
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return frames (T,), places (T, 2) in columns ``x`` and ``y``, and times (T,) or None of one file."""
+    """Return frames (T,), places (T, 2) in columns ``x`` and ``y``, and times (T,) or None of one file; T may be 0."""
     names = ["frame", x, y, *(name for name in ("missing", "time") if name in columns)]
     lengths = {name: np.shape(columns[name]) for name in names}
     alike = len(set(lengths.values())) == 1 and len(lengths["frame"]) == 1
     check(path.name, alike, "arrays of one length", ", ".join(f"{name} {shape}" for name, shape in lengths.items()))
-    check(path.name, lengths["frame"] != (0,), "rows of tracks", "none")
     frame = whole_frames(path.name, columns["frame"])
-    check_pauses(path.name, frame)
+    if len(frame):
+        check_pauses(path.name, frame)
     place = np.stack([columns[x], columns[y]], axis=1)
     lost = ~np.isfinite(place).all(axis=1)
     if "missing" in columns:

@@ -88,9 +88,7 @@ class _Watcher:
     def update(self, frame: Frame) -> Estimate:
         """See ``Contestant``."""
         with self._blamed(frame):
-            estimate: Estimate = self._tracker.update(frame.observation)
-            check_estimate(estimate)
-            return estimate
+            return check_estimate(self._tracker.update(frame.observation))
 
     @contextmanager
     def _blamed(self, frame: Frame) -> Iterator[None]:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,13 @@ from trackers.types import Estimate
 HERE = np.array([3.0, 4.0])
 BOX = np.array([1.0, 2.0, 5.0, 6.0])
 POINTS = np.zeros((3, 2))
+
+
+class Unshowable:
+    """Has no words."""
+
+    def __repr__(self) -> str:
+        raise RuntimeError("no words")
 
 
 @pytest.mark.parametrize(
@@ -29,14 +37,55 @@ POINTS = np.zeros((3, 2))
     ],
 )
 def test_what_the_contract_allows_passes(estimate: Estimate) -> None:
-    check_estimate(estimate)
+    checked = check_estimate(estimate)
+    for field in fields(Estimate):
+        given, kept = getattr(estimate, field.name), getattr(checked, field.name)
+        assert (given is None) == (kept is None)
+        if given is not None:
+            np.testing.assert_array_equal(kept, np.asarray(given))
+            assert not np.shares_memory(kept, given)
+
+
+@pytest.mark.parametrize(
+    ("given", "kept"),
+    [
+        ([3, 4], HERE),
+        (("3", "4"), HERE),
+        (np.array([3, 4], np.uint8), HERE),
+        (np.array([3, 4], np.float16), HERE),
+        (np.array([3, 4], np.float32), HERE.astype(np.float32)),
+    ],
+)
+def test_numbers_of_other_kinds_are_kept_as_a_judge_needs_them(given: Any, kept: Any) -> None:
+    checked = check_estimate(
+        Estimate(
+            given, [*given, *given], covariance_px=[[4, 0], [0, 4]], particles_px=[given] * 3, weights=[0, 0.5, 0.5]
+        )  # type: ignore[arg-type]
+    )
+    assert checked.position_px.dtype == kept.dtype
+    np.testing.assert_array_equal(checked.position_px, kept)
+    np.testing.assert_array_equal(checked.box_xyxy, np.tile(kept, 2))  # type: ignore[arg-type]
+    np.testing.assert_array_equal(checked.covariance_px, 4 * np.eye(2))  # type: ignore[arg-type]
+    np.testing.assert_array_equal(checked.particles_px, np.tile(kept, (3, 1)))  # type: ignore[arg-type]
+
+
+def test_tensors_are_taken_with_a_gradient_too() -> None:
+    torch = pytest.importorskip("torch")
+    checked = check_estimate(Estimate(torch.tensor(HERE, requires_grad=True), in_view_probability=torch.tensor(0.5)))
+    np.testing.assert_array_equal(checked.position_px, HERE)
+    assert checked.in_view_probability == 0.5
+
+
+def test_a_probability_may_be_off_by_rounding() -> None:
+    assert check_estimate(Estimate(HERE, in_view_probability=1 + 1e-6)).in_view_probability == 1.0
+    assert check_estimate(Estimate(HERE, in_view_probability=np.float32(-1e-7))).in_view_probability == 0.0  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
     ("estimate", "message"),
     [
-        (None, "update: expected an Estimate, got NoneType"),
-        ((3.0, 4.0), "update: expected an Estimate, got tuple"),
+        (None, "update: expected an Estimate, .*, got None"),
+        ((3.0, 4.0), "update: expected an Estimate, .*, got tuple"),
         (Estimate(np.zeros(3)), r"position_px: expected the shape \(2,\), got \(3,\)"),
         (Estimate(np.array([np.nan, 1.0])), r"position_px: expected finite numbers, got \[nan, 1.0\]"),
         (Estimate(np.array([np.inf, 1.0])), "position_px: expected finite numbers"),
@@ -62,6 +111,10 @@ def test_what_the_contract_allows_passes(estimate: Estimate) -> None:
         (Estimate(HERE, particles_px=POINTS, weights=np.ones(3)), "weights: expected .* the sum 1, got .* the sum 3"),
         (Estimate(HERE, particles_px=POINTS, weights=np.array([1.5, -0.5, 0.0])), "weights: .* got the least -0.5"),
         (Estimate(HERE, particles_px=POINTS, weights=np.full(3, np.nan)), "weights: expected non-negative numbers"),
+        (Estimate(HERE, particles_px=np.zeros((300_000, 2))), "particles_px: expected at most 10,000 .*, got 300,000"),
+        (Estimate(HERE, particles_px=[[1.0, 2.0], [3.0]]), r"particles_px: expected numbers of shape \(N, 2\), got"),  # type: ignore[arg-type]
+        (Estimate(HERE + 1j), r"position_px: expected numbers of shape \(2,\), got array"),
+        (Estimate(Unshowable()), "position_px: expected numbers .*, got a Unshowable that cannot be shown"),  # type: ignore[arg-type]
         (Estimate(HERE, weights=np.ones(1)), "weights: expected None without particles_px"),
         (
             Estimate(HERE, covariance_px=np.array([[1.0, 2.0], [2.0, 1.0]])),

@@ -52,14 +52,31 @@ def test_tracks_that_the_contract_allows(tracks: Sequence[Track]) -> None:
     check_tracks(tracks)
 
 
+@pytest.mark.parametrize("identity", [3.0, np.float32(3), np.int16(3), np.array(3)])
+def test_whole_numbers_of_any_kind_are_identities_also_from_a_generator(identity: Any) -> None:
+    (track,) = check_tracks(at(each, 1.0, 2.0) for each in [identity])
+    assert (track.identity, type(track.identity)) == (3, int)
+
+
+def test_the_largest_identity_is_kept() -> None:
+    assert check_tracks([at(2**63 - 1, 1.0, 2.0)])[0].identity == 2**63 - 1
+
+
 @pytest.mark.parametrize(
     ("tracks", "message"),
     [
-        (None, "update: expected a sequence of Tracks, got NoneType"),
-        ([Estimate(np.zeros(2))], "update: expected Tracks, got Estimate"),
+        (None, r"update: expected a sequence of Tracks, \(\) without any, got None"),
+        ([Estimate(np.zeros(2))], "update: expected a sequence of Tracks, .*, got one of Estimate"),
         ([at(4, 0.0, 0.0), at(5, 0.0, 0.0), at(4, 1.0, 1.0)], "identity: expected each once in an answer, got 4 twice"),
-        ([at(-1, 0.0, 0.0)], "identity: expected a whole number >= 0, got -1"),
-        ([Track(True, Estimate(np.zeros(2)))], "identity: expected a whole number >= 0, got True"),
+        ([at(-1, 0.0, 0.0)], r"identity: expected .* \(a track that .* is left out\), got -1"),
+        ([Track(True, Estimate(np.zeros(2)))], "identity: expected a whole number from 0 to .*, got True"),
+        ([at(2**63, 0.0, 0.0)], r"identity: expected a whole number from 0 to 2\^63 - 1, got 9223372036854775808"),
+        ([at(2.5, 0.0, 0.0)], "identity: expected a whole number .*, got 2.5"),  # type: ignore[arg-type]
+        ([at("3", 0.0, 0.0)], "identity: expected a whole number .*, got '3'"),  # type: ignore[arg-type]
+        ([at(np.nan, 0.0, 0.0)], "identity: expected a whole number .*, got nan"),  # type: ignore[arg-type]
+        (np.zeros((2, 7)), r"update: expected a sequence of Tracks, .*, got ndarray of shape \(2, 7\)"),
+        ([(3, 4, 5, 6, 1)], "update: expected a sequence of Tracks, .*, got one of tuple"),
+        ({1: Estimate(np.zeros(2))}, "update: expected a sequence of Tracks, .*, got dict"),
         ([at(0, np.inf, 0.0)], "position_px: expected finite numbers"),
         ([Track(0, Estimate(np.zeros(2)), kind=3)], "kind: expected a name or None, got 3"),  # type: ignore[arg-type]
         ([Track(0, Estimate(np.zeros(2)), size_m=np.array([1.0, 0.0, 1.0]))], "size_m: expected numbers > 0"),

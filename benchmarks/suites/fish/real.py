@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import sys
+import hashlib
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
@@ -16,13 +17,16 @@ from benchmarks.suites.fish.motion import motion_scores
 from benchmarks.suites.fish.scale import TANK_PX, scaled_to_tank
 from benchmarks.suites.fish.tracklets import link_tracklets
 from benchmarks.suites.judging import Ending, Score
-from benchmarks.track_files.reading import read_tracks
+from benchmarks.track_files.reading import read_each
 from benchmarks.track_files.table import TrackTable
+from sim.checks import check
 
 STRIDE_FRAMES = 50
 """Frames from one cut gap of an animal to its next of the same length."""
 USUAL_RATE_HZ = 30.0
 """Frame rate where a file does not tell one."""
+_FAR_PX = 1000.0
+"""No animal goes so far from one frame to the next."""
 
 
 class FishRecording:
@@ -37,6 +41,12 @@ class FishRecording:
         interval_s = 1.0 / (table.rate_hz or USUAL_RATE_HZ)
         position_px = table.position if table.unit == "px" else scaled_to_tank(table.position)
         self._tracks = Tracks(position_px, interval_s)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """See ``Recording``."""
+        content = f"{self.name}\0{self._tracks.interval_s}\0{self._tracks.position_px.shape}".encode()
+        return hashlib.sha256(content + np.ascontiguousarray(self._tracks.position_px).tobytes()).hexdigest()[:10]
 
     @cached_property
     def _task(self) -> GapTask:
@@ -58,16 +68,56 @@ class FishRecording:
             yield block, [*bridged, *link_scores(mine, groups=LENGTHS), *link_events(mine), *motion]
 
 
-def recordings(files: Sequence[Path]) -> list[FishRecording]:
-    """Return the recordings in files of tracking programs; ValueError for what cannot be read."""
-    tables = read_tracks(files)
+def recordings(files: Sequence[Path]) -> tuple[list[FishRecording], list[str], list[str]]:
+    """Return the recordings in files of tracking programs, notes about them, and what is wrong with the others.
+
+    Raises:
+        ValueError: for files that are missing or of no tracking program, for two recordings of one name, and if no
+            file can be read.
+    """
+    tables, unusable = read_each(files)
+    if not tables:
+        raise ValueError(unusable[0])
+    names = [each.name for each in tables]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    check("real", not twice, "recordings of different names", f"two called {', '.join(twice)}")
+    found, notes = [], list[str]()
     for table in tables:
-        rate = "" if table.rate_hz else f"; it tells no frame rate, {USUAL_RATE_HZ:g} a second are taken"
-        unit = (
-            ""
-            if table.unit == "px"
-            else f"; places in {table.unit} are scaled to {TANK_PX:g} px from the leftmost to the rightmost"
-        )
-        if rate or unit:
-            print(f"note: {table.name}{unit}{rate}", file=sys.stderr)
-    return [FishRecording(table) for table in tables]
+        tracked = _without_zeros(table)
+        notes += [*table.notes, *_notes(table, tracked)]
+        try:
+            found.append(FishRecording(tracked))
+        except ValueError as error:
+            unusable.append(f"{table.name}: {error}")
+    if not found:
+        raise ValueError(unusable[0])
+    return found, notes, unusable
+
+
+def _without_zeros(table: TrackTable) -> TrackTable:
+    """Return tracks without places of exactly 0, 0, which programs write for an animal that they do not find.
+
+    An animal that is nowhere else is left there.
+    """
+    zero = (table.position == 0.0).all(axis=2)
+    elsewhere = (np.isfinite(table.position[..., 0]) & ~zero).any(axis=0)
+    return replace(table, position=np.where((zero & elsewhere)[..., None], np.nan, table.position))
+
+
+def _notes(table: TrackTable, tracked: TrackTable) -> Iterator[str]:
+    """Yield what a user should know of a file: units and rate that are taken, and places that cannot be right."""
+    rate = "" if table.rate_hz else f"; it tells no frame rate, {USUAL_RATE_HZ:g} a second are taken"
+    scaled = f"; places in {table.unit} are scaled to {TANK_PX:g} px from the leftmost to the rightmost"
+    unit = "" if table.unit == "px" else scaled
+    if rate or unit:
+        yield f"{table.name}{unit}{rate}"
+    zeros = int(np.isfinite(table.position[..., 0]).sum() - np.isfinite(tracked.position[..., 0]).sum())
+    if zeros:
+        yield f"{table.name}: {zeros} places of exactly 0, 0 are taken as not tracked"
+    step = np.linalg.norm(np.diff(tracked.position, axis=0), axis=2)
+    far = step > _FAR_PX
+    if table.unit == "px" and far.any():
+        frame, animal = np.unravel_index(np.nanargmax(step), step.shape)
+        longest = f"the longest {step[frame, animal]:,.0f} px, of animal {table.names[animal]} to frame "
+        where = f"{longest}{table.first_frame + frame + 1}"
+        yield f"{table.name}: {int(far.sum())} jumps of more than {_FAR_PX:,.0f} px in one frame, {where}"

@@ -173,6 +173,7 @@ HARBOUR = Suite(
     references=tuple(TAUGHT_BY_FEW.values()),
     controller=None,
     follows_many=True,
+    needs_depth=True,
     definitions={
         found.visit_scores: ("found", "found_unseen", "chance_rate", "found_as_in_paper", "time_to_detect_s"),
         found.froc_scores: ("froc_found", "froc_findable"),

@@ -57,10 +57,6 @@ def test_summary_and_comparisons_are_made_from_estimates_again(
             "packages: expected no_such_package to be installed (pip install 'frameout[data]')",
         ),
         (["report", "OUT", "--data", "set"], "data: expected none without --from-estimates, got 'set'"),
-        (
-            ["bench", "fish", "--real", "x.csv", "--keep-estimates"],
-            "keep_estimates: expected none with --real, which runs no episodes, got True",
-        ),
     ],
 )
 def test_what_cannot_be_done_is_said_in_one_line(

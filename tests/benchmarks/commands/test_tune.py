@@ -12,6 +12,7 @@ from benchmarks.learning.controller_tuning import ControllerBudget, controllers_
 from benchmarks.learning.fresh_scores import ScoresOn
 from benchmarks.learning.tracker_tuning import Budget, Tuned, trackers_to_tune
 from benchmarks.results.ledger import TEST_SPLIT
+from benchmarks.run.failures import Failure
 from benchmarks.suites.registry import controllers_suite, suites
 from scenarios import catalog
 
@@ -101,7 +102,7 @@ def test_stored_values_are_scored_anew_on_their_own_episodes_without_a_search(
     asked: list[tuple[Any, ...]] = []
 
     def scores(kind: str) -> Any:
-        def of(name: str, budget: Any) -> ScoresOn:
+        def of(name: str, budget: Any, failures: list[Failure]) -> ScoresOn:
             def scores_on(settings: dict[str, dict[str, Any]], seeds: range) -> dict[str, float]:
                 asked.append((kind, name, getattr(budget, "presets", getattr(budget, "preset", "")), seeds))
                 return {label: float(seeds.start + (label == "tuned")) for label in settings}

@@ -13,7 +13,16 @@ from benchmarks.learning import tracker_tuning as tuning
 from benchmarks.learning.controller_tuning import ControllerBudget, controller_scores
 from benchmarks.learning.fresh_scores import NO_VALUES, FreshScores, fresh_entries, fresh_scores, scored_anew
 from benchmarks.learning.search import Found, search
-from benchmarks.learning.tracker_tuning import Budget, rows_of, tracker_scores, tunables, tune, write_tuned
+from benchmarks.learning.tracker_tuning import (
+    Budget,
+    failures_in_words,
+    rows_of,
+    tracker_scores,
+    tunables,
+    tune,
+    write_tuned,
+)
+from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.suites.frame_out.suite import FRAME_OUT
 from benchmarks.suites.registry import Scene
@@ -84,7 +93,7 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
     fresh = {"seeds": "9000:9008", "written": round(tuned.fresh.written, 6), "tuned": round(tuned.fresh.tuned, 6)}
     assert document["fresh"] == fresh
     # The scores of a file are those of its own function; the check's, which may be of other editions, go.
-    written, scores_on = entry("fake_shaky").written(), tracker_scores("fake_shaky", BUDGET)
+    written, scores_on = entry("fake_shaky").written(), tracker_scores("fake_shaky", BUDGET, [])
     outdated = document | {"score": 3.0, "default_score": 2.0, "fresh": None, "no_fresh": "not measured"}
     del document["check_score"], document["check_default_score"]
     assert scored_anew(document, written, BUDGET.seeds, scores_on) == document
@@ -94,7 +103,7 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
 def test_the_first_setting_tried_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[dict[str, Any]] = []
 
-    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
+    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget, _: Any) -> dict[str, float]:
         tried.extend(settings.values())
         return dict.fromkeys(settings, 0.0)
 
@@ -105,7 +114,7 @@ def test_the_first_setting_tried_is_the_default(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
+    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget, _: Any) -> dict[str, float]:
         """The higher ``off_m`` the better on the search's seeds, the worse on others."""
         sign = 1.0 if budget.seeds == BUDGET.seeds else -1.0
         return {label: sign * values["off_m"] for label, values in settings.items()}
@@ -121,7 +130,7 @@ def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch:
 def test_the_check_of_the_best_setting_is_on_other_presets_too_and_announced(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget) -> dict[str, float]:
+    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget, _: Any) -> dict[str, float]:
         """The higher ``off_m`` the better but on the preset of the check."""
         sign = -1.0 if budget.presets == ("hard",) else 1.0
         return {label: sign * values["off_m"] for label, values in settings.items()}
@@ -185,7 +194,9 @@ def test_the_scores_of_a_controller_are_those_of_its_function(
     seeds = range(*map(int, stored["seeds"].split(":")))
     budget = ControllerBudget(scenario, stored["preset"], tracker, seeds, range(0), 0, 0, tmp_path)
     entry = controller_entry("reentry", carrier)
-    scores = controller_scores("reentry", budget)({"tuned": stored["parameters"], "written": entry.written()}, seeds)
+    scores = controller_scores("reentry", budget, [])(
+        {"tuned": stored["parameters"], "written": entry.written()}, seeds
+    )
     assert scores["tuned"] == pytest.approx(stored["score"], abs=1e-6)
     assert scores["written"] == pytest.approx(stored["default_score"], abs=1e-6)
 
@@ -224,7 +235,19 @@ def test_a_tracker_that_ends_its_process_scores_as_one_without_answers() -> None
     town, modules = fakes_scenario.FAKE_TOWN.id, ("tests.fakes_scenario",)
     trackers = ("fake_kills", "fake_silent")
     jobs = [Job("frame-out", town, "tiny", "raster", seed, None, trackers, modules=modules) for seed in (1, 0)]
-    rows = [row for row in rows_of(jobs, 2) if row["metric"] == "offscreen_error_m"]
+    failures: list[Failure] = []
+    rows = [row for row in rows_of(jobs, 2, failures) if row["metric"] == "offscreen_error_m"]
     values = {name: [(row["seed"], row["value"]) for row in rows if row["tracker"] == name] for name in trackers}
     assert values["fake_kills"] == values["fake_silent"]
     assert list(dict(values["fake_kills"])) == [1, 0]
+    assert [(failure.tracker, failure.seed) for failure in failures] == [("fake_kills", 1), ("fake_kills", 0)]
+
+
+def test_what_failed_is_told_in_the_last_line_of_a_search() -> None:
+    failed = [Failure("hold#1", "town", "quick", seed, 3, "RuntimeError: a bug") for seed in range(3)]
+    failed += [Failure("hold#2", "town", "quick", 0, 5, "took longer than 600 s of CPU time over one frame")]
+    assert failures_in_words(failed) == (
+        "; 4 runs failed, which counts as no answer: RuntimeError: a bug (3 times), "
+        "took longer than 600 s of CPU time over one frame (1 time)"
+    )
+    assert failures_in_words([]) == ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -50,6 +51,13 @@ def test_results_and_what_failed_come_back(tmp_path: Path) -> None:
 def test_frames_without_an_answer_are_told(tmp_path: Path) -> None:
     with pytest.warns(ContestantWarning, match=r"fake_silent gave no answer \(NaN\) on 220 frames; each counts as"):
         bench(SUITE, out=tmp_path, **{**TINY, "trackers": "fake_silent"})
+
+
+def test_it_runs_in_this_process_beside_the_main_thread_too(tmp_path: Path) -> None:
+    with ThreadPoolExecutor() as pool:
+        results = pool.submit(bench, SUITE, out=tmp_path, **{**TINY, "trackers": "fake_still"}).result()
+    assert results.outcome.episodes == 1
+    assert results.outcome.failures == []
 
 
 def test_quick_runs_once_what_no_seed_makes_reproducible(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

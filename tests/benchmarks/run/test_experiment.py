@@ -163,7 +163,7 @@ def test_a_note_follows_no_link_and_lies_in_no_shared_folder(tmp_path: Path) -> 
     ],
 )
 def test_a_tracker_that_fails_is_named_and_has_the_worst_score(tmp_path: Path, tracker: str, reason: str) -> None:
-    limit_s = 0.5 if tracker == "fake_slow" else TINY.limit_s
+    limit_s = 0.05 if tracker == "fake_slow" else TINY.limit_s
     outcome = run(replace(TINY, trackers=(tracker, "fake_knowing"), seeds=range(1), limit_s=limit_s), tmp_path)
     (failure,) = outcome.failures
     told = str(failure)
@@ -177,7 +177,7 @@ def test_a_tracker_that_fails_is_named_and_has_the_worst_score(tmp_path: Path, t
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
     rows = read_rows(tmp_path)
     assert {row.get("limit_s", TINY.limit_s) for row in rows} == {limit_s}
-    assert ("--limit-s 0.5" in provenance(rows).command) == (tracker == "fake_slow")
+    assert ("--limit-s 0.05" in provenance(rows).command) == (tracker == "fake_slow")
 
 
 def test_a_tracker_cannot_spoil_the_pictures_of_another(tmp_path: Path) -> None:

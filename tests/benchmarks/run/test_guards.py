@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import threading
 import time
 from collections.abc import Callable
@@ -56,12 +57,30 @@ AHEAD = CameraCommand(forward_mps=5.0)
 )
 def test_one_that_fails_commands_nothing_from_there_on(answer: object, reason: str) -> None:
     controller = Scripted([AHEAD, answer, AHEAD])
-    guard = GuardedController(controller, limit_s=0.2)
+    guard = GuardedController(controller, limit_s=0.02)
     given = [guard.command(PICTURE, SOMEWHERE) for _ in range(3)]
     assert given == [AHEAD, CameraCommand(), CameraCommand()]
     assert len(controller.asked) == 2
     assert guard.failed_at_frame == 2
     assert str(guard.reason).startswith(reason)
+
+
+class Overwrites:
+    """Writes past NumPy into what it gets."""
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        """Overwrite the picture and the position."""
+        for array in (observation.image_rgb, estimate.position_px):
+            ctypes.memset(array.ctypes.data, 77, array.nbytes)
+        return AHEAD
+
+
+def test_a_controller_that_overwrites_the_picture_fails_and_changes_nothing_of_others() -> None:
+    guard = GuardedController(Overwrites(), limit_s=60.0)
+    assert guard.command(PICTURE, SOMEWHERE) == CameraCommand()
+    assert str(guard.reason).startswith("ValueError: observation.image_rgb: expected it as it was given")
+    assert not PICTURE.image_rgb.any()
+    assert not SOMEWHERE.position_px.any()
 
 
 @dataclass

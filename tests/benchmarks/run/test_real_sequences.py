@@ -6,7 +6,9 @@ import html
 import json
 import re
 import shlex
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,11 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.cli import main
+from benchmarks.estimates.reading import scan
+from benchmarks.estimates.rejudging import rejudge
 from benchmarks.export.registry import export
+from benchmarks.run.bench import bench as python_bench
+from benchmarks.run.outcome import ContestantWarning
 from benchmarks.run.records import read_rows
 from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.sequences.reading import read_collections
@@ -93,7 +99,8 @@ def runner_probability(frame: int) -> float:
 
 
 def bench(real: Path, out: Path, *more: str) -> int:
-    return main(["bench", "frame-out", "--real", str(real), "--trackers", *TRACKERS, "--out", str(out), *more])
+    words = ["bench", "frame-out", "--real", str(real), "--trackers", *TRACKERS, "--out", str(out)]
+    return main([*words, "--workers", "0", *more])
 
 
 @pytest.fixture(scope="module")
@@ -152,8 +159,9 @@ def test_the_same_command_continues_and_a_new_annotation_is_run_again(
 
     truth = ran / "cars" / "Car2" / "groundtruth_rect.txt"
     before, written = seconds(), truth.read_text()
-    assert bench(ran / "cars", ran / "out") == 0
+    assert bench(ran / "cars", ran / "out") == 1
     assert seconds() == before
+    assert "no red on Tuesdays (in an earlier run, whose rows are kept" in capsys.readouterr().err
     try:
         write_lines(truth, lines_of(true_boxes(away=range(15, 21))))
         assert bench(ran / "cars", ran / "out") == 1
@@ -196,7 +204,7 @@ def test_the_command_of_the_report_makes_the_same_rows_again(
     assert "frame 30: RuntimeError: no red on Tuesdays (test_real_sequences.py, line " in capsys.readouterr().err
     page = html.unescape((tmp_path / "out" / "report.html").read_text())
     (command,) = re.findall("<code>(frameout bench .*)</code>", page)
-    assert main([*shlex.split(command)[1:], "--out", "again"]) == 1
+    assert main([*shlex.split(command)[1:], "--out", "again", "--workers", "0"]) == 1
     first, second = ([_without_times(row) for row in read_rows(tmp_path / name)] for name in ("out", "again"))
     assert first == second
     # One sequence tells nothing of how sequences differ.
@@ -247,14 +255,199 @@ def test_a_suite_without_recordings_names_those_that_have_some(
     assert re.search(refused, capsys.readouterr().err)
 
 
-def test_a_broken_picture_ends_the_run_with_its_name(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for name in ("Car1", "Car2"):
-        folder = write_otb(tmp_path / "cars" / name)
+FEW = true_boxes(12, range(3, 6))
+
+
+def test_a_bad_sequence_is_named_and_the_rest_is_scored(tmp_path: Path) -> None:
+    """And once it is mended it alone is run."""
+    cars = tmp_path / "cars"
+    for name in ("Car1", "Car2", "Car3", "Car4"):
+        write_otb(cars / name, FEW)
+    whole = (cars / "Car2" / "img" / "0007.png").read_bytes()
+    (cars / "Car2" / "img" / "0007.png").write_bytes(whole[:40])
+    boxes = cars / "Car3" / "groundtruth_rect.txt"
+    boxes.write_text(boxes.read_text() + "1,1,2,2\n")
+    given: dict[str, Any] = {"real": cars, "trackers": "fake_stays", "out": tmp_path / "out", "workers": 0}
+    with pytest.warns(ContestantWarning, match=r"Car[23]/"):
+        outcome = python_bench("frame-out", **given).outcome
+    assert list(outcome.problems_in_words("nothing")) == [
+        "error: Car3/groundtruth_rect.txt: expected 12 boxes, one a picture, got 13",
+        "error: Car2/img/0007.png: expected a whole picture, got 40 bytes that are none, or a part of one",
+    ]
+    named = {row["sequence"]: (row["seed"], row["seconds"]) for row in read_rows(tmp_path / "out")}
+    assert {name: seed for name, (seed, _) in named.items()} == {"Car1": 0, "Car4": 3}
+    (cars / "Car2" / "img" / "0007.png").write_bytes(whole)
+    write_lines(boxes, lines_of(FEW))
+    assert not python_bench("frame-out", **given).outcome.failed
+    again = {row["sequence"]: (row["seed"], row["seconds"]) for row in read_rows(tmp_path / "out")}
+    assert {name: seed for name, (seed, _) in again.items()} == {"Car1": 0, "Car2": 1, "Car3": 2, "Car4": 3}
+    assert {name: again[name] for name in named} == named
+
+
+def test_a_single_sequence_that_is_broken_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = write_otb(tmp_path / "Car1", FEW)
     (folder / "img" / "0007.png").write_bytes(b"gone")
-    assert bench(tmp_path / "cars", tmp_path / "out") == 2
+    assert bench(folder, tmp_path / "out") == 2
+    assert "error: Car1/img/0007.png: expected a whole picture, got 4 bytes that are" in capsys.readouterr().err
+    assert not (tmp_path / "out" / "records.jsonl").exists()
+
+
+@pytest.fixture
+def mortals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder of two short sequences, which is the current one."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("Car1", "Car2"):
+        write_otb(tmp_path / "cars" / name, FEW)
+    return tmp_path
+
+
+def mortal_bench(out: str, *trackers: str, workers: int = 1) -> int:
+    words = [
+        "bench",
+        "frame-out",
+        "--modules",
+        "tests.benchmarks.run.mortals",
+        "--real",
+        "cars",
+        "--trackers",
+        *trackers,
+    ]
+    return main([*words, "--workers", str(workers), "--out", out])
+
+
+@pytest.mark.heavy
+def test_trackers_that_end_their_process_cost_their_own_rows_alone(
+    mortals: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert mortal_bench("all", "exits", "innocent", "crashes", "raises", workers=2) == 1
     told = capsys.readouterr().err
-    assert "img/0007.png: expected a picture that can be read, got 4 other bytes; the rows made before are kept" in told
-    assert {row["sequence"] for row in read_rows(tmp_path / "out")} == {"Car1"}
+    for name in ("exits", "crashes"):
+        assert f"error: {name} failed in real cars, sequence Car1, frame 5: ended its process" in told
+    assert "error: raises failed in real cars, sequence Car1, frame 5: RuntimeError: no (mortals.py, line " in told
+    failed = {(row["tracker"], row["value"]) for row in read_rows(Path("all")) if row["metric"] == "failed_at_frame"}
+    assert failed == {("exits", 5.0), ("crashes", 5.0), ("raises", 5.0)}
+    page = Path("all/report.html").read_text()
+    assert "exits, sequence Car2: failed at frame 5" in html.unescape(page)
+    assert "sequences Car1, Car2" in page
+    # In the same folder they are told again, and are not run.
+    assert mortal_bench("all", "exits", "innocent") == 1
+    assert "exits failed in real cars, sequence Car1, frame 5: ended its process" in capsys.readouterr().err
+    assert mortal_bench("one", "innocent", workers=0) == 0
+    alone, beside = (
+        [_without_times(row) for row in read_rows(Path(name)) if row["tracker"] == "innocent"]
+        for name in ("one", "all")
+    )
+    assert json.dumps(alone) == json.dumps(beside)
+
+
+def test_a_tracker_without_its_package_has_no_rows(mortals: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert mortal_bench("out", "unequipped", "innocent", workers=0) == 1
+    assert "unequipped failed in real cars, sequence Car1, frame 0: ModuleNotFoundError" in capsys.readouterr().err
+    assert {row["tracker"] for row in read_rows(Path("out"))} == {"innocent"}
+    assert mortal_bench("alone", "unequipped", workers=0) == 2
+    assert "error: trackers: expected some that can begin, got unequipped failed" in capsys.readouterr().err
+
+
+def test_one_that_needs_an_environment_is_refused_with_how_to_make_it(
+    mortals: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FRAMEOUT_CSRT_PYTHON", "/nonexistent")
+    assert mortal_bench("out", "opencv_csrt", "innocent", workers=0) == 2
+    told = capsys.readouterr().err
+    assert "trackers: expected ones of which all that they need is installed, got opencv_csrt: FRAMEOUT_CSRT" in told
+    assert not Path("out").exists()
+
+
+def test_a_run_from_python_has_the_column_of_sequences_and_its_answers(mortals: Path) -> None:
+    done: list[tuple[int, int]] = []
+
+    @contextmanager
+    def progress(title: str) -> Iterator[Callable[[int, int], None]]:
+        assert title == "frame-out, real sequences, 1 tracker"
+        yield lambda count, of: done.append((count, of))
+
+    results = python_bench(
+        "frame-out",
+        real="cars",
+        trackers="fake_stays",
+        out="out",
+        workers=0,
+        keep_estimates=True,
+        rate_hz=10.0,
+        progress=progress,
+    )
+    rows = results.rows()
+    assert set(zip(rows["seed"], rows["sequence"], strict=True)) == {(0, "Car1"), (1, "Car2")}
+    assert done == [(0, 2), (1, 2), (2, 2)]
+    said = scan("out").to_table().to_pandas()
+    assert sorted(said.groupby("seed").size().tolist()) == [12, 12]
+    with pytest.warns(UserWarning, match=r"^seeds: real recordings have none, and all of them run$"):
+        python_bench(
+            "frame-out", real=["cars"], trackers="fake_stays", out="out", workers=0, rate_hz=10.0, seeds=range(1)
+        )
+    with pytest.raises(ValueError, match=r"^estimates: expected ones of simulated episodes, got those of real cars$"):
+        rejudge(Path("out"), None, 0, (), lambda done, of: None)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"preset": "quick"}, r"^real: expected no scenario, preset or controller, got quick$"),
+        ({"renderer": "pybullet"}, r"^renderer: expected none with --real, which runs no episodes, got 'pybullet'$"),
+        ({"data": "set"}, r"^data: expected none with --real, which runs no episodes, got 'set'$"),
+        ({"real": ()}, r"^seeds: expected range\(A, B\), got None$"),
+        ({"real": (), "seeds": range(1), "layout": "otb"}, r"^layout: expected none but with --real and a suite that"),
+        ({"workers": -1}, r"^workers: expected a whole number >= 0, got -1$"),
+    ],
+)
+def test_wrong_arguments_from_python_are_named(mortals: Path, given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        python_bench("frame-out", **{"real": "cars", "trackers": "fake_stays", "out": "out", **given})
+
+
+def test_a_stopped_run_keeps_what_it_has(mortals: Path) -> None:
+    @contextmanager
+    def stopping(title: str) -> Iterator[Callable[[int, int], None]]:
+        def report(count: int, of: int) -> None:
+            if count == 1:
+                raise KeyboardInterrupt
+
+        yield report
+
+    given: dict[str, Any] = {"real": "cars", "trackers": "fake_stays", "out": "out", "workers": 0}
+    with pytest.raises(KeyboardInterrupt):
+        python_bench("frame-out", **given, progress=stopping)
+    assert {row["sequence"] for row in read_rows(Path("out"))} == {"Car1"}
+    results = python_bench("frame-out", **given)
+    assert (results.outcome.resumed, results.outcome.episodes) == (1, 1)
+
+
+@pytest.mark.heavy
+def test_rows_of_what_is_gone_or_has_changed_are_moved_aside(mortals: Path) -> None:
+    """Also those of a tracker that does not run: they would be compared with rows on other pictures."""
+    given: dict[str, Any] = {"real": "cars", "out": "out", "workers": 0}
+    python_bench("frame-out", trackers=["fake_stays", "fake_red"], **given)
+    (mortals / "cars" / "Car1" / "img" / "0002.png").write_bytes(
+        (mortals / "cars" / "Car1" / "img" / "0001.png").read_bytes()
+    )
+    results = python_bench("frame-out", trackers=["fake_stays"], **given)
+    assert (results.outcome.resumed, results.outcome.episodes) == (1, 1)
+    left = {(row["tracker"], row["sequence"]) for row in read_rows(Path("out"))}
+    assert left == {("fake_stays", "Car1"), ("fake_stays", "Car2"), ("fake_red", "Car2")}
+    shutil.rmtree(mortals / "cars" / "Car2")
+    # Of one sequence the collection has its name.
+    write_otb(mortals / "cars" / "Car0", FEW)
+    python_bench("frame-out", trackers=["fake_stays"], **given)
+    left = {(row["tracker"], row["sequence"], row["seed"]) for row in read_rows(Path("out"))}
+    assert left == {("fake_stays", "Car0", 0), ("fake_stays", "Car1", 1)}
+
+
+def test_sequences_of_one_name_that_differ_are_not_compared(mortals: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for out, away in (("one", range(3, 6)), ("two", range(3, 7))):
+        write_otb(mortals / "cars" / "Car1", true_boxes(12, away))
+        python_bench("frame-out", real="cars", trackers="fake_stays", out=out, workers=0)
+    assert main(["compare", "one:fake_stays", "two:fake_stays"]) == 2
+    assert "directory: expected results on the same recordings, got others called cars" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")
@@ -296,7 +489,8 @@ def test_an_exported_episode_read_back_has_the_scores_of_the_simulated_one(expor
             expected = truth.box_xyxy[1] if truth.visible_fraction[1] > 0 else np.full(4, np.nan)
             np.testing.assert_allclose(box, expected, atol=1e-3)
     out = tmp_path / "out"
-    assert main(["bench", "frame-out", "--real", str(exported), "--trackers", "fake_runner", "--out", str(out)]) == 0
+    words = ["bench", "frame-out", "--real", str(exported), "--trackers", "fake_runner", "--workers", "0"]
+    assert main([*words, "--out", str(out)]) == 0
     found = {entry["metric"]: entry["mean"] for entry in json.loads((out / "summary.json").read_text())}
     assert found["success_auc"] == pytest.approx(directly(success_auc), abs=1e-5)
     assert found["f_measure"] == pytest.approx(directly(best_f), abs=1e-5)

@@ -50,14 +50,13 @@ def test_boxes_are_read_whatever_lies_between_them(
         (b"", r"x/boxes.txt: expected lines of left,top,width,height, got an empty file"),
         (b"\n \n", r"x/boxes.txt: expected lines of left,top,width,height, got an empty file"),
         (b"1,2,3,4\n1,2,3\n", r"x/boxes.txt, line 2: expected left,top,width,height, got '1,2,3'"),
-        (b"1,2,3,4\n\n1,2,3,4\n", r"line 2: expected left,top,width,height, got ''"),
         (b"1,2,3,4,5\n", r"line 1: expected left,top,width,height, got '1,2,3,4,5'"),
         (b"1,,3,4\n", r"line 1: expected left,top,width,height, got '1,,3,4'"),
         (b"1,2,3,car\n", r"line 1: expected left,top,width,height, got '1,2,3,car'"),
-        (b"1,2,3,inf\n", r"line 1: expected left,top,width,height, got '1,2,3,inf'"),
+        (b"1,2,3,inf\n", r"line 1: expected .* above 0, .* got 1,2,3,inf"),
         (b"1,2,3,1_0\n", r"line 1: expected left,top,width,height, got '1,2,3,1_0'"),
         (b"1,2,3,4\n1,2,-3,4\n", r"line 2: expected .* a width and height above 0, .* got 1,2,-3,4"),
-        (b"1,2,3,0\n", r"line 1: expected .* a width and height above 0, .* got 1,2,3,0"),
+        (b"-1,-1,-1,3\n", r"line 1: expected .* a width and height above 0, .* got -1,-1,-1,3"),
         (b"1,2,3,4\n5,6,7,8\nNaN,2,3,4\n", r"line 3: expected .* NaN,NaN,NaN,NaN, got nan,2,3,4"),
         (b"1,2,3,1e999\n", r"line 1: expected .* above 0, .* got 1,2,3,inf"),
         (b"\xff\xfe1\x00", r"x/boxes.txt: expected text with numbers, got bytes that are none"),
@@ -71,10 +70,24 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, content: bytes, me
         read_boxes(path)
 
 
-def test_four_zeros_are_no_box(tmp_path: Path) -> None:
+GONE = ["0,0,0,0", "5,5,0,0", "5,5,3,0", "-1,-1,-1,-1", "NaN,NaN,NaN,NaN", "inf inf inf inf", "-inf,Infinity,nan,inf"]
+
+
+@pytest.mark.parametrize("line", [*GONE, "nan,nan,0,0", "", "  "])
+def test_every_way_to_say_gone_is_no_box(tmp_path: Path, line: str) -> None:
     path = tmp_path / "boxes.txt"
-    path.write_text("1 1 2 2\n0 0 0 0\n")
-    assert np.isnan(read_boxes(path)).tolist() == [[False] * 4, [True] * 4]
+    path.write_text(f"1 1 2 2\n{line}\n3 3 2 2\n")
+    np.testing.assert_array_equal(read_boxes(path), [[1, 1, 2, 2], [math.nan] * 4, [3, 3, 2, 2]])
+
+
+@pytest.mark.parametrize(("tail", "frames", "count"), [("\n\n", 4, 4), ("\n\n\n\n", 4, 4), ("\n\n", 5, 2), ("", 2, 2)])
+def test_empty_lines_at_the_end_are_frames_if_the_sequence_has_so_many(
+    tmp_path: Path, tail: str, frames: int, count: int
+) -> None:
+    path = tmp_path / "boxes.txt"
+    path.write_text(f"1 1 2 2\n3 3 2 2\n{tail}")
+    boxes = read_boxes(path, frames)
+    assert np.isnan(boxes).all(axis=1).tolist() == [False, False, True, True][:count]
 
 
 def test_a_broken_box_ends_a_bench_with_its_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

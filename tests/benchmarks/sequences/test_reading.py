@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,7 +12,17 @@ import numpy as np
 import pytest
 
 from benchmarks.sequences.reading import read_collections
-from tests.benchmarks.sequences.written import FRAMES, lines_of, true_boxes, write_lines, write_otb, write_pictures
+from benchmarks.sequences.sequence import UnreadableSequence, read_picture
+from tests.benchmarks.sequences.written import (
+    FRAMES,
+    HEIGHT_PX,
+    WIDTH_PX,
+    lines_of,
+    true_boxes,
+    write_lines,
+    write_otb,
+    write_pictures,
+)
 
 FEW = 6
 BOXES = true_boxes(FEW, range(2, 4))
@@ -128,8 +140,14 @@ def spoil(folder: Path, what: str) -> None:
         (folder / "img").rename(folder / "images")
     elif what == "fewer boxes":
         truth.write_text("\n".join(lines_of(BOXES)[:-1]))
-    elif what == "late":
-        truth.write_text("\n".join(["NaN NaN NaN NaN", *lines_of(BOXES)[1:]]))
+    elif what == "never":
+        truth.write_text("NaN NaN NaN NaN\n" * FEW)
+    elif what == "relative":
+        truth.write_text("0.1 0.2 0.3 0.1\n" * FEW)
+    elif what == "far away":
+        truth.write_text("1000 20 30 10\n" * FEW)
+    elif what == "empty first picture":
+        (folder / "img" / "0001.png").write_bytes(b"")
     else:
         truth.write_text("\n".join([*lines_of(BOXES)[:-1], "3,4,-5,6"]))
 
@@ -140,10 +158,16 @@ def spoil(folder: Path, what: str) -> None:
         ("missing picture", "Car1/img: expected a picture of every number from 1 to 6, got none of 4"),
         ("twice", "Car1/img: expected one picture of number 3, got 0003.png too"),
         ("no number", "img/cover.png: expected a picture whose name ends with its number, got 'cover.png'"),
-        ("no pictures", "Car1/img: expected pictures (.jpg, .jpeg, .png, .bmp), got none"),
+        ("no pictures", "Car1/img: expected pictures (.jpg, .jpeg, .png, .tif, .tiff, .webp, .bmp), got none"),
         ("no folder of pictures", "real: expected a folder of pictures, got "),
         ("fewer boxes", "Car1/groundtruth_rect.txt: expected 6 boxes, one a picture, got 5"),
-        ("late", "Car1/groundtruth_rect.txt: expected a box in the first picture, which starts trackers, got"),
+        ("never", "Car1/groundtruth_rect.txt: expected a box in at least one picture, got none"),
+        (
+            "relative",
+            "Car1/groundtruth_rect.txt: expected boxes in pixels of the picture of 64 x 48, got numbers of at",
+        ),
+        ("far away", "Car1/groundtruth_rect.txt: expected a box that meets the picture of 64 x 48, got none"),
+        ("empty first picture", "Car1/img/0001.png: expected a whole picture, got an empty file"),
         ("negative", "Car1/groundtruth_rect.txt, line 6: expected left,top,width,height with a width and height above"),
     ],
 )
@@ -166,7 +190,6 @@ def test_what_is_wrong_with_a_sequence_is_named(tmp_path: Path, what: str, messa
         ("other", "mot", None, "layout: expected one of otb, uavdt, uav123, got 'mot'"),
         ("Car1", "", 3, "target: expected none but for files of several targets (uavdt), got 3"),
         ("many", "", 5, "target: expected an id in GT/M0101_gt_whole.txt: 3, 8, got 5"),
-        ("bird", "", None, "UAV123/bird1_2.txt: expected pictures in data_seq/UAV123/bird1_2, or configSeqs.m that"),
         (
             "broken",
             "",
@@ -184,7 +207,6 @@ def test_what_is_wrong_with_a_folder_is_named(
     write_lines(tmp_path / "other" / "notes.txt", ["nothing"])
     write_otb(tmp_path / "Car1", BOXES)
     write_many(tmp_path / "many")
-    (write_uav123(tmp_path / "bird") / "configSeqs.m").unlink()
     for name, lines in {
         "broken": ["1,3,1,1,2,2,1,1,1", "9,3,1,1,2,2,1,1,1"],
         "halves": ["1.5,3,1,1,2,2,1,1,1"],
@@ -195,10 +217,98 @@ def test_what_is_wrong_with_a_folder_is_named(
         read_collections([tmp_path / path], layout, target)
 
 
+def test_a_sequence_that_cannot_be_read_is_named_and_keeps_its_number(tmp_path: Path) -> None:
+    (write_uav123(tmp_path / "bird") / "configSeqs.m").unlink()
+    (collection,) = read_collections([tmp_path / "bird"])
+    assert [(each.name, each.number) for each in collection.sequences] == [("car1", 1)]
+    (line,) = collection.unusable
+    assert line.startswith("UAV123/bird1_2.txt: expected pictures in data_seq/UAV123/bird1_2, or configSeqs.m that")
+
+
+def test_trackers_start_where_the_target_is_first_seen(tmp_path: Path) -> None:
+    folder = write_otb(tmp_path / "Car1", BOXES)
+    write_lines(folder / "groundtruth_rect.txt", ["", "5,5,0,0", *lines_of(BOXES[:4])])
+    (sequence,) = read_collections([folder])[0].sequences
+    assert [picture.name for picture in sequence.pictures] == [f"{k:04d}.png" for k in range(3, 7)]
+    np.testing.assert_array_equal(sequence.box_xyxy, BOXES[:4])
+    assert sequence.notes == ("Car1: the target is first seen in picture 3 of 6, where trackers start",)
+
+
+def test_a_box_outside_the_picture_shows_nothing(tmp_path: Path) -> None:
+    boxes = true_boxes(FEW)
+    folder = write_otb(tmp_path / "Car1", boxes)
+    boxes[3] += 5000
+    write_lines(folder / "groundtruth_rect.txt", lines_of(boxes))
+    (sequence,) = read_collections([folder])[0].sequences
+    assert np.isnan(sequence.box_xyxy).all(axis=1).tolist() == [False, False, False, True, False, False]
+    assert sequence.notes == (
+        "Car1: 1 of 6 boxes lie wholly outside the picture of 64 x 48, the first in line 4: not seen",
+    )
+
+
+def test_boxes_that_would_fit_as_corners_are_told(tmp_path: Path) -> None:
+    boxes = np.array([[10.0 + 8 * k, 12, 20 + 8 * k, 30] for k in range(FEW)])
+    folder = write_otb(tmp_path / "Car1", boxes)
+    assert read_collections([folder])[0].sequences[0].notes == ()
+    write_lines(folder / "groundtruth_rect.txt", [",".join(map(str, box)) for box in boxes])
+    (note,) = read_collections([folder])[0].sequences[0].notes
+    assert note.endswith("reach outside the picture as left,top,width,height, and would fit as left,top,right,bottom")
+
+
+@pytest.mark.parametrize("ending", ["jpg", "JPEG", "png", "tif", "TIFF", "webp", "bmp"])
+def test_usual_pictures_are_read_beside_what_systems_leave(tmp_path: Path, ending: str) -> None:
+    write_pictures(tmp_path / "Car1" / "img", list(BOXES), f"{{:04d}}.{ending}")
+    write_lines(tmp_path / "Car1" / "groundtruth_rect.txt", lines_of(BOXES))
+    for name in ("._0001.jpg", ".DS_Store", "Thumbs.db", f"._0002.{ending}"):
+        (tmp_path / "Car1" / "img" / name).write_bytes(b"\0\5\x16\7")
+    (sequence,) = read_collections([tmp_path])[0].sequences
+    assert [picture.name for picture in sequence.pictures] == [f"{k:04d}.{ending}" for k in range(1, 7)]
+    red = (read_picture(sequence.pictures[0]).astype(int) - (220, 20, 20))[22:26, 6:12]
+    assert np.abs(red).max() < 60
+
+
+def test_what_systems_leave_is_no_annotation(tmp_path: Path) -> None:
+    for root, place in (
+        (write_uav123(tmp_path / "a"), "anno/UAV123/._car1.txt"),
+        (write_uavdt(tmp_path / "b"), "anno/._S0101_gt.txt"),
+    ):
+        (root / place).write_bytes(b"\0\5\x16\7")
+        assert not read_collections([root])[0].unusable
+
+
+@pytest.mark.parametrize("ending", ["jpg", "png", "webp", "bmp", "tif"])
+def test_a_picture_that_is_cut_off_is_named(tmp_path: Path, ending: str) -> None:
+    write_pictures(tmp_path / "Car1" / "img", list(BOXES), f"{{:04d}}.{ending}")
+    path = tmp_path / "Car1" / "img" / f"0002.{ending}"
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    with pytest.raises(UnreadableSequence, match=rf"^Car1/img/0002.{ending}: expected a whole picture, got \d+ bytes"):
+        read_picture(path)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="names of files are UTF-8")
+def test_a_name_that_is_not_utf_8_is_printable(tmp_path: Path) -> None:
+    folder = write_otb(tmp_path / "set" / "Mann", BOXES).rename(tmp_path / "set" / os.fsdecode(b"M\xe4nn"))
+    (collection,) = read_collections([tmp_path / "set"])
+    assert [each.name for each in collection.sequences] == [r"M\xe4nn"]
+    assert read_picture(collection.sequences[0].pictures[0]).shape == (HEIGHT_PX, WIDTH_PX, 3)
+    (folder / "groundtruth_rect.txt").write_text("hello\n")
+    with pytest.raises(ValueError, match=r"^M\\xe4nn/groundtruth_rect.txt, line 1: expected"):
+        read_collections([tmp_path / "set"])
+
+
 def test_two_folders_of_one_name_are_refused(tmp_path: Path) -> None:
     paths = [write_otb(tmp_path / each / "Car1", BOXES) for each in ("a", "b")]
     with pytest.raises(ValueError, match="real: expected recordings of different names, got two called Car1"):
         read_collections(paths)
+
+
+def test_another_picture_is_another_recording(tmp_path: Path) -> None:
+    folder = write_otb(tmp_path / "Car1", BOXES)
+    (before,), (same,) = (read_collections([folder])[0].sequences for _ in range(2))
+    assert before.fingerprint == same.fingerprint
+    (folder / "img" / "0003.png").write_bytes((folder / "img" / "0001.png").read_bytes())
+    (after,) = read_collections([folder])[0].sequences
+    assert after.fingerprint != before.fingerprint
 
 
 def test_another_annotation_is_another_recording(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.track_files.reading import read_tracks
+from benchmarks.track_files.reading import read_each, read_tracks
 from benchmarks.track_files.table import TrackTable
 from benchmarks.track_files.writing import write_tracks
 from tests.benchmarks.track_files.test_reading import IDTRACKER, one, written
@@ -112,6 +112,25 @@ def test_a_damaged_file_is_read_or_named(
     except ValueError as error:
         got = str(error)[:5]
     assert got in ("v_id0", (200, 1, 2))
+
+
+def test_an_animal_without_a_row_is_left_out_and_told(tmp_path: Path) -> None:
+    head = "frame,X,Y,time\n"
+    paths = [
+        written(tmp_path, f"pond_id{k}.csv", head + ("" if k == 2 else f"0,{k},1,0\n1,2,3,0.5\n")) for k in range(4)
+    ]
+    (table,), unusable = read_each(paths)
+    assert (table.names, table.rate_hz, unusable) == (("0", "1", "3"), 2.0, [])
+    assert table.notes == ("pond_id2.csv has no row: its animal is left out",)
+    with pytest.raises(ValueError, match=r"^pond_id2.csv: expected rows of tracks, got none$"):
+        read_tracks(paths[2:3])
+
+
+def test_a_broken_recording_does_not_hide_the_others(tmp_path: Path) -> None:
+    paths = [written(tmp_path, "a.csv", "x1,y1\n1,2\n"), written(tmp_path, "b.csv", "x1,y1\nleft,2\n")]
+    tables, unusable = read_each(paths)
+    assert [each.name for each in tables] == ["a"]
+    assert [line.partition(":")[0] for line in unusable] == ["b.csv"]
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:

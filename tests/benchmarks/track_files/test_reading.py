@@ -59,6 +59,36 @@ def test_tracktor_s_csv_begins_on_any_frame_in_any_order(tmp_path: Path) -> None
     assert (table.names, table.first_frame) == (("A", "B"), 3)
 
 
+def test_tracktor_s_csv_of_one_animal_has_no_id(tmp_path: Path) -> None:
+    table = one(written(tmp_path, "t.csv", ",frame,pos_x,pos_y\n0,3,1,2\n1,4,3,4\n2,6,5,6\n"))
+    same(table.position, [[[1, 2]], [[3, 4]], [[np.nan, np.nan]], [[5, 6]]])
+    assert (table.names, table.first_frame, table.rate_hz) == (("1",), 3, None)
+
+
+@pytest.mark.parametrize(
+    ("folders", "names"),
+    [
+        (["a", "b"], ["a-trajectories", "b-trajectories"]),
+        (["a/trajectories", "b/trajectories"], ["a-trajectories", "b-trajectories"]),
+        (["a/x", "a/y", "b/x"], ["a-x-trajectories", "a-y-trajectories", "b-x-trajectories"]),
+    ],
+)
+def test_sessions_of_one_name_are_called_by_their_folders(tmp_path: Path, folders: list[str], names: list[str]) -> None:
+    paths = []
+    for folder in folders:
+        (tmp_path / folder).mkdir(parents=True)
+        paths.append(written(tmp_path / folder, "trajectories.csv", "x1,y1\n1,2\n"))
+    assert [table.name for table in read_tracks(paths)] == names
+    assert one(paths[0]).name == "trajectories"
+
+
+def test_the_rate_is_that_of_the_times_where_nothing_else_tells(tmp_path: Path) -> None:
+    head = "frame,time,individual,x,y,probability\n"
+    rows = [f"{frame},{frame / 60:.5f},{k},1,2,1\n" for frame in (3, 0, 2, 8) for k in "ab"]
+    assert one(written(tmp_path, "tidy.csv", head + "".join(rows))).rate_hz == pytest.approx(60.0, rel=1e-3)
+    assert one(written(tmp_path, "still.csv", head + "0,0,a,1,2,1\n")).rate_hz is None
+
+
 def test_idtracker_ai_s_csv_with_and_without_attributes(tmp_path: Path) -> None:
     path = written(tmp_path, "trajectories.csv", "time,x1,y1,x2,y2\n0.0,1,2,3,4\n0.04,,,5,6\n")
     table = one(path)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -87,3 +88,19 @@ class HoldsAlone:
     def update(self, observation: Observation) -> list[Track]:
         """See ``MultiTracker``."""
         return []
+
+
+class Exits(Holds):
+    """Ends its process on the first gap."""
+
+    def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge | None:
+        """See ``GapMethod``."""
+        os._exit(3)
+
+
+@register("fake_dies", role="external", summary="ends its process on the first gap", suites=("fish",))
+class ExitsAlone(HoldsAlone):
+    """Follows no fish, and ends its process."""
+
+    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
+        self.gap_method = Exits()

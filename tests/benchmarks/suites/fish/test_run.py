@@ -14,6 +14,9 @@ import numpy as np
 import pytest
 
 from benchmarks.cli import main
+from benchmarks.report.results import Results
+from benchmarks.run.bench import bench as python_bench
+from benchmarks.run.outcome import ContestantWarning
 from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.registry import suite
 from benchmarks.track_files.table import TrackTable
@@ -127,7 +130,8 @@ def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys:
     [
         (["--real", "nothing.csv"], "real: expected files that exist, got 'nothing.csv'"),
         (["--real", "x", "--preset", "quick"], "real: expected no scenario, preset or controller, got quick"),
-        (["--real", "x", "--workers", "2"], "workers: expected none with --real, which runs in this process, got 2"),
+        (["--real", "x", "--workers", "-1"], "workers: expected a whole number >= 0, got -1"),
+        (["--real", "x", "--layout", "otb"], "layout: expected none but with --real and a suite that judges pictures"),
         (["--real", "x", "--limit-s", "0"], "limit_s: expected a number of seconds > 0, got 0"),
         (["--real", "x", "--seeds", "0:3"], "seeds: expected none with --real, which runs no episodes, got '0:3'"),
         (["--real", "x", "--renderer", "pybullet"], "renderer: expected none with --real"),
@@ -144,7 +148,7 @@ def test_wrong_arguments_are_named(
 def test_a_suite_without_recordings_and_trackers_without_gaps_are_refused(
     files: tuple[Path, list[Path]], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    real = ["--real", str(files[1][0]), "--out", str(tmp_path)]
+    real = ["--real", str(files[1][0]), "--out", str(tmp_path), "--workers", "0"]
     assert main(["bench", "stereo", *real]) == 2
     refused = r"real: expected a suite that judges recordings \(.*\bfish, frame-out\b.*\), got stereo"
     assert re.search(refused, capsys.readouterr().err)
@@ -152,3 +156,68 @@ def test_a_suite_without_recordings_and_trackers_without_gaps_are_refused(
     assert "real: expected recordings of different names, got two called pond" in capsys.readouterr().err
     assert main(["bench", "fish", "--trackers", "hold", *real]) == 2
     assert "trackers: expected some with a gap method, got hold" in capsys.readouterr().err
+    assert bench(tmp_path, "--real", str(files[1][0]), "--keep-estimates") == 2
+    assert "keep_estimates: expected none with tracks, on which no frame is judged" in capsys.readouterr().err
+
+
+def on_real(out: Path, *paths: Path, trackers: Sequence[str] = ("fake_holds",), workers: int = 0) -> Results:
+    return python_bench("fish", real=paths, trackers=trackers, modules=FAKES, out=out, workers=workers)
+
+
+@pytest.fixture
+def short_files(tmp_path: Path) -> dict[str, Path]:
+    """Files of one animal of 160 frames, of two sessions with the same name, one too short, and one that is broken."""
+    table = TrackTable("trajectories", swimming(160, 1), ("0",), 30.0)
+    paths = {name: write_tracks(table, tmp_path / name, "idtracker.ai")[0] for name in ("monday", "tuesday")}
+    (paths["short"],) = write_tracks(replace(table, name="short", position=table.position[:20]), tmp_path, "idtracker")
+    paths["broken"] = tmp_path / "broken.csv"
+    paths["broken"].write_text("x1,y1\nleft,2\n")
+    return paths
+
+
+def test_what_cannot_be_used_is_named_and_the_rest_is_scored_once(short_files: dict[str, Path], tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    for resumed in (0, 2):
+        with pytest.warns(ContestantWarning, match=r"broken.csv|short"):
+            outcome = on_real(out, *short_files.values()).outcome
+        assert outcome.unusable == [
+            "broken.csv: expected numbers in column x1, got others: could not convert string to float: 'left'",
+            "short: expected tracks that are long enough for gaps, got none that is",
+        ]
+        assert (outcome.resumed, outcome.moved) == (resumed, [])
+    rows = rows_of(out)
+    assert {row["preset"] for row in rows} == {"monday-trajectories", "tuesday-trajectories"}
+    assert {(row["seed"], row["blocks"]) for row in rows} == {(0, 1)}
+    # Another file of the same name is another recording.
+    write_tracks(TrackTable("trajectories", swimming(170, 1), ("0",), 30.0), tmp_path / "monday", "idtracker.ai")
+    again = on_real(out, short_files["monday"], short_files["tuesday"]).outcome
+    assert (again.resumed, again.episodes, len(again.moved)) == (1, 1, 1)
+
+
+def test_files_that_are_all_too_short_have_no_rows(short_files: dict[str, Path], tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"^short: expected tracks that are long enough for gaps, got none that is$"):
+        on_real(tmp_path / "out", short_files["short"])
+
+
+def test_a_recording_that_a_stopped_run_left_in_part_is_run_again(tmp_path: Path) -> None:
+    (path,) = write_tracks(TrackTable("pond", swimming(700, 1), ("0",), 30.0), tmp_path, "idtracker")
+    on_real(tmp_path / "out", path)
+    whole = rows_of(tmp_path / "out")
+    assert {row["blocks"] for row in whole} == {2}
+    file = tmp_path / "out" / "records.jsonl"
+    file.write_text("".join(json.dumps(row) + "\n" for row in whole if row["seed"] == 0))
+    assert on_real(tmp_path / "out", path).outcome.episodes == 1
+    again = rows_of(tmp_path / "out")
+    assert [row | {"seconds": 0} for row in again] == [row | {"seconds": 0} for row in whole]
+
+
+@pytest.mark.heavy
+def test_a_gap_method_that_ends_its_process_costs_its_own_rows(short_files: dict[str, Path], tmp_path: Path) -> None:
+    path = short_files["monday"]
+    with pytest.warns(ContestantWarning, match="fake_dies failed in real trajectories: ended its"):
+        on_real(tmp_path / "both", path, trackers=("fake_dies", "fake_holds"), workers=1)
+    on_real(tmp_path / "one", path, workers=1)
+    beside = [row | {"seconds": 0} for row in rows_of(tmp_path / "both") if row["tracker"] == "fake_holds"]
+    assert beside == [row | {"seconds": 0} for row in rows_of(tmp_path / "one")]
+    with pytest.warns(ContestantWarning, match=r"\(in an earlier run, whose rows are kept"):
+        assert on_real(tmp_path / "both", path, trackers=["fake_dies"], workers=1).outcome.episodes == 0
