@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.run.arithmetic import calculates_like_published
+from benchmarks.run.arithmetic import calculates_like_published, draws_like_published
 from tests.canaries.canaries import canaries, forget_towns, kept, verdict
 
 same_instructions = pytest.mark.skipif(
@@ -24,6 +24,8 @@ CANARIES = canaries()
 @same_instructions
 @pytest.mark.parametrize("name", [name for name in kept() if name in CANARIES])
 def test_what_an_edition_does_stays(name: str) -> None:
+    if name.startswith("scene ") and not draws_like_published():
+        pytest.skip("digests of pictures are those of processors with Intel's estimate of reciprocal roots")
     assert not verdict(CANARIES[name], kept())
 
 
