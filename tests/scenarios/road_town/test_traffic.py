@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from scenarios.road_town import plan
+from scenarios.road_town.presets import PRESETS
 from scenarios.road_town.route import POINT_SPACING_M, Passage, Route
 from scenarios.road_town.traffic import LATERAL_ACCELERATION_MPS2, Driver, simulate, speed_limit_mps
 
