@@ -12,7 +12,7 @@ from benchmarks.data_sets.data_set import MANIFEST, DataSet
 from benchmarks.data_sets.page.sheets import contact_sheet
 from benchmarks.data_sets.page.statistics import statistics
 from benchmarks.data_sets.places import put
-from benchmarks.report.numbers import counted
+from benchmarks.report.numbers import counted, ranges_text
 from scenarios import catalog
 from scenarios.truth import Meaning, meanings
 
@@ -47,10 +47,11 @@ def _text(data: DataSet) -> str:
         [
             f"# {request.scenario}, {request.preset}: {scenario.summary}",
             "",
-            f"{counted(len(data.seeds), 'episode')} ({_seeds_text(*request.seeds)}), {frames} frames of "
+            f"{counted(len(data.seeds), 'episode')} (seeds {ranges_text(data.seeds)}), {frames} frames of "
             f"{camera.width_px} x {camera.height_px} pixels at {first.rate_hz:g} a second; "
             f"drawn by the renderer `{request.renderer}`.",
             "",
+            *(f"Left out, since it could not be built: seed {seed}: {why}\n" for seed, why in data.left_out.items()),
             "Simulated by Frameout; nobody is recorded. Licence: MIT, that of Frameout. The same request gives the "
             "same bytes with the same edition (`scene` in `dataset.json`), on Linux with AVX2.",
             "",
@@ -85,10 +86,6 @@ def _held(found: dict[str, Any]) -> Iterator[str]:
         percent = ", ".join(f"{100 * shares.get(s, 0.0):.1f}" for s in ("in", "partial", "occluded", "out", "absent"))
         lengths = ", ".join(f"{outs[level]:g}" for level in ("median", "most") if outs.get(level) is not None)
         yield f"| {group} | {percent} | {outs.get('count', 0)} | {lengths} |"
-
-
-def _seeds_text(first: int, end: int) -> str:
-    return f"seed {first}" if end == first + 1 else f"seeds {first} to {end - 1}"
 
 
 def _unit(told: dict[str, Meaning], channel: str) -> str:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import fsspec
@@ -9,9 +12,12 @@ from fsspec import AbstractFileSystem
 from fsspec.core import url_to_fs
 from fsspec.implementations.local import LocalFileSystem
 
+from sim.checks import check
 from trackers.atomic_file import write_atomic
 
 _STORES = {"file", "s3", "gs", "az", "memory"}
+_CLIENTS = ("botocore", "aiobotocore", "aiohttp", "gcsfs", "google", "azure", "adlfs")
+"""Packages whose errors are about the way to a store."""
 
 
 def place_of(url: str) -> tuple[AbstractFileSystem, str]:
@@ -27,6 +33,73 @@ def place_of(url: str) -> tuple[AbstractFileSystem, str]:
     except ValueError as error:
         known = ", ".join(sorted({*fsspec.available_protocols()} & _STORES))
         raise ValueError(f"place: expected a folder or a URL with one of {known}, got {url} ({error})") from None
+
+
+@contextmanager
+def reached(url: str, parameter: str) -> Iterator[None]:
+    """Raise ValueError, which names the parameter, in place of what a store that is not reached raises."""
+    try:
+        yield
+    except Exception as error:
+        is_remote = not isinstance(place_of(url)[0], LocalFileSystem)
+        of_client = type(error).__module__.partition(".")[0] in _CLIENTS
+        if not is_remote or not (
+            of_client or (isinstance(error, OSError) and not isinstance(error, FileNotFoundError))
+        ):
+            raise
+        told = " ".join(str(error).split())
+        raise ValueError(f"{parameter}: expected a store that can be reached, got {url!r} ({told})") from None
+
+
+def new_folder(url: str, parameter: str = "out") -> tuple[AbstractFileSystem, str]:
+    """Make a folder, or check the bucket that it is to lie in; return its file system and the path in it.
+
+    Raises:
+        ValueError: if it cannot be written, or there is no such bucket.
+    """
+    files, root = place_of(url)
+    if isinstance(files, LocalFileSystem):
+        try:
+            files.makedirs(root, exist_ok=True)
+            good = os.access(root, os.W_OK | os.X_OK)
+            why = "which may not be written"
+        except OSError as error:
+            good, why = False, str(error.strerror)
+        check(parameter, good, "a folder that can be written", f"{url!r} ({why})")
+    elif "memory" not in files.protocol:
+        # A store makes a bucket of a name that was mistyped, for all the world to see.
+        bucket = root.partition("/")[0]
+        with reached(url, parameter):
+            check(parameter, files.exists(bucket), "a bucket that exists", f"{url!r} without a bucket {bucket!r}")
+    return files, root
+
+
+@contextmanager
+def alone_in(files: AbstractFileSystem, root: str, parameter: str = "out") -> Iterator[None]:
+    """Hold a folder of this machine while the context lasts. Raises ValueError if another process holds it.
+
+    The system lets go of it when the process ends. Stores, and systems without such locks, hold nothing: what two
+    processes write there is the same.
+    """
+    if os.name == "nt" or not isinstance(files, LocalFileSystem):
+        yield
+        return
+    import fcntl
+
+    folder = os.open(root, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ValueError(
+                f"{parameter}: expected a folder that no other process writes, got {root!r}, which one writes now"
+            ) from None
+        except OSError:
+            # Some network disks have no locks.
+            pass
+        yield
+    finally:
+        os.close(folder)
 
 
 def lasting(url: str) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +16,9 @@ from sim.checks import check
 
 FORMAT = 2
 """Number of the layout of files and tables; increment it with every change."""
+
+_TRIED = 5
+"""Episodes of which one must be built for a look at its first frame."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +83,27 @@ class Request:
         """Build an episode of the data set, with all truth. Raises ValueError if a controller has to steer it."""
         preset = self.configuration()
         check("preset", not preset.closed_loop, "one on a set path or at rest", f"{self.preset!r}, in closed loop")
-        return catalog.scenario(self.scenario).episode(preset, seed, renderer=self.renderer)
+        with of_seed(seed):
+            return catalog.scenario(self.scenario).episode(preset, seed, renderer=self.renderer)
 
     def as_json(self) -> str:
         """Return it as JSON."""
         return json.dumps(dataclasses.asdict(self), indent=1) + "\n"
+
+
+@contextmanager
+def of_seed(seed: int) -> Iterator[None]:
+    """Name the seed in what its episode raises."""
+    try:
+        yield
+    except ValueError as error:
+        named = f"seed {seed}: "
+        if str(error).startswith(named):
+            raise
+        raise ValueError(f"{named}{error}") from error
+    except Exception as error:
+        error.add_note(f"of seed {seed}")
+        raise
 
 
 def request_of(content: bytes | str, where: str) -> Request:
@@ -95,6 +116,15 @@ def request_of(content: bytes | str, where: str) -> Request:
         return Request(**values)
     except (json.JSONDecodeError, KeyError, TypeError) as error:
         raise ValueError(f"{where}: expected the description of a data set, got {error}") from None
+
+
+def first_episode(request: Request) -> Episode:
+    """Build the first episode that can be built. Raises what the last one of a few raises."""
+    first, end = request.seeds
+    for seed in range(first, min(end, first + _TRIED) - 1):
+        with suppress(Exception):
+            return request.episode(seed)
+    return request.episode(min(end, first + _TRIED) - 1)
 
 
 def channels_wanted(request: Request, chosen: tuple[str, ...]) -> tuple[str, ...]:
@@ -111,7 +141,7 @@ def channels_wanted(request: Request, chosen: tuple[str, ...]) -> tuple[str, ...
 
 def existing_channels(request: Request) -> tuple[str, ...]:
     """Return the channels that the first frame has, which is rendered for that; both of a pair, if one was lost."""
-    live = request.episode(request.seeds[0])
+    live = first_episode(request)
     try:
         first = live.step()
         known = channels_of(catalog.scenario(request.scenario))
