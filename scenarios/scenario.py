@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
@@ -195,6 +196,14 @@ class Scenario(Protocol):
     @property
     def truth(self) -> type[Truth]:
         """The kind of truth of its frames."""
+        ...
+
+    @property
+    def classes(self) -> Mapping[str, str]:
+        """Every kind that its objects may have (``Truth.kinds``) -> class, e.g. ``sedan`` -> ``car``.
+
+        The order gives classes and kinds the numbers that they have in exports: a new one stands last.
+        """
         ...
 
     @property

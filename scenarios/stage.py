@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from scenarios.camera_rig import Rig
 from scenarios.scenario import Frame
+from scenarios.standing import Standing, StandingObjects
 from scenarios.truth import TruthExtent
 from scenarios.visibility import Exits, centres_px, states_of
 from sim.checks import check
@@ -34,9 +36,12 @@ class Stage(ABC):
         frame_count: int,
         rate_hz: float,
         closed_loop: bool,
+        standing: Sequence[Standing] = (),
     ) -> None:
+        """``standing``: what stands about, where truth covers all, see ``Truth``."""
         self.world, self.frame_count, self.rate_hz, self.closed_loop = world, frame_count, rate_hz, closed_loop
         self._rig = rig
+        self._standing = StandingObjects(world, standing)
         self._frame = -1
         self._T_world_camera = np.eye(4)
         self._exits: Exits | None = None
@@ -139,6 +144,7 @@ class Stage(ABC):
             "depth_m": capture.depth_m,
             "exposure_s": used.exposure_s,
             "gain": used.gain,
+            **self._standing.seen(capture, camera, self._T_world_camera),
         }
 
 

@@ -18,6 +18,7 @@ TruthExtent = Literal["all", "target"]
 """How much truth an episode's frames hold, see ``Truth``."""
 
 _MEANING = "truth"
+_NO_WORDS = np.empty(0, dtype=str)
 _T = TypeVar("_T", bound="Truth")
 
 
@@ -27,16 +28,25 @@ class Meaning:
 
     Attributes:
         unit: ``m``, ``px``, ``s`` …; ``fraction`` of 0 to 1, ``id``, ``word``, or ``1`` for a number without unit.
-        shape: its axes; ``N`` objects, ``H`` rows and ``W`` columns of the picture.
+        shape: its axes; ``N`` objects, ``S`` standing ones, ``H`` rows and ``W`` columns of the picture.
         coding: the meaning of single values, where the unit does not give it.
-        left_out: whether episodes with ``truth="target"`` leave it out: a field per pixel wholly, a field per object
-            for all objects but the target (NaN, or -1 for integers).
+        left_out: whether episodes with ``truth="target"`` leave it out: a field per pixel or per standing object
+            wholly, a field per object for all objects but the target (NaN, or -1 for integers).
+        judged: whether judges may read it. What is a label of data sets alone is in no edition of a scene.
     """
 
     unit: str
     shape: tuple[str | int, ...] = ()
     coding: str = ""
     left_out: bool = False
+    judged: bool = True
+
+    @property
+    def table(self) -> str:
+        """Table of a data set that holds it: ``objects``, ``standing`` or ``frames``; "" for a field per pixel."""
+        if self.per_pixel:
+            return ""
+        return {"N": "objects", "S": "standing"}.get(str(self.shape[0]) if self.shape else "", "frames")
 
     @property
     def per_object(self) -> bool:
@@ -44,14 +54,29 @@ class Meaning:
         return self.shape[:1] == ("N",)
 
     @property
+    def per_standing(self) -> bool:
+        """Whether it has an entry for each standing object."""
+        return self.shape[:1] == ("S",)
+
+    @property
     def per_pixel(self) -> bool:
         """Whether it has an entry for each pixel."""
         return self.shape[:2] == ("H", "W")
 
 
-def truth_field(unit: str, *shape: str | int, coding: str = "", left_out: bool = False) -> Any:
-    """Declare a field of truth, see ``Meaning``."""
-    return dataclasses.field(metadata={_MEANING: Meaning(unit, shape, coding, left_out)})
+def truth_field(
+    unit: str, *shape: str | int, coding: str = "", left_out: bool = False, unjudged: NDArray[Any] | None = None
+) -> Any:
+    """Declare a field of truth, see ``Meaning``.
+
+    Args:
+        unjudged: an empty value, for a field that judges do not read: a truth made without the field has that.
+    """
+    metadata = {_MEANING: Meaning(unit, shape, coding, left_out, unjudged is None)}
+    if unjudged is None:
+        return dataclasses.field(metadata=metadata)
+    empty = () if unit == "word" else unjudged
+    return dataclasses.field(default_factory=lambda: empty, kw_only=True, metadata=metadata)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +84,9 @@ class Truth:
     """Truth of one frame with N objects. It does not mark targets; each scenario adds its own fields.
 
     Boxes are amodal: they enclose the whole object, also where it is hidden or outside the picture.
+
+    The N objects are those that a scene asks about. S more stand about, of the same kinds but of no question: parked
+    cars, moored boats. Of these a frame holds those of which it shows at least one pixel.
 
     Scores of following one target do not use the most expensive fields. An episode with ``truth="target"`` leaves
     them out, see ``Meaning.left_out``; the state of all other objects then follows from their boxes alone, as if none
@@ -71,20 +99,27 @@ class Truth:
         names: (N,) e.g. ``target``, ``traffic-3``.
         kinds: (N,) e.g. the vehicle's model.
         T_world_object: (N, 4, 4), origin on the ground under the object's centre, x forward, z up.
-        size_m: (N, 3) length, width, height.
+        size_m: (N, 3) length, width, height; of people who stand, and of straight fish.
         speed_mps: (N,).
         position_px: (N, 2) projection of the objects' centres (half their height up), also outside the picture; NaN
             behind the camera.
         box_xyxy: (N, 4) amodal box in pixels, also outside; NaN where any corner is behind the camera.
         instance_id: (N,) id of each object in ``instance_map``.
         visible_fraction: (N,) visible share of the object's own pixels (rendered alone on an unbounded picture).
-        state: (N,) ``in`` (whole and visible), ``partial`` (cut by the border), ``occluded`` (inside, less than half
-            visible), ``out`` (its box entirely outside), ``absent`` (not in the world now).
+        state: (N,) ``in`` (its box inside the borders, at least half of its own pixels seen), ``partial`` (cut by the
+            border, however much of it is seen), ``occluded`` (inside, less than half seen), ``out`` (its box entirely
+            outside), ``absent`` (not in the world now).
         side: (N,) side of the object's latest exit; "" before the first.
         frames_since_exit: (N,) 0 on the first frame that the object is out; -1 while it is not out.
         instance_map: (H, W) int32.
         depth_m: (H, W) float32.
         exposure_s, gain: the camera's settings for this picture.
+        bounds_m: (N, 2, 3) least and greatest x, y, z in the frame of ``T_world_object`` of the body as it is posed
+            now, limbs and bend included: its 3-D box. NaN while it is absent. Where a scene does not measure it, that
+            of ``size_m``.
+        standing_names: (S,) e.g. ``parked-3``, the same on all frames. standing_kinds: (S,) as ``kinds``.
+        standing_id: (S,) ids in ``instance_map``. T_world_standing: (S, 4, 4), standing_bounds_m: (S, 2, 3),
+            standing_box_xyxy: (S, 4), standing_visible_fraction: (S,) as those of objects.
     """
 
     frame: int = truth_field("1", coding="index from 0")
@@ -112,6 +147,26 @@ class Truth:
     )
     exposure_s: float = truth_field("s")
     gain: float = truth_field("1", coding="1 is none")
+    bounds_m: NDArray[np.float64] = truth_field(
+        "m", "N", 2, 3, coding="least and greatest x, y, z; NaN while absent", unjudged=np.empty((0, 2, 3))
+    )
+    standing_names: tuple[str, ...] = truth_field("word", "S", left_out=True, unjudged=_NO_WORDS)
+    standing_kinds: tuple[str, ...] = truth_field("word", "S", left_out=True, unjudged=_NO_WORDS)
+    standing_id: NDArray[np.int64] = truth_field("id", "S", left_out=True, unjudged=np.empty(0, np.int64))
+    T_world_standing: NDArray[np.float64] = truth_field("m", "S", 4, 4, left_out=True, unjudged=np.empty((0, 4, 4)))
+    standing_bounds_m: NDArray[np.float64] = truth_field(
+        "m", "S", 2, 3, coding="as bounds_m", left_out=True, unjudged=np.empty((0, 2, 3))
+    )
+    standing_box_xyxy: NDArray[np.float64] = truth_field(
+        "px", "S", 4, coding="as box_xyxy", left_out=True, unjudged=np.empty((0, 4))
+    )
+    standing_visible_fraction: NDArray[np.float64] = truth_field("fraction", "S", left_out=True, unjudged=np.empty(0))
+
+    def __post_init__(self) -> None:
+        """Take the bounds of objects of which none are given from their sizes."""
+        if len(self.bounds_m) == 0 < len(self.size_m):
+            half_m = 0.5 * self.size_m * (1.0, 1.0, 0.0)
+            object.__setattr__(self, "bounds_m", np.stack([-half_m, self.size_m - half_m], axis=1))
 
     def index_of(self, name: str) -> int:
         """Return the index of the object of this name. Raises ValueError if there is none."""
@@ -129,6 +184,14 @@ def dtype_of(kind: type[Truth], name: str) -> np.dtype[Any]:
     """Return the dtype of a field, an array or a plain number, from its annotation."""
     hint = get_type_hints(kind)[name]
     return np.dtype(get_args(get_args(hint)[1])[0] if get_args(hint) else hint)
+
+
+def without_standing(truth: _T) -> _T:
+    """Return a frame's truth without standing objects, which another camera would see elsewhere."""
+    none: dict[str, Any] = {
+        name: getattr(truth, name)[:0] for name, meaning in meanings(truth).items() if meaning.per_standing
+    }
+    return dataclasses.replace(truth, **none)
 
 
 def without_pixels(truth: _T) -> _T:
@@ -151,7 +214,12 @@ def check_truth(truth: Truth) -> None:
     Fields per pixel may be empty.
     """
     height, width = (*truth.instance_map.shape, 0, 0)[:2]
-    axes: dict[str | int, int] = {"N": len(truth.names), "H": height, "W": width}
+    axes: dict[str | int, int] = {
+        "N": len(truth.names),
+        "S": len(truth.standing_names),
+        "H": height,
+        "W": width,
+    }
     for name, meaning in meanings(truth).items():
         value = getattr(truth, name)
         expected = tuple(axes.get(axis, axis) for axis in meaning.shape)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sim.labels import body_view, cover
 from sim.mesh import TexturedMesh
-from sim.optics import PinholeCamera
+from sim.optics import PinholeCamera, invert_pose
 
 
 class JointedShape(NamedTuple):
@@ -59,6 +59,17 @@ def joined(meshes: Sequence[TexturedMesh]) -> JointedShape:
         np.repeat(np.arange(len(meshes), dtype=np.int32), np.diff(first)),
         np.concatenate([mesh.faces + start for mesh, start in zip(meshes, first, strict=False)]).astype(np.int32),
     )
+
+
+def enclosing_bounds(
+    shape: JointedShape, part_poses: NDArray[np.float64], T_world_body: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the bounds (2, 3) of a body as it is posed: least and greatest x, y, z of its vertices, in its own frame.
+
+    Args:
+        part_poses: (P, 4, 4), T_world_part. T_world_body: (4, 4).
+    """
+    return _bounds(shape, invert_pose(T_world_body) @ part_poses)
 
 
 def seen_body(
@@ -122,6 +133,20 @@ def merge_parts(instance_map: NDArray[np.int32], whole: NDArray[np.int32], first
             for k in range(start, end):
                 if ids[k] >= first_part:
                     ids[k] = whole[ids[k]]
+
+
+@njit(cache=True)
+def _bounds(shape: JointedShape, T_body_part: NDArray[np.float64]) -> NDArray[np.float64]:
+    bounds = np.empty((2, 3))
+    bounds[0], bounds[1] = np.inf, -np.inf
+    for n in range(shape.vertices_m.shape[0]):
+        T = T_body_part[shape.part[n]]
+        x, y, z = shape.vertices_m[n]
+        for axis in range(3):
+            place = T[axis, 0] * x + T[axis, 1] * y + T[axis, 2] * z + T[axis, 3]
+            bounds[0, axis] = min(bounds[0, axis], place)
+            bounds[1, axis] = max(bounds[1, axis], place)
+    return bounds
 
 
 @njit(cache=True)

@@ -125,6 +125,21 @@ def visible_fraction(
     return min(1.0, np.count_nonzero(window == instance_id) / max(int(np.count_nonzero(covered)), 1))
 
 
+@njit(cache=True)
+def seen_ids(instance_map: NDArray[np.int32], count: int) -> NDArray[np.bool_]:
+    """Return which of the ids 0 to ``count`` - 1 a map (H, W) shows (``count``,)."""
+    is_seen = np.zeros(count, np.bool_)
+    before = np.int32(-1)
+    for row in range(instance_map.shape[0]):
+        for column in range(instance_map.shape[1]):
+            here = instance_map[row, column]
+            if here != before:
+                before = here
+                if here >= 0:
+                    is_seen[here] = True
+    return is_seen
+
+
 _OF_GROUND = [0, 1, 3]
 """Columns of a pose that act on points of the ground z = 0."""
 

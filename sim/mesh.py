@@ -50,3 +50,8 @@ class TexturedMesh:
     def size_m(self) -> NDArray[np.float32]:
         """Extent (3,) of the axis-aligned bounds in the body frame."""
         return np.ptp(self.vertices_m, axis=0)
+
+    @property
+    def bounds_m(self) -> NDArray[np.float64]:
+        """Least and greatest x, y, z (2, 3) of the vertices in the body frame."""
+        return np.stack([self.vertices_m.min(axis=0), self.vertices_m.max(axis=0)]).astype(float)

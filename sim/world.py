@@ -22,6 +22,7 @@ class Body:
         index: in ``World.bodies``, and instance id in every picture.
         name: for people, e.g. ``"target"``.
         category: ``ground``, ``building``, ``tree``, ``kerb``, ``vehicle`` …
+        kind: of a vehicle its model, "" for what has none.
         mesh: its shape.
         movable: if False, the pose never changes, and renderers may cache the body.
     """
@@ -31,6 +32,7 @@ class Body:
     category: str
     mesh: TexturedMesh
     movable: bool
+    kind: str = ""
 
 
 class World:
@@ -52,9 +54,10 @@ class World:
         name: str,
         category: str,
         movable: bool = False,
+        kind: str = "",
     ) -> Body:
         """Add a body and return it."""
-        body = Body(len(self.bodies), name, category, mesh, movable)
+        body = Body(len(self.bodies), name, category, mesh, movable, kind)
         self.bodies.append(body)
         self._poses = np.concatenate([self._poses, np.asarray(T_world_body, dtype=float)[None]])
         return body

@@ -6,6 +6,7 @@ Importing it adds the scenario ``fake-town-v1`` to the catalogue and trackers fo
 from __future__ import annotations
 
 import importlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -155,6 +156,7 @@ class FakeScenario:
     target: str = "target"
     pictureless: None = None
     truth: type[RoadTruth] = RoadTruth
+    classes: Mapping[str, str] = field(default_factory=lambda: {"saloon": "car"})
     carrier: Carrier = HELICOPTER
     presets: dict[str, FakeTown] = field(
         default_factory=lambda: {

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import tyro
 
 from benchmarks.commands.arguments import FOLDER, ONE_NAME
 from benchmarks.commands.with_modules import WithModules
+from benchmarks.report.numbers import counted
 from benchmarks.run.packages import needs_data
 
 
@@ -25,11 +26,19 @@ class Export(WithModules):
         directory: folder or URL of the data set.
         format: one of those above.
         out: the folder to write, new or empty; it appears whole or not at all.
+        classes: class = car, person, boat, fish …; kind = the scene's own kinds: models of cars, parts of people in the
+            script. Their numbers are the same for all data sets of a scene.
+        min_visible: least seen share (0 to 1) of an object's own pixels; labels of those below it are left out (yolo)
+            or marked iscrowd (coco), and counted.
+        min_size: least shorter side of the box around what is seen, pixels; likewise.
     """
 
     directory: Annotated[str, tyro.conf.Positional]
     format: Annotated[str, ONE_NAME]
     out: Annotated[Path, FOLDER]
+    classes: Literal["class", "kind"] = "class"
+    min_visible: float = 0.0
+    min_size: float = 0.0
     resumes = False
 
     def run(self) -> int:
@@ -42,6 +51,15 @@ class Export(WithModules):
 
         data = DataSet(self.directory)
         with damage_told(data.root):
-            export(data, self.format, self.out)
+            left_out = export(
+                data,
+                self.format,
+                self.out,
+                classes=self.classes,
+                min_visible=self.min_visible,
+                min_size_px=self.min_size,
+            )
         print(self.out)
+        if left_out:
+            print(f"{counted(left_out, 'object')} of single pictures below --min-visible or --min-size")
         return 0

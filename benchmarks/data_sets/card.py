@@ -9,6 +9,7 @@ import cv2
 
 from benchmarks.data_sets.channels import coding_of
 from benchmarks.data_sets.data_set import MANIFEST, DataSet
+from benchmarks.data_sets.page.scans import OTHERS, STANDING, TARGET
 from benchmarks.data_sets.page.sheets import contact_sheet
 from benchmarks.data_sets.page.statistics import statistics
 from benchmarks.data_sets.places import put
@@ -31,6 +32,7 @@ def _text(data: DataSet) -> str:
     told = meanings(scenario.truth)
     made_with = ", ".join(f"{name} {version}" for name, version in request.packages.items())
     stored, frames = data.stored_bytes(), len(data)
+    held = statistics(data)
     first = data.episode(data.seeds[0])
     camera = first.camera
     channels = [
@@ -38,11 +40,7 @@ def _text(data: DataSet) -> str:
         f"| {_unit(told, channel)} |"
         for channel in request.channels
     ]
-    fields = [
-        f"| `{name}` | {'objects' if m.per_object else 'frames'} | {m.unit} | {m.coding} |"
-        for name, m in told.items()
-        if not m.per_pixel
-    ]
+    fields = [f"| `{name}` | {m.table} | {m.unit} | {m.coding} |" for name, m in told.items() if not m.per_pixel]
     return "\n".join(
         [
             f"# {request.scenario}, {request.preset}: {scenario.summary}",
@@ -59,14 +57,17 @@ def _text(data: DataSet) -> str:
             "",
             f"![Frames with visible and amodal boxes.]({SHEET})",
             "",
-            *_held(statistics(data)),
+            *_held(held),
+            "",
+            *_seen(held),
             "",
             "| channel | coding | KiB a frame | unit |",
             "| --- | --- | ---: | --- |",
             *channels,
             "",
-            "`episodes/SEED/frames.parquet` and `objects.parquet` hold the rest of the truth, a row a frame and a row "
-            "an object a frame; channels lie in `pixels-*.tar` at the places that `frames.parquet` says.",
+            "`episodes/SEED/frames.parquet`, `objects.parquet` and `standing.parquet` hold the rest of the truth: a "
+            "row a frame, an object a frame, and a parked or moored one that is seen a frame; channels lie in "
+            "`pixels-*.tar` at the places that `frames.parquet` says.",
             f"`{MANIFEST}` has the size and the SHA-256 of each file; `frameout verify` checks them.",
             "",
             "| field | table | unit | coding |",
@@ -86,6 +87,14 @@ def _held(found: dict[str, Any]) -> Iterator[str]:
         percent = ", ".join(f"{100 * shares.get(s, 0.0):.1f}" for s in ("in", "partial", "occluded", "out", "absent"))
         lengths = ", ".join(f"{outs[level]:g}" for level in ("median", "most") if outs.get(level) is not None)
         yield f"| {group} | {percent} | {outs.get('count', 0)} | {lengths} |"
+
+
+def _seen(found: dict[str, Any]) -> Iterator[str]:
+    """Yield a table of what pictures show."""
+    yield f"| seen in pictures | {TARGET} | {OTHERS} | {STANDING}: parked, moored |"
+    yield "| --- | ---: | ---: | ---: |"
+    for kind, groups in found["seen"].items():
+        yield f"| {kind} | " + " | ".join(str(groups.get(group, 0)) for group in (TARGET, OTHERS, STANDING)) + " |"
 
 
 def _unit(told: dict[str, Meaning], channel: str) -> str:

@@ -112,13 +112,24 @@ class DataSet:
         k = int(np.searchsorted(ends, index, side="right")) - 1
         return self.episode(self.seeds[k]), index - int(ends[k])
 
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of its tables; sets of format 2 have no ``standing``."""
+        return ("frames", "objects") if self.request.format == 2 else ("frames", "objects", "standing")
+
     def table(self, name: str) -> pa.Table:
-        """Return the table ``frames`` or ``objects`` of all episodes; ``.to_pandas()``, or ``polars.from_arrow(…)``."""
-        check("name", name in ("frames", "objects"), "frames or objects", repr(name))
+        """Return the table ``frames``, ``objects`` or ``standing`` of all episodes; ``.to_pandas()``, or
+        ``polars.from_arrow(…)``. Raises ValueError for another name.
+        """
         return self.scan(name).to_table()
 
     def scan(self, name: str) -> pa.dataset.Dataset:
-        """Return the table as an Arrow dataset, which reads chosen columns and rows only."""
+        """Return the table as an Arrow dataset, which reads chosen columns and rows only.
+
+        Raises:
+            ValueError: for an unknown name, or one that a set of an earlier format does not have.
+        """
+        check("name", name in self.tables, f"one of {', '.join(self.tables)}", repr(name))
         return self._scan(name, self.seeds)
 
     def batches(self, name: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:

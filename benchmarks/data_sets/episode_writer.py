@@ -120,18 +120,21 @@ class _Writer:
         kind = catalog.scenario(request.scenario).truth
         self._request, self._seed = request, seed
         self._frames = _Table(files, f"{folder}/frames.parquet", tables.frame_schema(kind, request.channels))
-        self._objects = _Table(files, f"{folder}/objects.parquet", tables.object_schema(kind))
+        self._objects = {
+            name: _Table(files, f"{folder}/{name}.parquet", tables.object_schema(kind, name))
+            for name in ("objects", "standing")
+        }
         self._shards = ShardWriter(files, folder, "pixels")
         self._rows: list[dict[str, Any]] = []
         self._truths: list[Truth] = []
-        self._boxes: list[NDArray[np.float64]] = []
+        self._boxes: dict[str, list[NDArray[np.float64]]] = {name: [] for name in self._objects}
 
     def __enter__(self) -> _Writer:
         return self
 
     def __exit__(self, *_: object) -> None:
         """Close what is open."""
-        for each in (self._frames, self._objects):
+        for each in (self._frames, *self._objects.values()):
             each.close()
         self._shards.abandon()
 
@@ -145,7 +148,8 @@ class _Writer:
             pictures = self._request.pictures
             row[channel] = None if value is None else _add(self._shards, truth.frame, channel, value, pictures)
         self._rows.append(row | {"seed": self._seed})
-        self._boxes.append(visible_boxes(truth.instance_map, truth.instance_id))
+        for name, ids in (("objects", truth.instance_id), ("standing", truth.standing_id)):
+            self._boxes[name].append(visible_boxes(truth.instance_map, ids))
         self._truths.append(without_pixels(truth))
         if len(self._rows) == ROWS_AT_ONCE:
             self._flush()
@@ -156,16 +160,17 @@ class _Writer:
         self._shards.finish()
         return {
             "frames.parquet": self._frames.close(),
-            "objects.parquet": self._objects.close(),
+            **{f"{name}.parquet": each.close() for name, each in self._objects.items()},
             **self._shards.marks,
         }
 
     def _flush(self) -> None:
         if self._rows:
             self._frames.write(pa.Table.from_pylist(self._rows, self._frames.schema))
-            columns = tables.object_columns(self._truths, self._boxes, self._seed)
-            self._objects.write(pa.table(columns, schema=self._objects.schema))
-        self._rows, self._truths, self._boxes = [], [], []
+            for name, table in self._objects.items():
+                columns = tables.object_columns(self._truths, self._boxes[name], self._seed, name)
+                table.write(pa.table(columns, schema=table.schema))
+        self._rows, self._truths, self._boxes = [], [], {name: [] for name in self._objects}
 
 
 class _Table:

@@ -30,21 +30,36 @@ _KEPT_GROUPS = 4
 
 
 @dataclass(frozen=True, slots=True)
-class _Group:
-    """A row group of both tables.
+class _Objects:
+    """A row group of ``objects`` or ``standing``.
 
     Attributes:
-        rows: of ``frames``. objects: field -> (K, …) of all objects of these frames.
-        ends: (len(rows) + 1,) where each frame's objects begin.
+        fields: field -> (K, …) of all objects of these frames, and their visible boxes (K, 4).
+        ends: (frames + 1,) where each frame's objects begin.
     """
 
-    rows: list[dict[str, Any]]
-    objects: dict[str, NDArray[Any]]
+    fields: dict[str, NDArray[Any]]
+    visible_box_xyxy: NDArray[np.float64]
     ends: NDArray[np.int64]
 
-    def objects_of(self, at: int) -> dict[str, NDArray[Any]]:
+    def fields_of(self, at: int) -> dict[str, NDArray[Any]]:
         """Return the fields of one frame's objects."""
-        return {name: values[self.ends[at] : self.ends[at + 1]] for name, values in self.objects.items()}
+        return {name: values[self._of(at)] for name, values in self.fields.items()}
+
+    def visible_boxes_of(self, at: int) -> NDArray[np.float64]:
+        """Return the visible boxes (N, 4) of one frame's objects."""
+        return self.visible_box_xyxy[self._of(at)]
+
+    def _of(self, at: int) -> slice:
+        return slice(self.ends[at], self.ends[at + 1])
+
+
+@dataclass(frozen=True, slots=True)
+class _Group:
+    """A row group of all tables: the rows of ``frames``, and both kinds of objects by their table."""
+
+    rows: list[dict[str, Any]]
+    objects: dict[str, _Objects]
 
 
 class StoredEpisode:
@@ -117,7 +132,8 @@ class StoredEpisode:
         wanted = stored if channels is None else channels
         check("channels", set(wanted) <= set(stored), f"some of {', '.join(stored)}", ", ".join(map(str, wanted)))
         pixels = {c: self._pixels("pixels", c, row[c]) for c in wanted if c != NORMALS and row[c] is not None}
-        truth = tables.truth_of(self._scenario.truth, row, group.objects_of(at), pixels)
+        fields = {name: each for held in group.objects.values() for name, each in held.fields_of(at).items()}
+        truth = tables.truth_of(self._scenario.truth, row, fields, pixels)
         return Frame(tables.observation_of(row, _pictures(pixels)), truth)
 
     def normals_of(self, index: int) -> NDArray[np.float32]:
@@ -125,10 +141,14 @@ class StoredEpisode:
         check("channels", NORMALS in self._request.channels, f"a data set with {NORMALS}", "one without")
         return self._pixels("pixels", NORMALS, self._row(index)[NORMALS])
 
-    def visible_boxes_of(self, index: int) -> NDArray[np.float64]:
-        """Return the boxes (N, 4) about the visible pixels of a frame's objects; NaN where none is seen."""
+    def visible_boxes_of(self, index: int, table: str = "objects") -> NDArray[np.float64]:
+        """Return the boxes (N, 4) about the visible pixels of a frame's objects; NaN where none is seen.
+
+        Args:
+            table: ``objects``, or ``standing`` for those that stand about (S, 4).
+        """
         group, at = self._group(index)
-        return group.objects_of(at)["visible_box_xyxy"]
+        return group.objects[table].visible_boxes_of(at) if table in group.objects else np.empty((0, 4))
 
     def rows(self) -> list[int]:
         """Return the numbers of the frames in the table, in its order."""
@@ -181,17 +201,26 @@ class StoredEpisode:
         number, at = divmod(index, ROWS_AT_ONCE)
         found = self._groups.get(number)
         if found is None:
-            frames, objects = (self._row_group(name, number) for name in ("frames", "objects"))
-            arrays = tables.object_arrays(self._scenario.truth, objects)
-            boxes = objects["visible_box_xyxy"].combine_chunks().flatten().to_numpy(zero_copy_only=False)
-            arrays["visible_box_xyxy"] = boxes.reshape(-1, 4)
-            ends = np.searchsorted(objects["frame"].to_numpy(), number * ROWS_AT_ONCE + np.arange(len(frames) + 1))
-            found = _Group(frames.to_pylist(), arrays, ends)
+            frames = self._row_group("frames", number)
+            firsts = number * ROWS_AT_ONCE + np.arange(len(frames) + 1)
+            found = _Group(
+                frames.to_pylist(),
+                {
+                    name: self._objects(self._row_group(name, number), firsts)
+                    for name in ("objects", "standing")
+                    if f"{name}.parquet" in self.marks
+                },
+            )
             with self._lock:
                 self._groups[number] = found
                 if len(self._groups) > _KEPT_GROUPS:
                     self._groups.pop(next(iter(self._groups)))
         return found, at
+
+    def _objects(self, rows: pa.Table, firsts: NDArray[np.int64]) -> _Objects:
+        boxes = rows["visible_box_xyxy"].combine_chunks().flatten().to_numpy(zero_copy_only=False)
+        ends = np.searchsorted(rows["frame"].to_numpy(), firsts)
+        return _Objects(tables.object_arrays(self._scenario.truth, rows), boxes.reshape(-1, 4), ends)
 
     def _row_group(self, name: str, number: int) -> pa.Table:
         return self._table(name, lambda file: pq.ParquetFile(file).read_row_group(number))

@@ -1,7 +1,8 @@
 """Frames as rows of Arrow tables, and back: the columns follow from the fields of ``Truth`` and ``Observation``.
 
 ``frames`` has a row a frame: all of its truth that is not per object or per pixel, and under ``observed_…`` what
-trackers get beside the pictures. ``objects`` has a row an object a frame. Arrays are lists in row-major order; a field
+trackers get beside the pictures. ``objects`` has a row an object a frame, ``standing`` likewise for those that stand
+about. Arrays are lists in row-major order; a field
 whose name begins with ``T_`` is a pose (4, 4).
 """
 
@@ -35,7 +36,7 @@ def frame_schema(kind: type[Truth], channels: Iterable[str]) -> pa.Schema:
     """Return the schema of ``frames``: the episode's seed, truth, what was observed, and the places of channels."""
     hints = get_type_hints(kind)
     fields = [pa.field("seed", pa.int64())]
-    fields += [_field(name, hints[name], meaning) for name, meaning in _of_frames(kind)]
+    fields += [_field(name, hints[name], meaning) for name, meaning in _of(kind, "frames")]
     return pa.schema([*fields, *observation_schema(channels)])
 
 
@@ -45,18 +46,18 @@ def observation_schema(channels: Iterable[str]) -> pa.Schema:
     return pa.schema(fields + [pa.field(channel, _PLACE) for channel in channels])
 
 
-def object_schema(kind: type[Truth]) -> pa.Schema:
-    """Return the schema of ``objects``: seed, frame, the object's index, truth, and its visible box."""
+def object_schema(kind: type[Truth], table: str = "objects") -> pa.Schema:
+    """Return the schema of ``objects`` or ``standing``: seed, frame, the object's index, truth, its visible box."""
     hints = get_type_hints(kind)
     fields = [pa.field("seed", pa.int64()), pa.field("frame", pa.int64()), pa.field("index", pa.int32())]
-    fields += [_field(name, hints[name], meaning) for name, meaning in _of_objects(kind)]
+    fields += [_field(name, hints[name], meaning) for name, meaning in _of(kind, table)]
     fields.append(pa.field("visible_box_xyxy", pa.list_(pa.float64(), 4), metadata=_note("px", "NaN: not seen")))
     return pa.schema(fields)
 
 
 def frame_row(truth: Truth, observation: Observation) -> dict[str, Any]:
     """Return a frame's row, without seed and channels."""
-    row = {name: _plain(getattr(truth, name)) for name, _ in _of_frames(type(truth))}
+    row = {name: _plain(getattr(truth, name)) for name, _ in _of(type(truth), "frames")}
     return row | observation_row(observation)
 
 
@@ -65,18 +66,20 @@ def observation_row(observation: Observation) -> dict[str, Any]:
     return {OBSERVED + name: _plain(getattr(observation, name)) for name in _OBSERVED_FIELDS}
 
 
-def object_columns(truths: Sequence[Truth], boxes: Sequence[np.ndarray], seed: int) -> dict[str, pa.Array]:
-    """Return the columns of ``objects`` of successive frames, with their visible boxes (N, 4)."""
+def object_columns(
+    truths: Sequence[Truth], boxes: Sequence[np.ndarray], seed: int, table: str = "objects"
+) -> dict[str, pa.Array]:
+    """Return the columns of ``objects`` or ``standing`` of successive frames, with their visible boxes (N, 4)."""
     kind = type(truths[0])
-    counts = [len(truth.names) for truth in truths]
+    counts = [len(each) for each in boxes]
     index = np.concatenate([np.arange(count, dtype=np.int32) for count in counts])
     columns: dict[str, pa.Array] = {
         "seed": pa.array(np.full(len(index), seed)),
         "frame": pa.array(np.repeat([truth.frame for truth in truths], counts)),
         "index": pa.array(index),
     }
-    schema = object_schema(kind)
-    for name, _ in _of_objects(kind):
+    schema = object_schema(kind, table)
+    for name, _ in _of(kind, table):
         held = schema.field(name).type
         as_kind = str if pa.types.is_string(held) else None
         values = np.concatenate([np.asarray(getattr(truth, name), as_kind) for truth in truths])
@@ -91,7 +94,8 @@ def truth_of(
     """Return the truth of a frame.
 
     Args:
-        frame: its row of ``frames``. objects: its columns of ``objects``, as from ``object_arrays``.
+        frame: its row of ``frames``. objects: its columns of ``objects`` and ``standing``, as from ``object_arrays``.
+            Fields that are missing, of a set of an earlier format, become what a truth without them has.
         pixels: its channels; those that are missing become empty.
     """
     hints, values = get_type_hints(kind), {}
@@ -100,8 +104,9 @@ def truth_of(
             lengths = [int(length) for length in meaning.shape[2:]]
             nothing = np.empty((0, 0, *lengths), dtype_of(kind, name))
             values[name] = pixels.get(name, nothing)
-        elif meaning.per_object:
-            values[name] = tuple(objects[name].tolist()) if get_origin(hints[name]) is tuple else objects[name]
+        elif meaning.table != "frames":
+            if meaning.judged or name in objects:
+                values[name] = tuple(objects[name].tolist()) if get_origin(hints[name]) is tuple else objects[name]
         else:
             values[name] = _value(frame[name], hints[name], meaning.shape)
     return kind(**values)
@@ -116,9 +121,11 @@ def observation_of(frame: Mapping[str, Any], pictures: Mapping[str, Any]) -> Obs
 
 
 def object_arrays(kind: type[Truth], table: pa.Table) -> dict[str, np.ndarray]:
-    """Return the columns of ``objects`` as arrays, of the shapes and dtypes of ``Truth``."""
+    """Return the columns of ``objects`` or ``standing`` as arrays, of the shapes and dtypes of ``Truth``."""
     hints, arrays = get_type_hints(kind), {}
-    for name, meaning in _of_objects(kind):
+    for name, meaning in meanings(kind).items():
+        if name not in table.column_names or meaning.table == "frames":
+            continue
         column = table[name].combine_chunks()
         if get_origin(hints[name]) is tuple or dtype_of(kind, name).kind == "U":
             arrays[name] = np.array(column.to_pylist(), dtype=str)
@@ -129,12 +136,8 @@ def object_arrays(kind: type[Truth], table: pa.Table) -> dict[str, np.ndarray]:
     return arrays
 
 
-def _of_frames(kind: type[Truth]) -> list[tuple[str, Meaning]]:
-    return [(n, m) for n, m in meanings(kind).items() if not m.per_pixel and not m.per_object]
-
-
-def _of_objects(kind: type[Truth]) -> list[tuple[str, Meaning]]:
-    return [(n, m) for n, m in meanings(kind).items() if m.per_object]
+def _of(kind: type[Truth], table: str) -> list[tuple[str, Meaning]]:
+    return [(name, meaning) for name, meaning in meanings(kind).items() if meaning.table == table]
 
 
 def _note(unit: str, coding: str) -> dict[str, str]:
@@ -142,7 +145,7 @@ def _note(unit: str, coding: str) -> dict[str, str]:
 
 
 def _field(name: str, hint: Any, meaning: Meaning) -> pa.Field:
-    each = meaning.shape[1:] if meaning.per_object else meaning.shape
+    each = meaning.shape if meaning.table == "frames" else meaning.shape[1:]
     if get_origin(hint) is tuple:
         kind = _arrow(get_args(hint)[0])
     elif meaning.shape and not dataclasses.is_dataclass(hint):

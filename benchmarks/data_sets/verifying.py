@@ -129,18 +129,19 @@ def _of_frames(episode: StoredEpisode, every: int) -> str | None:
     for index in range(0, episode.frame_count, every):
         truth = episode.frame(index).truth
         check_truth(truth)
-        found = _of_pixels(truth, episode.visible_boxes_of(index))
+        found = _of_pixels(truth, episode.visible_boxes_of(index), episode.visible_boxes_of(index, "standing"))
         if found:
             return f"frame {index}: {found}"
     return None
 
 
-def _of_pixels(truth: Truth, boxes: np.ndarray) -> str | None:
+def _of_pixels(truth: Truth, boxes: np.ndarray, standing_boxes: np.ndarray) -> str | None:
     """Return how truth differs from its instance map, if that is stored."""
     if truth.instance_map.size == 0:
         return None
-    if not np.array_equal(visible_boxes(truth.instance_map, truth.instance_id), boxes, equal_nan=True):
-        return "visible boxes are not those of the instance map"
+    for ids, held in ((truth.instance_id, boxes), (truth.standing_id, standing_boxes)):
+        if not np.array_equal(visible_boxes(truth.instance_map, ids), held, equal_nan=True):
+            return "visible boxes are not those of the instance map"
     seen = np.isfinite(boxes).all(axis=1)
     gone = seen & np.isin(truth.state, ("out", "absent"))
     if gone.any():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,23 +14,28 @@ from benchmarks.data_sets.data_set import DataSet
 from benchmarks.export.export_format import ExportFormat
 from benchmarks.export.frames import StoredFrame, episodes, frames, picture_ending, write_picture
 from benchmarks.export.json_lists import JsonLists
-from benchmarks.export.objects import as_xywh, kinds_of
+from benchmarks.export.objects import ATTRIBUTES_NOTE, Labels, as_xywh, check_objects
 
-NOTE = """
+NOTE = f"""
 Format: https://cocodataset.org/#format-data. `annotations/instances.json` names the pictures in `images/`.
 
 An annotation is of one object in one picture of which at least one pixel is seen: `segmentation` is the run-length code
 of those pixels, `bbox` the box around them (left, top, width, height; the top left corner of the picture is 0, 0),
-`area` their number. `iscrowd` is always 0. Categories are the kinds of the scene's objects, in alphabetic order.
+`area` their number. Parked cars and moored boats have theirs too. Categories are the classes of the scene's own list,
+with the same numbers in every export of the scene. `iscrowd` is 1 for what shows less than was asked for
+(`--min-visible`, `--min-size`), which evaluation then ignores, else 0.
+
+`attributes` holds more of each object:
+{ATTRIBUTES_NOTE.strip()}
 """
 
 
-def _write(data: DataSet, folder: Path) -> None:
-    categories = {kind: number for number, kind in enumerate(kinds_of(data), start=1)}
+def _write(data: DataSet, folder: Path, labels: Labels) -> None:
+    check_objects(data)
     head: dict[str, Any] = {
         "info": {"description": f"{data.request.scenario}, preset {data.request.preset}"},
         "licenses": [],
-        "categories": [{"id": number, "name": kind} for kind, number in categories.items()],
+        "categories": [{"id": number, "name": name} for number, name in enumerate(labels.names, start=1)],
     }
     (folder / "annotations").mkdir()
     ending = picture_ending(data)
@@ -45,27 +51,24 @@ def _write(data: DataSet, folder: Path) -> None:
                 height, width = stored.frame.truth.instance_map.shape
                 file_name = f"{pictures.name}/{name}.{ending}"
                 lists.add("images", {"id": image, "file_name": file_name, "width": width, "height": height})
-                for item in _annotations(stored, categories):
+                for item in _annotations(stored, labels):
                     # Numbers begin with 1: the evaluation of pycocotools takes 0 for "matched with nothing".
                     annotation += 1
                     lists.add("annotations", {"id": annotation, "image_id": image} | item)
 
 
-def _annotations(stored: StoredFrame, categories: dict[str, int]) -> list[dict[str, Any]]:
-    truth = stored.frame.truth
-    items = []
-    for k in np.flatnonzero(stored.is_seen):
-        mask = truth.instance_map == truth.instance_id[k]
-        items.append(
-            {
-                "category_id": categories[truth.kinds[k]],
-                "bbox": as_xywh(stored.visible_xyxy[k]),
+def _annotations(stored: StoredFrame, labels: Labels) -> Iterator[dict[str, Any]]:
+    for each in labels.instances(stored):
+        if each.is_seen:
+            mask = stored.frame.truth.instance_map == each.instance_id
+            yield {
+                "category_id": 1 + each.class_number,
+                "bbox": as_xywh(each.visible_xyxy),
                 "area": int(mask.sum()),
                 "segmentation": run_lengths(mask),
-                "iscrowd": 0,
+                "iscrowd": int(not labels.takes(each)),
+                "attributes": each.attributes(),
             }
-        )
-    return items
 
 
 def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
@@ -81,4 +84,5 @@ COCO = ExportFormat(
     packages=("pycocotools",),
     note=NOTE,
     write=_write,
+    leaves_out=True,
 )

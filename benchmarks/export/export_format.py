@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.data_sets.data_set import DataSet
+from benchmarks.export.objects import Labels
 
 
 @dataclass(frozen=True)
@@ -18,7 +19,9 @@ class ExportFormat:
         needs: what a data set must hold, in one line.
         channels: that must be stored. packages: that writing needs, by their import names. extra: that installs them.
         note: for users of the files: source of the format, axes, units, what this export decides.
-        write: writes a data set into an empty folder. Raises ValueError for one that lacks what the format needs.
+        write: writes a data set with labels into an empty folder. Raises ValueError for one that lacks what the format
+            needs.
+        leaves_out: whether labels of what shows too little can be left out, see ``Labels``.
     """
 
     summary: str
@@ -26,5 +29,6 @@ class ExportFormat:
     channels: tuple[str, ...]
     packages: tuple[str, ...]
     note: str
-    write: Callable[[DataSet, Path], None]
+    write: Callable[[DataSet, Path, Labels], None]
     extra: str = "data"
+    leaves_out: bool = False

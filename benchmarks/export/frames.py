@@ -17,7 +17,7 @@ from benchmarks.data_sets.stored_episode import StoredEpisode
 from scenarios.scenario import Frame
 from trackers.types import CameraModel
 
-ABSENT, OUT, OCCLUDED = "absent", "out", "occluded"
+ABSENT, OUT, OCCLUDED, PARTIAL = "absent", "out", "occluded", "partial"
 """States of objects, see ``Truth.state``."""
 
 
@@ -29,12 +29,14 @@ class StoredFrame:
         episode: that it is of. index: in that.
         frame: observation and truth, with the pixels that were asked for only.
         visible_xyxy: (N, 4) boxes around the visible pixels of the objects, in pixels; NaN where none is seen.
+        standing_visible_xyxy: (S, 4) likewise of those that stand about.
     """
 
     episode: StoredEpisode
     index: int
     frame: Frame
     visible_xyxy: NDArray[np.float64]
+    standing_visible_xyxy: NDArray[np.float64]
 
     @property
     def is_seen(self) -> NDArray[np.bool_]:
@@ -57,7 +59,8 @@ def episodes(data: DataSet) -> Iterator[StoredEpisode]:
 def frames(episode: StoredEpisode, channels: tuple[str, ...] = ()) -> Iterator[StoredFrame]:
     """Yield the frames of an episode; of their pixels only ``channels`` are read."""
     for index in range(len(episode)):
-        yield StoredFrame(episode, index, episode.frame(index, channels), episode.visible_boxes_of(index))
+        boxes = (episode.visible_boxes_of(index, table) for table in ("objects", "standing"))
+        yield StoredFrame(episode, index, episode.frame(index, channels), *boxes)
 
 
 def sequence_name(data: DataSet, seed: int) -> str:

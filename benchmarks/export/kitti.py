@@ -18,6 +18,7 @@ from benchmarks.data_sets.data_set import DataSet
 from benchmarks.export.export_format import ExportFormat
 from benchmarks.export.frames import StoredFrame, episodes, frames, picture_bytes
 from benchmarks.export.kitti_coding import distance_map, flow_map, write_png16
+from benchmarks.export.objects import Labels
 from sim.checks import check
 from trackers.types import CameraModel
 
@@ -95,8 +96,8 @@ _FLOW = _Map(
 _DEPTH = _Map("depth", ("depth_m",), lambda stored: distance_map(stored.frame.truth.depth_m), (_PRESENT,))
 
 
-def _writer(kind: _Map) -> Callable[[DataSet, Path], None]:
-    def write(data: DataSet, folder: Path) -> None:
+def _writer(kind: _Map) -> Callable[[DataSet, Path, Labels], None]:
+    def write(data: DataSet, folder: Path, _: Labels) -> None:
         root = folder / _FOLDER
         for name in {kind.folder, "calib_cam_to_cam", *(each[0] for each in kind.pictures)}:
             (root / name).mkdir(parents=True)

@@ -22,7 +22,7 @@ from benchmarks.export.frames import (
     sequence_name,
     write_picture,
 )
-from benchmarks.export.objects import Identities, as_xywh, kinds_of
+from benchmarks.export.objects import Identities, Instance, Labels, as_xywh, check_objects
 
 SPLIT = "frameout-train"
 """Name of the benchmark and the split, as TrackEval joins them."""
@@ -33,35 +33,39 @@ names: `run_mot_challenge.py --GT_FOLDER gt/mot_challenge --BENCHMARK frameout -
 
 A row of `gt/gt.txt` is frame, identity, left, top, width, height, 1 (counts), class, visibility. Frames, identities and
 pixels are counted from 1: the top left corner of the picture is 1, 1. Boxes are around whole objects, beyond the border
-of the picture and hidden parts too; an object that is outside the picture or reaches behind the camera has no row.
+of the picture and hidden parts too; an object that is outside the picture or reaches behind the camera has no row, and
+one that only stands about, a parked car or a moored boat, has rows where at least one pixel of it is seen.
 Visibility is the seen share of the object's own pixels. The class is always 1, the one that MOT Challenge scores;
-`gt/objects.txt` gives the name and the kind of each identity.
+`gt/objects.txt` gives identity, name, kind, class and role (`traffic`, `parked`, …) of each object.
 """
 
 
-def _write(data: DataSet, folder: Path) -> None:
-    kinds_of(data)
+def _write(data: DataSet, folder: Path, labels: Labels) -> None:
+    check_objects(data)
     root = folder / "gt" / "mot_challenge"
     names = []
     for episode in episodes(data):
         names.append(sequence_name(data, episode.seed))
-        _write_sequence(data, episode, root / SPLIT / names[-1])
+        _write_sequence(data, episode, root / SPLIT / names[-1], labels)
     (root / "seqmaps").mkdir()
     (root / "seqmaps" / f"{SPLIT}.txt").write_text("\n".join(["name", *names]) + "\n", encoding="utf-8")
 
 
-def _write_sequence(data: DataSet, episode: StoredEpisode, folder: Path) -> None:
+def _write_sequence(data: DataSet, episode: StoredEpisode, folder: Path, labels: Labels) -> None:
     (folder / "img1").mkdir(parents=True)
     (folder / "gt").mkdir()
-    identities, kinds = Identities(), dict[str, str]()
+    identities, told = Identities(), dict[int, str]()
     with (folder / "gt" / "gt.txt").open("w", encoding="utf-8") as file:
         for stored in frames(episode):
             write_picture(stored, "image_rgb", folder / "img1" / f"{stored.index + 1:06d}")
-            file.writelines(_rows(stored, identities))
-            kinds.update(zip(stored.frame.truth.names, stored.frame.truth.kinds, strict=True))
+            for each in labels.instances(stored):
+                if each.state not in (OUT, ABSENT) and np.isfinite(each.box_xyxy).all():
+                    identity = identities.of(each.name)
+                    file.write(_row(stored, each, identity))
+                    told[identity] = f"{each.name},{each.kind},{labels.class_of(each.kind)},{each.role}"
             camera = stored.camera
-    objects = [f"{number},{name},{kinds[name]}\n" for name, number in identities.numbers.items()]
-    (folder / "gt" / "objects.txt").write_text("".join(objects), encoding="utf-8")
+    objects = "".join(f"{identity},{words}\n" for identity, words in told.items())
+    (folder / "gt" / "objects.txt").write_text(objects, encoding="utf-8")
     entries = {
         "name": folder.name,
         "imDir": "img1",
@@ -75,15 +79,9 @@ def _write_sequence(data: DataSet, episode: StoredEpisode, folder: Path) -> None
     (folder / "seqinfo.ini").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _rows(stored: StoredFrame, identities: Identities) -> list[str]:
-    truth = stored.frame.truth
-    has_box = ~np.isnan(truth.box_xyxy).any(axis=1) & (truth.state != OUT) & (truth.state != ABSENT)
-    rows = []
-    for k in np.flatnonzero(has_box):
-        box = ",".join(f"{number:.3f}" for number in as_xywh(truth.box_xyxy[k], first=1.0))
-        identity = identities.of(truth.names[k])
-        rows.append(f"{stored.index + 1},{identity},{box},1,1,{truth.visible_fraction[k]:.5f}\n")
-    return rows
+def _row(stored: StoredFrame, instance: Instance, identity: int) -> str:
+    box = ",".join(f"{number:.3f}" for number in as_xywh(instance.box_xyxy, first=1.0))
+    return f"{stored.index + 1},{identity},{box},1,1,{instance.visible_fraction:.5f}\n"
 
 
 MOT = ExportFormat(

@@ -8,6 +8,7 @@ from pathlib import Path
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.export.destination import whole_folder
 from benchmarks.export.export_format import ExportFormat
+from benchmarks.export.objects import ClassLevel, Labels
 from benchmarks.run.packages import check_packages
 from sim.checks import check
 from sim.choices import check_choice
@@ -41,8 +42,22 @@ def export_format(name: str) -> ExportFormat:
     return found
 
 
-def export(data: DataSet, name: str, out: Path) -> None:
+def export(
+    data: DataSet,
+    name: str,
+    out: Path,
+    *,
+    classes: ClassLevel = "class",
+    min_visible: float = 0.0,
+    min_size_px: float = 0.0,
+) -> int:
     """Write a data set into the folder ``out`` in a format, wholly or not at all.
+
+    Args:
+        classes, min_visible, min_size_px: see ``Labels``.
+
+    Returns:
+        the number of objects in pictures that show less than was asked for.
 
     Raises:
         ValueError: for an unknown format, a missing package, a data set that lacks what the format needs, or a folder
@@ -54,9 +69,13 @@ def export(data: DataSet, name: str, out: Path) -> None:
     stored = data.request.channels
     lacks = [channel for channel in chosen.channels if channel not in stored]
     check("data", not lacks, f"the channels {', '.join(chosen.channels)} for {name}", ", ".join(stored) or "none")
+    labels = Labels(data, classes, min_visible, min_size_px)
+    least = (min_visible, min_size_px)
+    check("min_visible min_size", chosen.leaves_out or not any(least), f"0, since {name} holds all", least)
     with whole_folder(out) as folder:
-        chosen.write(data, folder)
+        chosen.write(data, folder, labels)
         (folder / README).write_text(_readme(data, name, chosen.note), encoding="utf-8")
+    return labels.left_out
 
 
 def _readme(data: DataSet, name: str, note: str) -> str:

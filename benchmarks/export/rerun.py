@@ -8,6 +8,7 @@ Rerun gives to rows by the clock.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,8 @@ from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.page.channel_pictures import channel_picture
 from benchmarks.data_sets.stored_episode import StoredEpisode
 from benchmarks.export.export_format import ExportFormat
-from benchmarks.export.frames import episodes
+from benchmarks.export.frames import ABSENT, episodes, frames
+from benchmarks.export.objects import Instance, Labels
 from benchmarks.video import marks
 from scenarios.scenario import Frame
 from scenarios.truth import Truth, meanings
@@ -42,7 +44,7 @@ z up), over the time lines `frame` and `time`; pixel coordinates begin at the to
 """
 
 
-def _write(data: DataSet, folder: Path) -> None:
+def _write(data: DataSet, folder: Path, labels: Labels) -> None:
     import rerun
 
     name = f"{data.request.scenario}-{data.request.preset}"
@@ -51,7 +53,7 @@ def _write(data: DataSet, folder: Path) -> None:
     stream.save(folder / RECORDING)
     try:
         for episode in episodes(data):
-            _Writer(rerun, stream, data, episode).write()
+            _Writer(rerun, stream, data, episode, labels).write()
         stream.flush()
     finally:
         stream.disconnect()
@@ -60,21 +62,24 @@ def _write(data: DataSet, folder: Path) -> None:
 class _Writer:
     """Writes one episode."""
 
-    def __init__(self, sdk: Any, stream: rerun.RecordingStream, data: DataSet, episode: StoredEpisode) -> None:
-        self._sdk, self._stream, self._data, self._episode = sdk, stream, data, episode
+    def __init__(
+        self, sdk: Any, stream: rerun.RecordingStream, data: DataSet, episode: StoredEpisode, labels: Labels
+    ) -> None:
+        self._sdk, self._stream, self._data, self._episode, self._labels = sdk, stream, data, episode, labels
         self._root = f"seed-{episode.seed:06d}"
         self._names_at: dict[str, tuple[str, ...]] = {}
 
     def write(self) -> None:
         """Write all frames."""
         self._log("", self._sdk.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-        for index in range(len(self._episode)):
-            frame = self._episode.frame(index)
+        for stored in frames(self._episode, self._data.request.channels):
+            index, frame = stored.index, stored.frame
+            instances = list(self._labels.instances(stored))
             self._stream.set_time("frame", sequence=index)
             self._stream.set_time("time", duration=frame.truth.time_s)
             self._write_camera(frame)
-            self._write_boxes(frame.truth, self._episode.visible_boxes_of(index))
-            self._write_objects(frame.truth)
+            self._write_boxes(instances)
+            self._write_objects(instances)
             for channel in self._data.request.channels:
                 self._write_channel(channel, index, frame)
 
@@ -94,30 +99,29 @@ class _Writer:
         # The principal point is the middle in our coordinates, which Rerun shares: pixel centres at halves.
         return self._sdk.Pinhole(focal_length=camera.focal_px, width=size[0], height=size[1])
 
-    def _write_boxes(self, truth: Truth, visible: NDArray[np.float64]) -> None:
-        amodal = np.where(np.isin(truth.state, _INSIDE)[:, None], truth.box_xyxy, np.nan)
-        for name, boxes, colour in (("visible", visible, marks.TRUTH), ("amodal", amodal, marks.ESTIMATE)):
-            known = np.flatnonzero(np.isfinite(boxes).all(axis=1))
-            labels = [f"{truth.names[k]} {truth.state[k]}" for k in known]
+    def _write_boxes(self, instances: Sequence[Instance]) -> None:
+        visible = [(each, each.visible_xyxy) for each in instances]
+        amodal = [(each, each.box_xyxy) for each in instances if each.state in _INSIDE]
+        for name, boxed, colour in (("visible", visible, marks.TRUTH), ("amodal", amodal, marks.ESTIMATE)):
+            known = [(each, box) for each, box in boxed if np.isfinite(box).all()]
             drawn = self._sdk.Boxes2D(
-                array=boxes[known],
+                array=np.array([box for _, box in known]).reshape(-1, 4),
                 array_format=self._sdk.Box2DFormat.XYXY,
-                labels=labels,
+                labels=[f"{each.name} {each.state}" for each, _ in known],
                 colors=np.tile(np.array(colour, np.uint8), (len(known), 1)),
                 show_labels=name == "visible",
             )
             self._log(f"camera/picture/boxes/{name}", drawn)
 
-    def _write_objects(self, truth: Truth) -> None:
-        poses = truth.T_world_object
-        known = np.flatnonzero((truth.state != "absent") & np.isfinite(poses).all(axis=(1, 2)))
-        # The pose is that of the middle of the ground under the object.
-        upward = 0.5 * truth.size_m[known, 2:] * poses[known, :3, 2]
+    def _write_objects(self, instances: Sequence[Instance]) -> None:
+        known = [each for each in instances if each.state != ABSENT and np.isfinite(each.T_world_object).all()]
+        poses = np.array([each.T_world_object for each in known]).reshape(-1, 4, 4)
+        low_m, high_m = np.array([each.bounds_m for each in known]).reshape(-1, 2, 3).transpose(1, 0, 2)
         boxes = self._sdk.Boxes3D(
-            centers=poses[known, :3, 3] + upward,
-            half_sizes=0.5 * truth.size_m[known],
-            quaternions=Rotation.from_matrix(poses[known, :3, :3]).as_quat() if len(known) else np.empty((0, 4)),
-            labels=[truth.names[k] for k in known],
+            centers=poses[:, :3, 3] + np.einsum("nij,nj->ni", poses[:, :3, :3], 0.5 * (low_m + high_m)),
+            half_sizes=0.5 * (high_m - low_m),
+            quaternions=Rotation.from_matrix(poses[:, :3, :3]).as_quat() if len(known) else np.empty((0, 4)),
+            labels=[each.name for each in known],
         )
         self._log("objects", boxes)
 
@@ -153,15 +157,20 @@ class _Writer:
         return self._as_png(channel_picture(channel, value, meaning, truth.instance_id)[0])
 
     def _classes(self, place: str, value: NDArray[Any], truth: Truth) -> NDArray[np.uint16]:
-        """Return a map of ids (H, W) as classes: 0 for what is no object, else 1 + the object's index."""
+        """Return a map of ids (H, W) as classes: 0 for what is no object, else 1 + the object's index; then, with one
+        class for all of them, what stands about.
+        """
         if self._names_at.get(place) != truth.names:
             self._names_at[place] = truth.names
             names = [(k + 1, name) for k, name in enumerate(truth.names)]
+            names.append((len(names) + 1, "standing about"))
             self._log(place, self._sdk.AnnotationContext([(0, "no object", _GROUND), *names]))
+        count = len(truth.names)
         order = np.argsort(truth.instance_id)
         ids = truth.instance_id[order]
-        at = np.minimum(np.searchsorted(ids, value), len(ids) - 1)
-        return np.where(ids[at] == value, order[at] + 1, 0).astype(np.uint16)
+        at = np.minimum(np.searchsorted(ids, value), count - 1)
+        others = np.where(np.isin(value, truth.standing_id), count + 1, 0)
+        return np.where(ids[at] == value, order[at] + 1, others).astype(np.uint16)
 
 
 RERUN = ExportFormat(

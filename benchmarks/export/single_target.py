@@ -13,7 +13,7 @@ from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.stored_episode import StoredEpisode
 from benchmarks.export.export_format import ExportFormat
 from benchmarks.export.frames import ABSENT, OCCLUDED, OUT, StoredFrame, episodes, frames, write_picture
-from benchmarks.export.objects import as_xywh
+from benchmarks.export.objects import Labels, as_xywh
 from scenarios import catalog
 from sim.checks import check
 
@@ -82,7 +82,7 @@ def single_target_format(
         write_episode: writes the folder of an episode into another; returns its name.
     """
 
-    def write(data: DataSet, folder: Path) -> None:
+    def write(data: DataSet, folder: Path, _: Labels) -> None:
         names = [write_episode(data, episode, folder) for episode in episodes(data)]
         (folder / "list.txt").write_text("".join(f"{name}\n" for name in names), encoding="utf-8")
 

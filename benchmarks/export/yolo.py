@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.export.export_format import ExportFormat
 from benchmarks.export.frames import StoredFrame, episodes, frames, write_picture
-from benchmarks.export.objects import kinds_of
+from benchmarks.export.objects import ATTRIBUTES, ATTRIBUTES_NOTE, Instance, Labels, check_objects
 from sim.checks import check
 
 VALIDATION_SHARE = 0.2
+SIDECAR = "objects.csv"
 NOTE = f"""
-Format: https://docs.ultralytics.com/datasets/detect/. `data.yaml` names the classes, the kinds of the scene's objects,
-and the folders of pictures; `labels/` has a text file for each picture, empty where no object is seen.
+Format: https://docs.ultralytics.com/datasets/detect/. `data.yaml` names the classes, those of the scene's own list with
+the same numbers in every export of the scene, and the folders of pictures; `labels/` has a text file for each picture,
+empty where no object is seen. Parked cars and moored boats have lines too; what shows less than was asked for
+(`--min-visible`, `--min-size`) has none.
 
 A line is class, x and y of the centre, width and height of the box around the pixels that are seen, as shares of the
 picture's width and height. Whole episodes are for training or validation: of all seeds in order, the last
 {VALIDATION_SHARE:.0%}, at least one, are for validation.
+
+`{SIDECAR}` says what the format has no place for, a row for each line of the text files: file, line (from 1), class,
+and more of each object.
+{ATTRIBUTES_NOTE.strip()}
 """
 
 
@@ -32,31 +38,35 @@ def split_of(seeds: tuple[int, ...]) -> dict[int, str]:
     return {seed: "train" if k < len(seeds) - last else "val" for k, seed in enumerate(seeds)}
 
 
-def _write(data: DataSet, folder: Path) -> None:
+def _write(data: DataSet, folder: Path, labels: Labels) -> None:
+    check_objects(data)
     split = split_of(data.seeds)
-    classes = {kind: number for number, kind in enumerate(kinds_of(data))}
     for part in ("train", "val"):
         for name in ("images", "labels"):
             (folder / name / part).mkdir(parents=True)
-    for episode in episodes(data):
-        part = split[episode.seed]
-        for stored in frames(episode):
-            name = f"{episode.seed:06d}_{stored.index:06d}"
-            write_picture(stored, "image_rgb", folder / "images" / part / name)
-            (folder / "labels" / part / f"{name}.txt").write_text(_lines(stored, classes), encoding="utf-8")
+    with (folder / SIDECAR).open("w", encoding="utf-8", newline="") as file:
+        table = csv.writer(file, lineterminator="\n")
+        table.writerow(["file", "line", "class", *ATTRIBUTES])
+        for episode in episodes(data):
+            part = split[episode.seed]
+            for stored in frames(episode):
+                name = f"{episode.seed:06d}_{stored.index:06d}"
+                write_picture(stored, "image_rgb", folder / "images" / part / name)
+                shown = [each for each in labels.instances(stored) if each.is_seen and labels.takes(each)]
+                text = "".join(_line(stored, each) for each in shown)
+                (folder / "labels" / part / f"{name}.txt").write_text(text, encoding="utf-8")
+                for line, each in enumerate(shown, start=1):
+                    told = [labels.names[each.class_number], *each.attributes().values()]
+                    table.writerow([f"labels/{part}/{name}.txt", line, *told])
     # A string of JSON is one of YAML, whatever it holds.
-    names = "".join(f"  {number}: {json.dumps(kind)}\n" for kind, number in classes.items())
+    names = "".join(f"  {number}: {json.dumps(name)}\n" for number, name in enumerate(labels.names))
     (folder / "data.yaml").write_text(f"train: images/train\nval: images/val\nnames:\n{names}", encoding="utf-8")
 
 
-def _lines(stored: StoredFrame, classes: dict[str, int]) -> str:
-    size_px = np.array([stored.camera.width_px, stored.camera.height_px])
-    lines = []
-    for k in np.flatnonzero(stored.is_seen):
-        corners = stored.visible_xyxy[k].reshape(2, 2) / size_px
-        numbers = [*corners.mean(axis=0), *(corners[1] - corners[0])]
-        lines.append(" ".join([str(classes[stored.frame.truth.kinds[k]]), *(f"{number:.8f}" for number in numbers)]))
-    return "".join(f"{line}\n" for line in lines)
+def _line(stored: StoredFrame, instance: Instance) -> str:
+    corners = instance.visible_xyxy.reshape(2, 2) / (stored.camera.width_px, stored.camera.height_px)
+    numbers = [*corners.mean(axis=0), *(corners[1] - corners[0])]
+    return " ".join([str(instance.class_number), *(f"{number:.8f}" for number in numbers)]) + "\n"
 
 
 YOLO = ExportFormat(
@@ -66,4 +76,5 @@ YOLO = ExportFormat(
     packages=(),
     note=NOTE,
     write=_write,
+    leaves_out=True,
 )

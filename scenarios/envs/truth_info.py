@@ -29,7 +29,7 @@ def truth_keys(kind: type[Truth]) -> dict[str, tuple[str, tuple[int, ...], str]]
     """Return the numeric fields of a kind of ``Truth`` about the frame and the target, in the form of ``INFO``."""
     keys = {}
     for name, meaning in meanings(kind).items():
-        if meaning.per_pixel or meaning.unit == "word" or dtype_of(kind, name).hasobject:
+        if meaning.per_pixel or meaning.per_standing or meaning.unit == "word" or dtype_of(kind, name).hasobject:
             continue
         shape = tuple(int(size) for size in (meaning.shape[1:] if meaning.per_object else meaning.shape))
         coding = meaning.coding.replace("NaN", "inf")

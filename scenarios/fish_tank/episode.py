@@ -145,6 +145,7 @@ class FishTankEpisode(Stage):
         truth = FishTruth(
             **{**common, "position_px": seen.position_px},
             names=fish.names,
+            bounds_m=fish.bounds_m(),
             kinds=("fish",) * len(fish.names),
             instance_id=fish.instance_id,
             speed_mps=self._swims.speed_mps[frame].copy(),

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.fish_tank.shoal import Swims
-from sim.jointed_labels import joined, merge_parts, seen_body
+from sim.jointed_labels import enclosing_bounds, joined, merge_parts, seen_body
 from sim.meshes.fish import fish_segments, half_size
 from sim.meshes.fish_look import FishLook
 from sim.motion.swim import CENTRE_LINE_POINTS, SEGMENT_ENDS, swim_pose
@@ -103,6 +103,11 @@ class Fish:
     def merge(self, instance_map: NDArray[np.int32]) -> None:
         """Replace the ids of parts in a map (H, W) by one id per fish."""
         merge_parts(instance_map, self._merged_id, int(self.instance_id[0]))
+
+    def bounds_m(self) -> NDArray[np.float64]:
+        """Return the bounds (N, 2, 3) of all as they are bent, see ``Truth``."""
+        posed = zip(self._shapes, self._part_poses, self.T_world_fish, strict=True)
+        return np.array([enclosing_bounds(*one) for one in posed])
 
     def seen(
         self,

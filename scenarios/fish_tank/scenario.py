@@ -6,6 +6,7 @@ By Bullet's closest points no two fish stand deeper in one another than 2 cm at 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from scenarios.fish_tank.episode import TARGET, FishTankEpisode
@@ -27,6 +28,7 @@ class FishTankScenario:
     start: str = "pictures of the tank without fish; for trackers of one target, the box of one fish"
     target: str = TARGET
     truth: type[FishTruth] = FishTruth
+    classes: Mapping[str, str] = field(default_factory=lambda: {"fish": "fish"})
     carrier: Carrier = HEAD
     pictureless: None = None
     presets: dict[str, FishTank] = field(default_factory=lambda: dict(PRESETS))

@@ -14,6 +14,8 @@ from scenarios.harbour.moorings import SEGMENTS, Ride, buoy_mesh, draw_moored, m
 from scenarios.harbour.plan import Plan, draw_car
 from scenarios.harbour.scenery import Surface
 from scenarios.harbour.warmth import BOAT_VIEW, CAR_VIEW, boat_materials, car_materials
+from scenarios.standing import Standing
+from sim.meshes.boat import above_water
 from sim.meshes.gull import gull
 from sim.meshes.shed import level_plate
 from sim.meshes.thermal_paint import parts_palette, thermal_car
@@ -48,6 +50,7 @@ class Clutter:
     Attributes:
         sea: the body of the sea.
         surfaces: bodies with materials. gulls: bodies of flying and of resting ones.
+        standing: moored boats and parked cars.
     """
 
     def __init__(self, world: World, plan: Plan, conditions: Conditions, rng: np.random.Generator) -> None:
@@ -57,14 +60,16 @@ class Clutter:
         plate = level_plate((low_x, -reach_y), (WALL_X_M, reach_y), 0.0, parts_palette(1), (8, 16))
         self.sea = world.add(plate, np.eye(4), name="sea", category="sea", movable=True)
         self.surfaces: list[Surface] = []
+        self.standing: list[Standing] = []
         self._moored = draw_moored(plan.buoys, rng)
         self._boats: list[Body] = []
         self._ropes: list[list[Body]] = []
         self._buoys: list[Body] = []
         for k, moored in enumerate(self._moored):
             hull = str(rng.choice(HULLS))
-            boat = world.add(mesh_of(moored), AWAY, name=f"moored {k}", category="moored", movable=True)
+            boat = world.add(mesh_of(moored), AWAY, name=f"moored-{k}", category="moored", movable=True)
             self._boats.append(boat)
+            self.standing.append(Standing(boat, boat.name, "boat", above_water(boat.mesh)))
             self.surfaces.append(Surface(boat, boat_materials(hull), BOAT_VIEW))
             ropes = []
             for length_m in rope_lengths_m(moored):
@@ -82,15 +87,13 @@ class Clutter:
         ]
         self.gulls = [*self._flying, *self._resting]
         for y in plan.usual_y_m:
-            self.surfaces.append(_car(world, pose_on_ground(PARKING_X_M, y, _parked_heading(rng)), False, rng))
+            self._park(pose_on_ground(PARKING_X_M, y, _parked_heading(rng)), False, rng)
         # In the bays of cars that stood there before, other cars stood on the days before: on some of them.
         self._earlier: list[tuple[Body, NDArray[np.float64], NDArray[np.bool_]]] = []
         for y in plan.before_y_m:
             pose = pose_on_ground(PARKING_X_M + rng.normal(0.0, 0.2), y, _parked_heading(rng))
             stood = rng.permutation([True, True, False][:DAYS_BEFORE])
-            car = _car(world, AWAY, True, rng)
-            self.surfaces.append(car)
-            self._earlier.append((car.body, pose, stood))
+            self._earlier.append((self._park(AWAY, True, rng), pose, stood))
 
     def afloat(self, time_s: NDArray[np.float64], *, before: bool) -> Afloat:
         """Return all that floats or flies at ascending times (F,), of the days before or of the episode."""
@@ -101,6 +104,16 @@ class Clutter:
         rides = tuple(ride(each, time_s, conditions.tide, waves_m, wind_mps, wind_rad) for each in self._moored)
         gulls = birds(time_s, conditions.tide, np.random.default_rng(int(self._gull_rng[int(before)])))
         return Afloat(conditions.tide.level_m(time_s), rides, gulls)
+
+    def _park(self, pose: NDArray[np.float64], movable: bool, rng: np.random.Generator) -> Body:
+        """Add a parked car; return its body."""
+        look = draw_car(rng)
+        mesh = thermal_car(look.model, look.factors)
+        name = f"parked-{sum(each.kind == 'car' for each in self.standing)}"
+        body = self._world.add(mesh, pose, name=name, category="parked", movable=movable)
+        self.standing.append(Standing(body, name, "car", mesh))
+        self.surfaces.append(Surface(body, car_materials(str(rng.choice(CAR_PAINTS))), CAR_VIEW))
+        return body
 
     def move_to(self, afloat: Afloat, k: int, day: int) -> None:
         """Move all to their k-th time, on a day of ``Conditions.days``."""
@@ -124,10 +137,3 @@ class Clutter:
 
 def _parked_heading(rng: np.random.Generator) -> float:
     return float(rng.choice([0.0, np.pi]) + rng.normal(0.0, 0.03))
-
-
-def _car(world: World, pose: NDArray[np.float64], movable: bool, rng: np.random.Generator) -> Surface:
-    look = draw_car(rng)
-    mesh = thermal_car(look.model, look.factors)
-    body = world.add(mesh, pose, name="parked car", category="parked", movable=movable)
-    return Surface(body, car_materials(str(rng.choice(CAR_PAINTS))), CAR_VIEW)

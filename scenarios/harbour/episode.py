@@ -31,7 +31,7 @@ from scenarios.harbour.truth import HarbourMap, HarbourTruth, contrasts
 from scenarios.pan_tilt_zoom import Head
 from scenarios.scenario import Frame, RendererName
 from scenarios.stage import Stage, covers_all
-from scenarios.truth import TruthExtent, without_pixels
+from scenarios.truth import TruthExtent, without_pixels, without_standing
 from scenarios.visibility import Exits, centres_px, states_of
 from sim.optics import PinholeCamera
 from sim.pose import rotation_by
@@ -80,7 +80,12 @@ class HarbourEpisode(Stage):
         self._config = ThermalConfig(rate_hz=preset.rate_hz)
         self._camera = self._overview(world)
         super().__init__(
-            world, self._camera, frame_count=preset.frame_count, rate_hz=preset.rate_hz, closed_loop=closed_loop
+            world,
+            self._camera,
+            frame_count=preset.frame_count,
+            rate_hz=preset.rate_hz,
+            closed_loop=closed_loop,
+            standing=self._clutter.standing if self._all else (),
         )
         self._T_world_camera = overview_pose()
         self._ego = EgoPose(_surveyed(self._T_world_camera, generator(seed, "survey")))
@@ -191,6 +196,7 @@ class HarbourEpisode(Stage):
             **common,
             names=intruders.names,
             kinds=intruders.kinds,
+            bounds_m=intruders.bounds_m(frame),
             instance_id=intruders.instance_id,
             speed_mps=intruders.speed_mps[frame].copy(),
             temperature_contrast_k=contrast_k,
@@ -218,7 +224,7 @@ class HarbourEpisode(Stage):
         state[~here] = "absent"
         side, since = self._head_exits.follow(state, box_xyxy)
         return replace(
-            without_pixels(truth),
+            without_standing(without_pixels(truth)),
             T_world_camera=T,
             box_xyxy=box_xyxy,
             position_px=np.where(here[:, None], position_px, np.nan),

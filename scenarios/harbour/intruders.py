@@ -25,9 +25,9 @@ from scenarios.harbour.warmth import (
     level_ground,
     person_kelvins,
 )
-from sim.jointed_labels import JointedShape, SeenBody, joined, merge_parts, seen_body
+from sim.jointed_labels import JointedShape, SeenBody, enclosing_bounds, joined, merge_parts, seen_body
 from sim.mesh import TexturedMesh
-from sim.meshes.boat import boat
+from sim.meshes.boat import above_water, boat
 from sim.meshes.person import person_size_m
 from sim.meshes.thermal_paint import thermal_car, thermal_person
 from sim.motion.gait import part_poses, stride_length_m
@@ -133,9 +133,7 @@ class Intruders:
     ) -> _Intruder:
         length, beam = np.array(_BOAT_M) * rng.uniform(*SIZE_FACTORS, 2)
         mesh = boat(str(rng.choice(["fisher", "launch"], p=[0.7, 0.3])), float(length), float(beam))
-        dry = mesh.vertices_m.copy()
-        dry[:, 2] = np.maximum(dry[:, 2], 0.0)
-        above = TexturedMesh(dry, mesh.normals, mesh.uv, mesh.faces, mesh.texture)
+        above = above_water(mesh)
         return _Intruder(
             self._bodies([mesh], name, "boat"),
             joined([above]),
@@ -223,6 +221,17 @@ class Intruders:
     def merge(self, instance_map: NDArray[np.int32]) -> None:
         """Replace the ids of parts in a map (H, W) by one id per intruder."""
         merge_parts(instance_map, self._merged_id, int(self.instance_id[0]))
+
+    def bounds_m(self, frame: int) -> NDArray[np.float64]:
+        """Return the bounds (N, 2, 3) of all as they are posed, see ``Truth``; of boats with the hull in the water."""
+        bounds = np.full((len(self._all), 2, 3), np.nan)
+        for k in self._here:
+            one = self._all[k]
+            if one.bones is None:
+                bounds[k] = one.bodies[0].mesh.bounds_m
+            else:
+                bounds[k] = enclosing_bounds(one.shape, self._part_poses[k], self.T_world_object[frame, k])
+        return bounds
 
     def seen(
         self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], merged: NDArray[np.int32] | None, k: int

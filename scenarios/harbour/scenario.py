@@ -11,6 +11,7 @@ any of them does at another harbour, where all but the pictures without intruder
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from scenarios.harbour.episode import TARGET, HarbourEpisode
@@ -35,6 +36,7 @@ class HarbourScenario:
     )
     target: str = TARGET
     truth: type[HarbourTruth] = HarbourTruth
+    classes: Mapping[str, str] = field(default_factory=lambda: {kind: kind for kind in ("person", "car", "boat")})
     carrier: Carrier = HEAD
     pictureless: None = None
     presets: dict[str, Harbour] = field(default_factory=lambda: dict(PRESETS))

@@ -5,6 +5,7 @@ Camera, rig, odometry, panels and light events are those of ``stereo-follow``: t
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from scenarios.paper_sheet.carried_sheet import CarriedSheet
@@ -35,6 +36,7 @@ class PaperSheetScenario:
     start: str = "the first pair and the sheet's box in the left picture; the camera's settings; odometry"
     target: str = "target"
     truth: type[StereoTruth] = StereoTruth
+    classes: Mapping[str, str] = field(default_factory=lambda: {"sheet": "sheet"})
     carrier: Carrier = ROBOT
     pictureless: Pictureless | None = None
     presets: dict[str, Preset] = field(

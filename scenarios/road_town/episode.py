@@ -13,7 +13,7 @@ from scenarios.road_town.measurement import Instruments
 from scenarios.road_town.plan import TARGET, Plan
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.town import add_vehicle, town_of
+from scenarios.road_town.town import add_vehicle, parked_cars, town_of
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame, RendererName
 from scenarios.stage import Stage, covers_all
@@ -55,12 +55,14 @@ class RoadTownEpisode(Stage):
             frame_count=preset.frame_count,
             rate_hz=preset.rate_hz,
             closed_loop=plan.closed_loop,
+            standing=parked_cars(world) if self._covers_all else (),
         )
         self.plan = plan
         self._names = tuple(body.name for body in self._cars)
         self._kinds = tuple(look.model for look in plan.looks)
         self._instance_id = np.array([body.index for body in self._cars])
         self._outline = outline([body.mesh for body in self._cars])
+        self._bounds_m = np.array([body.mesh.bounds_m for body in self._cars])
         self._light = _light(plan)
         self._daylight = DaylightShader(world, Sun(self._light.sun_direction, SUN_ILLUMINANCE_LX), SKY_ILLUMINANCE_LX)
         self._on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
@@ -137,6 +139,7 @@ class RoadTownEpisode(Stage):
             **self._seen(seen, T_world_object=poses, size_m=plan.sizes_m, box_xyxy=boxes, visible_fraction=fractions),
             names=self._names,
             kinds=self._kinds,
+            bounds_m=self._bounds_m,
             instance_id=self._instance_id.copy(),
             speed_mps=plan.motion.speed_mps[frame],
             on_road=bool(self._on_road[frame]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from scenarios.kept_world import KeptWorld
@@ -14,6 +15,7 @@ from scenarios.road_town.town import build_town
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Pictureless, RendererName, preset_of
 from scenarios.truth import TruthExtent
+from sim.meshes.vehicle import VEHICLES
 from sim.rng import episode_seed, generator
 from trackers.types import Carrier
 
@@ -31,6 +33,11 @@ class RoadTownScenario:
     pictureless: Pictureless | None = field(default_factory=RoadPictureless)
     presets: dict[str, RoadTown] = field(default_factory=lambda: PRESETS | ABLATIONS)
     world_fields: tuple[str, ...] = ("street_patterns", "extent_m", "traffic_side")
+
+    @property
+    def classes(self) -> Mapping[str, str]:
+        """All models of vehicles, also those registered later; see ``Scenario``."""
+        return dict.fromkeys(VEHICLES, "car")
 
     def episode(
         self,

@@ -15,6 +15,7 @@ from scenarios.road_town.ground import paint_ground
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.palette import KERB, Rgb, draw_paint
 from scenarios.road_town.road_map import road_area
+from scenarios.standing import Standing
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.ground import ground, kerb
 from sim.meshes.house import house
@@ -56,7 +57,7 @@ def town_of(seed: int, layout: Layout) -> World:
         return world
     world = World()
     for body, T_world_body in latest[1]:
-        world.add(body.mesh, T_world_body, name=body.name, category=body.category)
+        world.add(body.mesh, T_world_body, name=body.name, category=body.category, kind=body.kind)
     return world
 
 
@@ -97,10 +98,17 @@ def _park_cars(world: World, layout: Layout, rng: np.random.Generator) -> None:
     models = list(VEHICLES)
     bays = [bay for park in layout.car_parks for bay, taken in zip(park.bays, park.taken, strict=True) if taken]
     for k, (x, y, facing) in enumerate(bays):
-        mesh = vehicle(models[int(rng.integers(len(models)))], draw_paint(rng))
+        model = models[int(rng.integers(len(models)))]
+        mesh = vehicle(model, draw_paint(rng))
         yaw = facing + np.pi * float(rng.random() < 0.3) + float(rng.normal(0.0, 0.02))
         place = np.array([x, y]) + rng.normal(0.0, (0.1, 0.1))
-        world.add(mesh, pose_on_ground(place[0], place[1], yaw), name=f"parked-{k}", category="vehicle")
+        pose = pose_on_ground(place[0], place[1], yaw)
+        world.add(mesh, pose, name=f"parked-{k}", category="vehicle", kind=model)
+
+
+def parked_cars(world: World) -> list[Standing]:
+    """Return the cars that stand in the bays of a town."""
+    return [Standing(body, body.name, body.kind, body.mesh) for body in world.bodies if body.kind and not body.movable]
 
 
 def _scaled(mesh: TexturedMesh, factor: float) -> TexturedMesh:

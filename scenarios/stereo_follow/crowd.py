@@ -14,6 +14,8 @@ from scenarios.stereo_follow.presets import StereoFollow
 from scenarios.stereo_follow.pursuit import NEAREST_M, SEEN_AT_FIRST_FRAMES, Pursuit, draw_pursuit
 from scenarios.stereo_follow.walks import STEP_M, Walk, at_distance, rounded_way, sideways, walk_of
 
+KINDS = ("target", "follower", "oncomer", "crosser", "stander", "walker")
+"""Parts that people play."""
 _APART_M = {"target": 0.55, "robot": 0.6, "other": 0.5}
 _TRIES = 40
 _CLEAR_SIGHT_M = 0.7

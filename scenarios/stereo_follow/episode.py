@@ -123,6 +123,7 @@ class StereoFollowEpisode(Stage):
                 visible_fraction=np.where(asked, fractions, np.nan),
             ),
             names=people.names,
+            bounds_m=people.bounds_m(),
             kinds=self.plan.crowd.kinds,
             instance_id=people.instance_id,
             speed_mps=np.array([walk.speed_mps[frame] for walk in self.plan.crowd.walks]),

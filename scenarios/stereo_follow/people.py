@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.stereo_follow.plan import TARGET, Plan
-from sim.jointed_labels import SeenBody, joined, merge_parts, seen_body
+from sim.jointed_labels import SeenBody, enclosing_bounds, joined, merge_parts, seen_body
 from sim.meshes.person import person_parts, person_size_m
 from sim.motion.gait import part_poses
 from sim.motion.skeleton import PART_NAMES, skeleton
@@ -93,6 +93,11 @@ class People:
             )
             for shape, poses, own, is_full in zip(self._shapes, self.part_poses, self.instance_id, in_full, strict=True)
         ]
+
+    def bounds_m(self) -> NDArray[np.float64]:
+        """Return the bounds (N, 2, 3) of all as they are posed, see ``Truth``."""
+        posed = zip(self._shapes, self.part_poses, self.T_world_person, strict=True)
+        return np.array([enclosing_bounds(*one) for one in posed])
 
     def chests_m(self) -> NDArray[np.float64]:
         """Return the centres of all chests (N, 3)."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from scenarios.kept_world import KeptWorld
 from scenarios.scenario import Pictureless, RendererName, preset_of
+from scenarios.stereo_follow.crowd import KINDS
 from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.lighting import LitBuilding, build
 from scenarios.stereo_follow.pictureless.bank import StereoPictureless
@@ -28,6 +30,7 @@ class StereoFollowScenario:
     start: str = "the first pair and the person's box in the left picture; the camera's settings; odometry"
     target: str = "target"
     truth: type[PeopleTruth] = PeopleTruth
+    classes: Mapping[str, str] = field(default_factory=lambda: dict.fromkeys(KINDS, "person"))
     carrier: Carrier = ROBOT
     pictureless: Pictureless | None = field(default_factory=StereoPictureless)
     presets: dict[str, StereoFollow] = field(default_factory=lambda: dict(PRESETS))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+import numpy as np
+
 from sim.checks import check
 from sim.mesh import TexturedMesh
 from sim.meshes.facets import Facets, swatch_uv
@@ -67,6 +69,13 @@ def boat(model: str, length_m: float, beam_m: float) -> TexturedMesh:
 
 def _of(part: BoatPart) -> tuple[float, float]:
     return swatch_uv(part, len(BoatPart))
+
+
+def above_water(mesh: TexturedMesh) -> TexturedMesh:
+    """Return a boat's shape for labels: what is below the waterline z = 0 is raised to it."""
+    dry = mesh.vertices_m.copy()
+    dry[:, 2] = np.maximum(dry[:, 2], 0.0)
+    return TexturedMesh(dry, mesh.normals, mesh.uv, mesh.faces, mesh.texture)
 
 
 def _add_hull(facets: Facets, length_m: float, beam_m: float, freeboard_m: float) -> None:

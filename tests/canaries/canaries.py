@@ -47,6 +47,7 @@ from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.road_town.town import forget_town
 from scenarios.scenario import Frame
 from scenarios.stage import Stage
+from scenarios.truth import Truth, meanings
 from sim.checks import check
 from tests.trackers.drawn_harbour import CAMERA, SURVEY, DrawnHarbour
 from trackers.controllers.catalogue import controllers
@@ -464,7 +465,11 @@ def digest(held: Any) -> str:
 
 def _parts(held: Any) -> Iterator[bytes]:
     if dataclasses.is_dataclass(held):
-        held = {field.name: getattr(held, field.name) for field in dataclasses.fields(held)}
+        # No row follows from a field that no judge reads.
+        left_out = (
+            [name for name, meaning in meanings(held).items() if not meaning.judged] if isinstance(held, Truth) else []
+        )
+        held = {each.name: getattr(held, each.name) for each in dataclasses.fields(held) if each.name not in left_out}
     if isinstance(held, float):
         held = np.array(held)
     if isinstance(held, np.ndarray):

@@ -5,7 +5,7 @@ It is the example of CONTRIBUTING, to copy from: a scenario, its own truth, a su
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -175,6 +175,7 @@ class Conveyor:
     start: str = "the first picture and the red box's box in it"
     target: str = "target"
     truth: type[BeltTruth] = BeltTruth
+    classes: Mapping[str, str] = field(default_factory=lambda: {"box": "box"})
     carrier: Carrier = AT_REST
     pictureless: None = None
     presets: dict[str, Belt] = field(

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
-from sim.jointed_labels import SeenBody, joined, merge_parts, seen_body
+from sim.jointed_labels import SeenBody, enclosing_bounds, joined, merge_parts, seen_body
 from sim.labels import amodal_box, visible_fraction
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.facets import Facets
@@ -105,6 +106,26 @@ def test_who_hides_most_is_named_among_those_asked_about():
     assert seen([mesh], [pose], ids, (NEAR,)).hidden_by == NEAR
     assert seen([mesh], [pose], ids).hidden_by == -1
     assert seen([mesh], [pose], everywhere(OWN), (NEAR, FAR)).hidden_by == -1
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_bounds_enclose_all_vertices_of_a_posed_body_in_its_own_frame(seed):
+    rng = np.random.default_rng(seed)
+    meshes = [block(tuple(rng.uniform(0.1, 1.0, 3))) for _ in range(4)]
+    part_poses, T_world_body = rigid(4, rng), rigid(1, rng)[0]
+    bounds = enclosing_bounds(joined(meshes), part_poses, T_world_body)
+    to_body = np.linalg.inv(T_world_body) @ part_poses
+    places = [mesh.vertices_m @ T[:3, :3].T + T[:3, 3] for mesh, T in zip(meshes, to_body, strict=True)]
+    every = np.concatenate(places)
+    np.testing.assert_allclose(bounds, [every.min(axis=0), every.max(axis=0)], atol=1e-6)
+
+
+def rigid(count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return random poses (``count``, 4, 4)."""
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    poses[:, :3, :3] = Rotation.random(count, rng=rng).as_matrix()
+    poses[:, :3, 3] = rng.uniform(-3.0, 3.0, (count, 3))
+    return poses
 
 
 def test_a_part_behind_the_camera_leaves_nothing_to_say():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from sim.labels import amodal_box, amodal_boxes, backward_flow, ground_homography, outline, visible_fraction
+from sim.labels import amodal_box, amodal_boxes, backward_flow, ground_homography, outline, seen_ids, visible_fraction
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.vehicle import VEHICLES, vehicle
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
@@ -68,6 +68,15 @@ def test_box_goes_on_outside_and_is_nan_behind():
     assert amodal_box(CAMERA, pose, CAR, _pose(60, 0))[3] < 0
     level = look_down_pose(np.array([0, 0, 40.0]), 0.0, np.pi / 2, 0.0)
     assert np.isnan(amodal_box(CAMERA, level, CAR, _pose(-60, 0))).all()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_seen_ids_are_those_of_the_map(seed):
+    rng = np.random.default_rng(seed)
+    ids = rng.choice([-1, 0, 3, 4, 11], (20, 30)).astype(np.int32)
+    ids[rng.random(ids.shape) < 0.5] = 7
+    assert np.flatnonzero(seen_ids(ids, 12)).tolist() == np.unique(ids[ids >= 0]).tolist()
+    assert not seen_ids(np.full((4, 5), -1, np.int32), 12).any()
 
 
 def test_fraction_whole_cut_hidden_and_outside():

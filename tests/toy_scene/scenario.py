@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -233,6 +234,7 @@ class ToyYard:
     start: str = "a picture of the empty yard, and the box of one crate"
     target: str = "target"
     truth: type[Truth] = Truth
+    classes: Mapping[str, str] = field(default_factory=lambda: {"crate": "crate"})
     carrier: Carrier = HEAD
     pictureless: None = None
     presets: dict[str, Yard] = field(

@@ -12,6 +12,8 @@ from scenarios.truth import Truth
 
 VISIBLE, AMODAL = marks.TRUTH, marks.ESTIMATE
 """Colours of visible boxes and of amodal ones."""
+STANDING_RGB = (204, 121, 167)
+"""Colour of the visible boxes of what stands about."""
 _LABEL_SIZE, _LABEL_PX = 13, 17
 """Size of a label's letters, and its height."""
 _LABELLED_FROM_PX = 26.0

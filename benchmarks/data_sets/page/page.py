@@ -78,6 +78,7 @@ def render_page(data: DataSet) -> str:
         shots=[[_picture(shot) for shot in row] for row in boxed_shots(data)],
         target=scenario.target,
         channels=[_picture(shot) for shot in channel_shots(data)],
+        seen=_seen_text(data),
         events=list(_events(data)),
         quantities=quantities,
         constants=constants,
@@ -103,6 +104,15 @@ def _episodes_text(data: DataSet) -> str:
     missing = sorted(set(range(*data.request.seeds)) - set(data.seeds))
     text = f"{len(data.seeds):,} episode{'s' if len(data.seeds) > 1 else ''} · seeds {ranges_text(data.seeds)}"
     return f"{text} · not written: {ranges_text(missing)}" if missing else text
+
+
+def _seen_text(data: DataSet) -> str:
+    """Return how many objects of frames are seen, by kind and group, in words."""
+    told = (
+        f"{kind}: " + ", ".join(f"{count:,} {group}" for group, count in groups.items())
+        for kind, groups in scans.seen_counts(data).items()
+    )
+    return "; ".join(told) or "none"
 
 
 def _events(data: DataSet) -> Iterator[Plot]:

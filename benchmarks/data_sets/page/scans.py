@@ -17,8 +17,10 @@ from scenarios import catalog
 from scenarios.truth import VisibilityState, meanings
 
 STATES: tuple[str, ...] = get_args(VisibilityState)
-TARGET, OTHERS = "target", "other objects"
-"""Groups of objects: the one that a tracker of a single target is started on, and all others."""
+TARGET, OTHERS, STANDING = "target", "other objects", "standing about"
+"""Groups of objects: the one that a tracker of a single target is started on, all others that the scene asks about, and
+what is parked or moored.
+"""
 _SEEN = tuple(STATES.index(state) for state in ("in", "partial", "occluded"))
 _OUT, _ABSENT = STATES.index("out"), STATES.index("absent")
 _TOLD_ELSEWHERE = ("frame", "time_s", "visible_fraction", "state", "side", "frames_since_exit")
@@ -66,8 +68,8 @@ def quantities(data: DataSet) -> tuple[Quantity, ...]:
     schemas = {"frames": frame_schema(kind, ()), "objects": object_schema(kind)}
     found: list[Quantity] = []
     for name, meaning in meanings(kind).items():
-        if not meaning.per_pixel and name not in _TOLD_ELSEWHERE:
-            table = "objects" if meaning.per_object else "frames"
+        if meaning.table in schemas and name not in _TOLD_ELSEWHERE:
+            table = meaning.table
             found += _leaves(table, (name,), schemas[table].field(name).type, meaning.unit)
     return tuple(each for each in found if each.kind != "word" or each.table == "frames")
 
@@ -126,6 +128,29 @@ def box_sides_px(data: DataSet) -> ByGroup:
         x0, y0, x1, y1 = _floats(batch["box"].flatten()).reshape(-1, 4).T
         parts.append((np.sqrt((x1 - x0) * (y1 - y0)), mine))
     return _by_group(parts)
+
+
+def seen_counts(data: DataSet) -> dict[str, dict[str, int]]:
+    """Return how many objects of frames show at least one pixel, by kind and group, in the order of the kinds."""
+    counts: dict[tuple[str, str], int] = {}
+
+    def add(kinds: pa.Array, boxes: pa.Array, group: str, mine: NDArray[np.bool_] | bool = True) -> None:
+        shown = np.isfinite(_floats(boxes.flatten()).reshape(-1, 4)[:, 0]) & mine
+        for entry in pc.value_counts(kinds.filter(pa.array(shown))).to_pylist():
+            key = entry["values"], group
+            counts[key] = counts.get(key, 0) + entry["counts"]
+
+    for batch, mine in _objects(data, {"kind": pc.field("kinds"), "box": pc.field("visible_box_xyxy")}):
+        add(batch["kind"], batch["box"], TARGET, mine)
+        add(batch["kind"], batch["box"], OTHERS, ~mine)
+    if "standing" in data.tables:
+        wanted = {"kind": pc.field("standing_kinds"), "box": pc.field("visible_box_xyxy")}
+        for batch in data.batches("standing", wanted):
+            add(batch["kind"], batch["box"], STANDING)
+    found: dict[str, dict[str, int]] = {}
+    for kind, group in sorted(counts):
+        found.setdefault(kind, {})[group] = counts[kind, group]
+    return found
 
 
 def state_counts(data: DataSet) -> dict[str, dict[str, int]]:

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from benchmarks.data_sets.channels import PICTURES, value_of
 from benchmarks.data_sets.data_set import DataSet
-from benchmarks.data_sets.page.boxes import draw_boxes, zoomed
+from benchmarks.data_sets.page.boxes import STANDING_RGB, draw_boxes, zoomed
 from benchmarks.data_sets.page.channel_pictures import Rgb, channel_picture
 from benchmarks.data_sets.stored_episode import StoredEpisode
+from benchmarks.video import marks
 from benchmarks.video.contact_sheet import picture_sheet
 from scenarios import catalog
 from scenarios.truth import Truth, meanings
@@ -49,7 +50,7 @@ def channel_shots(data: DataSet) -> list[Shot]:
     for channel in data.request.channels:
         value = value_of(frame, channel, lambda: episode.normals_of(index))
         if value is not None:
-            image, words = channel_picture(channel, value, known.get(channel), frame.truth.instance_id)
+            image, words = channel_picture(channel, value, known.get(channel), _ids(frame.truth))
             shots.append(Shot(channel, words or f"seed {episode.seed}, frame {index}", zoomed(image, _WIDTH_PX)))
     return shots
 
@@ -96,12 +97,20 @@ def _boxed(data: DataSet, episode: StoredEpisode, index: int) -> Shot:
     if value is None:
         image = np.full((camera.height_px, camera.width_px, 3), _NOTHING, np.uint8)
     else:
-        image, _ = channel_picture(channel, value, meanings(truth).get(channel), truth.instance_id)
+        image, _ = channel_picture(channel, value, meanings(truth).get(channel), _ids(truth))
     large = zoomed(image, _WIDTH_PX)
     target = catalog.scenario(data.request.scenario).target
-    draw_boxes(large, large.shape[1] / image.shape[1], truth, episode.visible_boxes_of(index), target)
+    zoom = large.shape[1] / image.shape[1]
+    draw_boxes(large, zoom, truth, episode.visible_boxes_of(index), target)
+    for box_xyxy in episode.visible_boxes_of(index, "standing"):
+        marks.draw_box(large, box_xyxy * zoom, STANDING_RGB, 1)
     title = f"seed {episode.seed} · frame {index} · {truth.time_s:.2f} s"
     return Shot(title, _described(truth, target), large)
+
+
+def _ids(truth: Truth) -> NDArray[np.int64]:
+    """Return the ids of all objects in the instance map, those that stand about too."""
+    return np.concatenate([truth.instance_id, truth.standing_id])
 
 
 def _described(truth: Truth, target: str) -> str:

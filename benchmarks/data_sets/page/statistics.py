@@ -19,6 +19,7 @@ def statistics(data: DataSet) -> dict[str, Any]:
     """Return what a data set holds, as JSON values.
 
     Its keys: ``episodes``, ``missing_seeds``, ``frames``, ``seconds``, ``rate_hz``, ``objects`` (rows of the table);
+    ``seen`` (kind -> group -> objects of frames that show at least one pixel);
     ``bytes`` (channel, or ``tables`` -> sum); ``states`` (group -> state -> share); ``frame_outs`` (group -> ``count``,
     ``unfinished`` and levels of their lengths in frames); ``box_side_px`` and ``visible_fraction`` (group -> levels);
     ``quantities`` (name -> ``unit``, ``table``, and under ``levels`` group -> levels, or for words ``shares``).
@@ -38,6 +39,7 @@ def statistics(data: DataSet) -> dict[str, Any]:
         "seconds": sum(length / rate for length, rate in zip(lengths, rates, strict=True)),
         "rate_hz": rates[0],
         "objects": data.count_rows("objects"),
+        "seen": scans.seen_counts(data),
         "bytes": data.stored_bytes(),
         "states": state_shares(data),
         "frame_outs": {

@@ -58,9 +58,11 @@ class HandMadeEpisode(FakeEpisode):
         truth = replace(
             frame.truth,
             names=("target", "traffic-1"),
-            kinds=("car", "car"),
+            kinds=("sedan", "sedan"),
             T_world_object=poses,
             size_m=np.array([[4.5, 1.8, 1.5]] * 2),
+            # Those of two objects, from their sizes.
+            bounds_m=np.empty((0, 2, 3)),
             speed_mps=np.where(states == "absent", 99.0, [8.0, 4.0]),
             position_px=corners + np.array(OBJECT_SIZE) / 2,
             box_xyxy=boxes,

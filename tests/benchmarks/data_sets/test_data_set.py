@@ -10,8 +10,11 @@ import numpy as np
 import pytest
 
 from benchmarks.data_sets.data_set import DataSet, stored_episode
+from benchmarks.data_sets.verifying import problems
+from scenarios.truth import check_truth
 from tests.benchmarks.data_sets.hand_made import FRAMES, write_set
 from tests.benchmarks.data_sets.small import made, tiny
+from tests.benchmarks.export.painted_scene import PARKED_XYXY, painted_data_set
 
 
 def middle(frame):
@@ -52,12 +55,35 @@ def test_what_is_no_data_set_is_named(tmp_path, data):
     with pytest.raises(ValueError, match=r"directory: expected a data set with a file dataset\.json, got none"):
         DataSet(str(tmp_path))
     (tmp_path / "dataset.json").write_text('{"format": 99}')
-    with pytest.raises(ValueError, match="expected a data set of format 2, got format 99"):
+    with pytest.raises(ValueError, match="expected a data set of format 3, got format 99"):
         DataSet(str(tmp_path))
     with pytest.raises(ValueError, match="seed: expected one of the 2 that exist"):
         data.episode(7)
     with pytest.raises(ValueError, match="place: expected a folder or a URL"):
         DataSet("ftpx://nowhere/set")
+
+
+def test_a_set_of_the_format_before_is_read_without_what_stands_about():
+    """The episodes that canaries watch are of format 2."""
+    old = DataSet(str(Path(__file__).parents[2] / "canaries/episodes/road-town"))
+    assert old.tables == ("frames", "objects")
+    truth = old.episode(0).frame(3).truth
+    check_truth(truth)
+    assert truth.standing_names == ()
+    assert old.episode(0).visible_boxes_of(3, "standing").shape == (0, 4)
+    np.testing.assert_allclose(truth.bounds_m[:, 1] - truth.bounds_m[:, 0], truth.size_m)
+    with pytest.raises(ValueError, match="name: expected one of frames, objects, got 'standing'"):
+        old.table("standing")
+
+
+def test_what_stands_about_has_a_table_of_its_own(tmp_path):
+    data = painted_data_set(tmp_path / "set", "parked")
+    rows = data.table("standing").to_pandas()
+    assert len(rows) == len(data)
+    assert set(rows["standing_names"]) == {"parked-0"}
+    assert all(list(box) == PARKED_XYXY.tolist() for box in rows["visible_box_xyxy"])
+    assert data.table("objects").num_rows == 3 * len(data)
+    assert not list(problems(data, lambda done, of: None))
 
 
 def test_bytes_of_channels_are_those_of_their_values(hand_made: DataSet) -> None:

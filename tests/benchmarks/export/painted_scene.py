@@ -6,6 +6,7 @@ frames and has no box there. Importing it adds ``painted-v1`` to the catalogue.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,9 @@ from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Sta
 WIDTH_PX, HEIGHT_PX, FOCAL_PX = 40, 32, 50.0
 FRAMES = 9
 NAMES, KINDS = ("bus-1", "target", "kite-1"), ("bus", "car", "kite")
+CLASSES = {"bus": "bus", "van": "car", "car": "car", "kite": "kite"}
+PARKED_XYXY, PARKED_ID = np.array([4.0, 26.0, 12.0, 30.0]), 9
+"""A van that stands about, in the preset ``parked``; nothing hides it."""
 IDS = np.array([4, 2, 7])
 DEPTHS_M = np.array([5.0, 8.0, 20.0])
 NO_BOX = np.full(4, np.nan)
@@ -46,6 +50,7 @@ class Painted:
     baseline_m: float | None = 0.5
     first_x_px: int = 2
     lost: int = -1
+    parks: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +129,19 @@ def truth_at(preset: Painted, frame: int, rate_hz: float) -> PaintedTruth:
             instance_map[y_min:y_max, x_min:x_max] = IDS[k]
             depth_m[y_min:y_max, x_min:x_max] = DEPTHS_M[k]
             flow_px[y_min:y_max, x_min:x_max] = (-6.03, 0.26) if k == 1 and frame > 0 else 0.0
+    standing = {}
+    if preset.parks:
+        x_min, y_min, x_max, y_max = PARKED_XYXY.astype(int)
+        instance_map[y_min:y_max, x_min:x_max] = PARKED_ID
+        standing = {
+            "standing_names": ("parked-0",),
+            "standing_kinds": ("van",),
+            "standing_id": np.array([PARKED_ID]),
+            "T_world_standing": np.eye(4)[None],
+            "standing_bounds_m": np.array([[[-1.0, -1.0, 0.0], [3.0, 1.0, 2.0]]]),
+            "standing_box_xyxy": PARKED_XYXY[None],
+            "standing_visible_fraction": np.ones(1),
+        }
     seen = np.array([(instance_map == number).sum() for number in IDS])
     own = np.nan_to_num(np.prod(boxes[:, 2:] - boxes[:, :2], axis=1), nan=12.0)
     share = seen / own
@@ -151,6 +169,7 @@ def truth_at(preset: Painted, frame: int, rate_hz: float) -> PaintedTruth:
         exposure_s=0.01,
         gain=1.0,
         flow_px=flow_px,
+        **standing,
     )
 
 
@@ -163,6 +182,7 @@ class PaintedScenario:
     start: str = "the car's box"
     target: str = "target"
     truth: type[Truth] = PaintedTruth
+    classes: Mapping[str, str] = field(default_factory=lambda: CLASSES)
     carrier: Carrier = EASEL
     pictureless: None = None
     presets: dict[str, Painted] = field(
@@ -170,6 +190,7 @@ class PaintedScenario:
             "quick": Painted("two cameras"),
             "single": Painted("one camera", baseline_m=None),
             "late": Painted("the car is outside at first", first_x_px=50),
+            "parked": Painted("a van stands about", baseline_m=None, parks=True),
             "lossy": Painted("a right picture is lost", lost=3),
         }
     )
@@ -190,9 +211,8 @@ def painted_data_set(
     Args:
         without: a channel that is not stored.
     """
-    stored = {
-        "single": [c for c in channels_of(PAINTED) if c not in ("right_rgb", "counts")],
-    }.get(preset, [c for c in channels_of(PAINTED) if c != "counts"])
+    none = ("counts",) if PAINTED.presets[preset].baseline_m else ("right_rgb", "counts")
+    stored = [c for c in channels_of(PAINTED) if c not in none]
     channels = tuple(channel for channel in stored if channel not in (without, NORMALS))
     request = Request(PAINTED.id, preset, seeds, channels, pictures)
     files, root = place_of(str(folder))

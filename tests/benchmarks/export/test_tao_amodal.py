@@ -13,6 +13,7 @@ import pytest
 
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.export import tao_amodal
+from benchmarks.export.objects import Labels
 from tests.benchmarks.export.painted_scene import HEIGHT_PX, KINDS, WIDTH_PX, truths
 
 
@@ -98,7 +99,7 @@ def test_a_seen_object_without_an_amodal_box_is_uncertain(
             yield replace(stored, frame=frame)
 
     monkeypatch.setattr(tao_amodal, "frames", behind)
-    tao_amodal.TAO_AMODAL.write(data, tmp_path)
+    tao_amodal.TAO_AMODAL.write(data, tmp_path, Labels(data))
     read = json.loads((tmp_path / "amodal_annotations" / "validation.json").read_text())
     uncertain = [each for each in read["annotations"] if each["amodal_is_uncertain"]]
     assert len(uncertain) == 2 * len(truths())

@@ -11,6 +11,7 @@ import pytest
 
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.export import web_dataset
+from benchmarks.export.objects import Labels
 from tests.benchmarks.export.painted_scene import FRAMES, NAMES, picture, truths
 
 # It leaves closing shards to the garbage collector.
@@ -48,7 +49,7 @@ def test_samples_are_the_frames(exported: Callable[[str], Path]) -> None:
 
 def test_no_sample_is_cut_by_the_end_of_a_shard(data: DataSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(web_dataset, "SHARD_BYTES", 60_000)
-    web_dataset.WEB_DATASET.write(data, tmp_path)
+    web_dataset.WEB_DATASET.write(data, tmp_path, Labels(data))
     assert len(list(tmp_path.iterdir())) > 2
     samples = read(tmp_path)
     assert len(samples) == 2 * FRAMES

@@ -9,9 +9,11 @@ import pytest
 
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.page import scans
+from benchmarks.data_sets.page.page import render_page
 from benchmarks.data_sets.page.scans import OTHERS, TARGET
 from benchmarks.data_sets.page.statistics import statistics
 from tests.benchmarks.data_sets.hand_made import FRAMES, OBJECT_SIZE, write_set
+from tests.benchmarks.export.painted_scene import IDS, KINDS, painted_data_set, truths
 
 
 def by_name(data: DataSet) -> dict[str, scans.Quantity]:
@@ -71,3 +73,18 @@ def test_no_pixel_is_read(tmp_path: Path) -> None:
     assert statistics(data)["frames"] == 8
     with pytest.raises(FileNotFoundError):
         data[0]
+
+
+def test_what_is_seen_is_counted_by_kind_and_group(tmp_path: Path) -> None:
+    data = painted_data_set(tmp_path / "set", "parked", without="flow_px")
+    seen = {
+        name: 2 * sum(bool((truth.instance_map == number).any()) for truth in truths("parked"))
+        for name, number in zip(KINDS, IDS, strict=True)
+    }
+    assert scans.seen_counts(data) == {
+        "bus": {"other objects": seen["bus"]},
+        "car": {"target": seen["car"]},
+        "kite": {"other objects": seen["kite"]},
+        "van": {"standing about": len(data)},
+    }
+    assert f"van: {len(data)} standing about" in render_page(data)

@@ -17,6 +17,9 @@ def test_counts_shares_and_medians(hand_made: DataSet) -> None:
     assert (told["episodes"], told["missing_seeds"], told["frames"], told["objects"]) == (2, [2], 60, 120)
     assert told["seconds"] == pytest.approx(4.0)
     assert told["states"]["target"]["out"] == pytest.approx(1 / 6)
+    # Each object is in view in half of the frames or more; nothing is parked here.
+    assert set(told["seen"]) == {"sedan"}
+    assert set(told["seen"]["sedan"]) == {"target", "other objects"}
     assert told["states"]["other objects"]["absent"] == pytest.approx(1 / 6)
     outs = told["frame_outs"]["other objects"]
     assert (outs["count"], outs["unfinished"], outs["median"], outs["most"]) == (2, 2, 10.0, 10.0)

@@ -5,6 +5,7 @@ Importing it adds the scenario ``fake-follow-v1`` to the catalogue and trackers 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -162,6 +163,7 @@ class FakeFollowScenario:
     pictureless: None = None
     carrier: Carrier = ROBOT
     truth: type[PeopleTruth] = PeopleTruth
+    classes: Mapping[str, str] = field(default_factory=lambda: {"person": "person"})
     presets: dict[str, FakeFollow] = field(default_factory=lambda: {"tiny": FakeFollow("a fixed camera")})
 
     def episode(
