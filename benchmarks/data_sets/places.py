@@ -6,13 +6,13 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 
 import fsspec
 from fsspec import AbstractFileSystem
 from fsspec.core import url_to_fs
 from fsspec.implementations.local import LocalFileSystem
 
-from sim.checks import check
 from trackers.atomic_file import write_atomic
 
 _STORES = {"file", "s3", "gs", "az", "memory"}
@@ -61,16 +61,24 @@ def new_folder(url: str, parameter: str = "out") -> tuple[AbstractFileSystem, st
     if isinstance(files, LocalFileSystem):
         try:
             files.makedirs(root, exist_ok=True)
-            good = os.access(root, os.W_OK | os.X_OK)
-            why = "which may not be written"
+            # What may be written is seen by writing: permissions do not tell of disks that may only be read.
+            TemporaryFile(dir=root).close()
         except OSError as error:
-            good, why = False, str(error.strerror)
-        check(parameter, good, "a folder that can be written", f"{url!r} ({why})")
+            raise ValueError(
+                f"{parameter}: expected a folder that can be written, got {url!r} ({error.strerror})"
+            ) from None
     elif "memory" not in files.protocol:
         # A store makes a bucket of a name that was mistyped, for all the world to see.
         bucket = root.partition("/")[0]
         with reached(url, parameter):
-            check(parameter, files.exists(bucket), "a bucket that exists", f"{url!r} without a bucket {bucket!r}")
+            try:
+                files.info(bucket)
+            except FileNotFoundError:
+                wanted = f"{parameter}: expected a bucket that exists"
+                raise ValueError(f"{wanted}, got {url!r} without a bucket {bucket!r}") from None
+            except PermissionError:
+                # It is there, and who may write into it need not be one who may look at it.
+                pass
     return files, root
 
 

@@ -75,8 +75,9 @@ def test_a_damaged_data_set_is_named_in_one_line(
     words = ["--format", "coco", "--out", str(tmp_path / "out")] if command == "export" else []
     assert main([command, data.url, *words, *MODULES]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("error: directory: expected a whole data set (see frameout verify), got ")
-    assert re.search(what, line), line
+    named = "data" if command == "export" else "directory"
+    assert line.startswith(f"error: {named}: expected a whole data set (see frameout verify), got ")
+    assert re.search(f"episode 0: {name}" if command == "export" else what, line), line
     assert not (tmp_path / "out").exists()
     assert not (tmp_path / "set" / "page.html").exists()
 

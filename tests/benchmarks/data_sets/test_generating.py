@@ -278,3 +278,8 @@ def test_an_unknown_backend_leaves_no_folder(tmp_path):
     with pytest.raises(ValueError, match="backend: expected one of loky, dask, ray, got 'slurm'"):
         made(tiny(), tmp_path / "set", Workers(1, "slurm"))
     assert not (tmp_path / "set").exists()
+
+
+def test_a_folder_in_which_nothing_can_be_made_is_named():
+    with pytest.raises(ValueError, match="out: expected a folder that can be written, got '/proc/1/"):
+        made(tiny(), "/proc/1/set")
