@@ -9,6 +9,7 @@ import cv2
 
 from benchmarks.data_sets.channels import coding_of
 from benchmarks.data_sets.data_set import MANIFEST, DataSet
+from benchmarks.data_sets.notes import COORDINATES, hub_head, table_configs
 from benchmarks.data_sets.page.scans import OTHERS, STANDING, TARGET
 from benchmarks.data_sets.page.sheets import contact_sheet
 from benchmarks.data_sets.page.statistics import statistics
@@ -41,7 +42,7 @@ def _text(data: DataSet) -> str:
         for channel in request.channels
     ]
     fields = [f"| `{name}` | {m.table} | {m.unit} | {m.coding} |" for name, m in told.items() if not m.per_pixel]
-    return "\n".join(
+    return hub_head(data, table_configs(data)) + "\n".join(
         [
             f"# {request.scenario}, {request.preset}: {scenario.summary}",
             "",
@@ -73,7 +74,7 @@ def _text(data: DataSet) -> str:
             "| field | table | unit | coding |",
             "| --- | --- | --- | --- |",
             *fields,
-            "",
+            COORDINATES,
         ]
     )
 

@@ -6,6 +6,7 @@ import importlib
 from pathlib import Path
 
 from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.notes import COORDINATES, hub_head, split_of
 from benchmarks.data_sets.verifying import damaged
 from benchmarks.export.destination import whole_folder
 from benchmarks.export.export_format import ExportFormat
@@ -84,15 +85,17 @@ def export(
         for problem in damaged(data):
             raise ValueError(f"data: expected a whole data set (see frameout verify), got {problem}")
         chosen.write(data, folder, labels)
-        (folder / README).write_text(_readme(data, name, chosen.note), encoding="utf-8")
+        (folder / README).write_text(_readme(data, name, chosen), encoding="utf-8")
     return labels.left_out
 
 
-def _readme(data: DataSet, name: str, note: str) -> str:
+def _readme(data: DataSet, name: str, chosen: ExportFormat) -> str:
     request, missing = data.request, data.missing()
     source = f"Episodes of {request.scenario}, preset {request.preset}, of the seeds {ranges_text(data.seeds)}."
     if missing:
         source += f" Missing, though asked for: the seeds {ranges_text(missing)}."
     if data.left_out:
         source += f" Left out, since they could not be built: the seeds {ranges_text(data.left_out)}."
-    return f"# {name}\n\n{source}\n\n{note.strip()}\n"
+    splits = {split_of(seed): [chosen.data_files.format(split=split_of(seed))] for seed in data.seeds}
+    head = hub_head(data, {name: splits} if chosen.data_files else {})
+    return f"{head}# {name}\n\n{source}\n\n{chosen.note.strip()}\n{COORDINATES}"
