@@ -6,22 +6,25 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from pathlib import Path
 from typing import Any, Literal, cast
 
 import cv2
 import numba
 from fsspec import AbstractFileSystem
+from fsspec.implementations.local import LocalFileSystem
 
 from benchmarks.data_sets.backends import Unordered, working
 from benchmarks.data_sets.card import CARD, write_card
 from benchmarks.data_sets.damage import damage_told
 from benchmarks.data_sets.data_set import LEFT_OUT, MANIFEST, REQUEST, DataSet, is_whole
 from benchmarks.data_sets.episode_writer import MARK, clear, episode_folder, read_mark, write_background, write_episode
-from benchmarks.data_sets.places import alone_in, lasting, new_folder, place_of, put, reached
+from benchmarks.data_sets.places import lasting, new_folder, place_of, put, reached
 from benchmarks.data_sets.request import Request, first_episode, of_seed, request_of
+from benchmarks.run.alone import alone_in
 from benchmarks.run.own_modules import load_modules
 from scenarios.scenario import Episode
 from sim.checks import check
@@ -75,7 +78,8 @@ def generate(request: Request, out: str, workers: Workers, progress: Progress, o
         whole = range(*request.seeds)
         missing = [seed for seed in whole if not is_whole(files, root, seed)]
         if missing or not all(files.exists(f"{root}/{name}") for name in (MANIFEST, CARD)):
-            with alone_in(files, root):
+            # On a store nothing is held: what two processes write there is the same.
+            with alone_in(Path(root)) if isinstance(files, LocalFileSystem) else nullcontext():
                 _fill(request, out, missing, workers, unordered, progress, on_error)
         progress(len(whole), len(whole))
     return DataSet(out)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryFile
 
 import fsspec
 from fsspec import AbstractFileSystem
 from fsspec.core import url_to_fs
 from fsspec.implementations.local import LocalFileSystem
 
+from benchmarks.run.experiment import make_folder
 from trackers.atomic_file import write_atomic
 
 _STORES = {"file", "s3", "gs", "az", "memory"}
@@ -59,14 +58,7 @@ def new_folder(url: str, parameter: str = "out") -> tuple[AbstractFileSystem, st
     """
     files, root = place_of(url)
     if isinstance(files, LocalFileSystem):
-        try:
-            files.makedirs(root, exist_ok=True)
-            # What may be written is seen by writing: permissions do not tell of disks that may only be read.
-            TemporaryFile(dir=root).close()
-        except OSError as error:
-            raise ValueError(
-                f"{parameter}: expected a folder that can be written, got {url!r} ({error.strerror})"
-            ) from None
+        make_folder(Path(root), parameter)
     elif "memory" not in files.protocol:
         # A store makes a bucket of a name that was mistyped, for all the world to see.
         bucket = root.partition("/")[0]
@@ -80,34 +72,6 @@ def new_folder(url: str, parameter: str = "out") -> tuple[AbstractFileSystem, st
                 # It is there, and who may write into it need not be one who may look at it.
                 pass
     return files, root
-
-
-@contextmanager
-def alone_in(files: AbstractFileSystem, root: str, parameter: str = "out") -> Iterator[None]:
-    """Hold a folder of this machine while the context lasts. Raises ValueError if another process holds it.
-
-    The system lets go of it when the process ends. Stores, and systems without such locks, hold nothing: what two
-    processes write there is the same.
-    """
-    if os.name == "nt" or not isinstance(files, LocalFileSystem):
-        yield
-        return
-    import fcntl
-
-    folder = os.open(root, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise ValueError(
-                f"{parameter}: expected a folder that no other process writes, got {root!r}, which one writes now"
-            ) from None
-        except OSError:
-            # Some network disks have no locks.
-            pass
-        yield
-    finally:
-        os.close(folder)
 
 
 def lasting(url: str) -> str:

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast, get_args
 
+from benchmarks.run.alone import alone_in
 from benchmarks.run.contestants import entrant, entrants, entrants_of
 from benchmarks.run.editions import Editions, editions_of
 from benchmarks.run.jobs import Job
@@ -86,11 +87,17 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     again, and so are rows without the estimates that are asked for. Except for times, ``workers`` changes no row.
 
     Raises:
-        ValueError: for unknown names, or a folder that holds rows of other seeds or cannot be written.
+        ValueError: for unknown names, or a folder that holds rows of other seeds, cannot be written, or is written by
+            another process.
     """
     load_modules(experiment.modules)
     check_names(experiment)
     make_folder(out)
+    with alone_in(out):
+        return _run(experiment, out, progress)
+
+
+def _run(experiment: Experiment, out: Path, progress: Progress | None) -> Outcome:
     editions, made_now = _editions(experiment), made_now_of(experiment)
     have, moved = up_to_date(out, experiment.seeds, made_now)
     if experiment.keep_estimates:

@@ -19,7 +19,7 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.generating import Workers, forecast, generate
-from benchmarks.data_sets.places import alone_in, place_of
+from benchmarks.run.alone import alone_in
 from tests.benchmarks.data_sets.small import HERE, MODULES, made, tiny
 from tests.benchmarks.no_room import no_room
 from tests.fakes_scenario import FAKE_TOWN
@@ -251,7 +251,7 @@ def test_where_no_episode_can_be_built_nothing_is_left_out(tmp_path):
 
 def test_a_second_writer_is_refused_in_one_line(tmp_path):
     made(tiny(seeds=(3, 4)), tmp_path / "set")
-    with alone_in(*place_of(str(tmp_path / "set"))), pytest.raises(ValueError, match="out: expected a folder that no"):
+    with alone_in(tmp_path / "set"), pytest.raises(ValueError, match="out: expected a folder that no"):
         made(tiny(), tmp_path / "set")
     assert made(tiny(), tmp_path / "set").seeds == (3, 4)
 
