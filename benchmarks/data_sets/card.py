@@ -7,7 +7,7 @@ from typing import Any
 
 import cv2
 
-from benchmarks.data_sets.channels import coding_of
+from benchmarks.data_sets.channels import NORMALS, coding_of
 from benchmarks.data_sets.data_set import MANIFEST, DataSet
 from benchmarks.data_sets.notes import COORDINATES, hub_head, table_configs
 from benchmarks.data_sets.page.scans import OTHERS, STANDING, TARGET
@@ -19,6 +19,7 @@ from scenarios import catalog
 from scenarios.truth import Meaning, meanings
 
 CARD, SHEET = "README.md", "contact-sheet.jpg"
+_UNITS = {NORMALS: "unit vectors in the world"}
 
 
 def write_card(data: DataSet) -> None:
@@ -99,4 +100,4 @@ def _seen(found: dict[str, Any]) -> Iterator[str]:
 
 
 def _unit(told: dict[str, Meaning], channel: str) -> str:
-    return told[channel].unit if channel in told else ""
+    return told[channel].unit if channel in told else _UNITS.get(channel, "")

@@ -168,7 +168,7 @@ def _typed(value: Any, hint: Any, shape: tuple[Any, ...] = (), name: str = "") -
             for key, each in get_type_hints(hint).items()
         }
     if value is not None:
-        return _numbers(value)
+        return _numbers(float(value) if hint is float else value)
     if get_origin(hint) is np.ndarray:
         return np.full(shape or ((4, 4) if name.startswith("T_") else (1,)), NO_NUMBER).tolist()
     return {bool: False, int: -1, float: NO_NUMBER}.get(hint, "")

@@ -174,6 +174,7 @@ class RoadTown:
     def __post_init__(self) -> None:
         check_types(self)
         check_size(self)
+        self.check_room(self.closed_loop)
         check_length(self, _LONGEST_S)
         check_within(self, "field_of_view_deg", 10, 120)
         check_within(self, "cruise_mps", 0, 60, above=True)
@@ -190,7 +191,6 @@ class RoadTown:
         known = f"some of {', '.join(STREET_PATTERNS)}"
         patterns = set(self.street_patterns)
         check("street_patterns", bool(patterns) and patterns <= set(STREET_PATTERNS), known, self.street_patterns)
-        self.check_room(self.closed_loop)
         low, high = self.camera_pitch_deg
         wanted = f"0, or angles of which gusts can make use: above {self._least_pitch_deg:.1f}"
         check("camera_pitch_deg", high == 0 or low > self._least_pitch_deg, wanted, self.camera_pitch_deg)

@@ -9,7 +9,8 @@ import pytest
 
 from scenarios import catalog
 
-CONFIGURATIONS = [(name, preset) for name in catalog.names() for preset in catalog.scenario(name).presets.values()]
+SHIPPED = [entry.id for entry in catalog.entries() if entry.place.startswith("scenarios.")]
+CONFIGURATIONS = [(name, preset) for name in SHIPPED for preset in catalog.scenario(name).presets.values()]
 
 
 def _first_of_each_kind() -> list[Any]:
@@ -45,7 +46,9 @@ def test_an_episode_of_any_scene_has_two_frames_or_more(name: str, preset: Any) 
     if "frame_count" not in {f.name for f in fields(preset)}:
         return
     for count in (-1, 0, 1, 10**6):
-        with pytest.raises(ValueError, match=r"^frame_count: expected a whole number in \[2, \d+\].*, got"):
+        with pytest.raises(
+            ValueError, match=r"^frame_count: expected (at least \d+|a whole number in \[2, \d+\]).*, got"
+        ):
             replace(preset, frame_count=count)
     for rate_hz in (0.0, 1e-6, 1e6):
         with pytest.raises(ValueError, match=r"^rate_hz: expected a number in \[0.\d+, 1000\], got"):

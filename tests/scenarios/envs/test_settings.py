@@ -64,7 +64,7 @@ def settings(**changes: Any) -> FollowSettings:
         (
             "randomise",
             {"frame_count": (-5, 300)},
-            r"frame_count: expected a whole number in \[2, 54000\], as an episode lasts 3600 s at the most, got -5",
+            "frame_count: expected at least 107 for 2 or more frame-outs, got -5",
         ),
         ("link", "slow", "link: expected one of prompt, delayed, noisy or a Link, got 'slow'"),
         ("difficulty", 1.5, "difficulty: expected None or a number from 0 to 1, got 1.5"),
