@@ -117,6 +117,8 @@ class Truth:
         bounds_m: (N, 2, 3) least and greatest x, y, z in the frame of ``T_world_object`` of the body as it is posed
             now, limbs and bend included: its 3-D box. NaN while it is absent. Where a scene does not measure it, that
             of ``size_m``.
+        glare_fraction: (N,) share of the object's seen pixels where the picture shows the mirror image of a lamp
+            instead; 0 where nothing mirrors. ``visible_fraction`` and ``state`` leave it out of account.
         standing_names: (S,) e.g. ``parked-3``, the same on all frames. standing_kinds: (S,) as ``kinds``.
         standing_id: (S,) ids in ``instance_map``. T_world_standing: (S, 4, 4), standing_bounds_m: (S, 2, 3),
             standing_box_xyxy: (S, 4), standing_visible_fraction: (S,) as those of objects.
@@ -150,6 +152,7 @@ class Truth:
     bounds_m: NDArray[np.float64] = truth_field(
         "m", "N", 2, 3, coding="least and greatest x, y, z; NaN while absent", unjudged=np.empty((0, 2, 3))
     )
+    glare_fraction: NDArray[np.float64] = truth_field("fraction", "N", unjudged=np.empty(0))
     standing_names: tuple[str, ...] = truth_field("word", "S", left_out=True, unjudged=_NO_WORDS)
     standing_kinds: tuple[str, ...] = truth_field("word", "S", left_out=True, unjudged=_NO_WORDS)
     standing_id: NDArray[np.int64] = truth_field("id", "S", left_out=True, unjudged=np.empty(0, np.int64))
@@ -163,10 +166,12 @@ class Truth:
     standing_visible_fraction: NDArray[np.float64] = truth_field("fraction", "S", left_out=True, unjudged=np.empty(0))
 
     def __post_init__(self) -> None:
-        """Take the bounds of objects of which none are given from their sizes."""
+        """Take the bounds of objects from their sizes, and none for covered by glare, where nothing is given."""
         if len(self.bounds_m) == 0 < len(self.size_m):
             half_m = 0.5 * self.size_m * (1.0, 1.0, 0.0)
             object.__setattr__(self, "bounds_m", np.stack([-half_m, self.size_m - half_m], axis=1))
+        if len(self.glare_fraction) == 0 < len(self.names):
+            object.__setattr__(self, "glare_fraction", np.zeros(len(self.names)))
 
     def index_of(self, name: str) -> int:
         """Return the index of the object of this name. Raises ValueError if there is none."""

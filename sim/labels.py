@@ -140,6 +140,28 @@ def seen_ids(instance_map: NDArray[np.int32], count: int) -> NDArray[np.bool_]:
     return is_seen
 
 
+@njit(cache=True)
+def bright_fractions(
+    image_rgb: NDArray[np.uint8], instance_map: NDArray[np.int32], instance_id: NDArray[np.int64], level: int
+) -> NDArray[np.float64]:
+    """Return the share of each object's pixels (N,) whose channels are all at least ``level``; 0 without pixels.
+
+    Args:
+        image_rgb: (H, W, 3). instance_map: (H, W). instance_id: (N,).
+    """
+    first, last = instance_id.min(), instance_id.max()
+    counts = np.zeros((last - first + 1, 2))
+    for row in range(instance_map.shape[0]):
+        for column in range(instance_map.shape[1]):
+            here = instance_map[row, column]
+            if here >= first and here <= last:
+                counts[here - first, 0] += 1
+                red, green, blue = image_rgb[row, column]
+                counts[here - first, 1] += min(red, green, blue) >= level
+    own = counts[instance_id - first]
+    return own[:, 1] / np.maximum(own[:, 0], 1.0)
+
+
 _OF_GROUND = [0, 1, 3]
 """Columns of a pose that act on points of the ground z = 0."""
 

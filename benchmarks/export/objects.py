@@ -14,6 +14,7 @@ from benchmarks.export.frames import PARTIAL, StoredFrame
 from scenarios import catalog
 from scenarios.visibility import MOSTLY_SEEN, states_of
 from sim.checks import check
+from sim.choices import check_choice
 
 ClassLevel = Literal["class", "kind"]
 
@@ -27,7 +28,7 @@ class Instance:
         instance_id: in ``instance_map``.
         state: see ``Truth``; of those that stand about it follows from the box and what is seen.
         box_xyxy: (4,) amodal, visible_xyxy: (4,) around what is seen; NaN where there is none.
-        visible_fraction: seen share of its own pixels.
+        visible_fraction: seen share of its own pixels, less those that glare covers.
         T_world_object: (4, 4). bounds_m: (2, 3), see ``Truth``.
     """
 
@@ -65,7 +66,7 @@ ATTRIBUTES_NOTE = """
 `name` is the same in all frames of an episode; `kind` is finer than the class (the model of a car, a person's part in
 the script); `role` says what it does (`target`, `traffic`, `parked`, `moored`, …). `visible_fraction` is the seen share
 of the object's own pixels, also of those beyond the border, 0 to 1; `occluded` says that it is less than half;
-`truncated` that the border cuts the whole object.
+`truncated` that the border cuts the whole object. Pixels that show the mirror image of a lamp do not count as seen.
 """
 
 
@@ -92,7 +93,7 @@ class Labels:
         Raises:
             ValueError: for a value that is not possible.
         """
-        check("classes", level in get_args(ClassLevel), " or ".join(get_args(ClassLevel)), repr(level))
+        check_choice("classes", level, get_args(ClassLevel))
         check("min_visible", 0.0 <= min_visible <= 1.0, "a share of 0 to 1", min_visible)
         check("min_size", 0.0 <= min_size_px < np.inf, "a number of pixels >= 0", min_size_px)
         scenario = catalog.scenario(data.request.scenario)
@@ -126,7 +127,7 @@ class Labels:
                 str(truth.state[k]),
                 truth.box_xyxy[k],
                 stored.visible_xyxy[k],
-                float(truth.visible_fraction[k]),
+                float(truth.visible_fraction[k] * (1.0 - truth.glare_fraction[k])),
                 truth.T_world_object[k],
                 truth.bounds_m[k],
             )

@@ -21,6 +21,7 @@ from scenarios.scenario import Frame, RendererName
 from scenarios.stage import Stage, covers_all
 from scenarios.truth import TruthExtent, without_pixels
 from scenarios.visibility import Exits, states_of
+from sim.labels import bright_fractions
 from sim.meshes.fish_look import draw_look
 from sim.optics import PinholeCamera, look_down_pose
 from sim.render.refraction import ThroughWater
@@ -41,6 +42,8 @@ _AMBIENT_LX = 250.0
 """Light from all around: of walls and ceiling."""
 _SENSOR = SensorConfig(longest_exposure_s=8e-3, mid_grey=0.3)
 """A camera in a laboratory: its exposure is short enough for fish that dart."""
+_GLARE_LEVEL = 200
+"""A pixel shows a mirrored lamp where all channels are at least this: no fish is so bright by itself."""
 _EMPTY_PICTURES, _EMPTY_EVERY_S = 20, 0.5
 
 
@@ -149,6 +152,9 @@ class FishTankEpisode(Stage):
             kinds=("fish",) * len(fish.names),
             instance_id=fish.instance_id,
             speed_mps=self._swims.speed_mps[frame].copy(),
+            glare_fraction=bright_fractions(
+                capture.picture.image_rgb, capture.instance_id, fish.instance_id, _GLARE_LEVEL
+            ),
             centre_line_m=fish.centre_line_m,
             below_surface_m=VOLUME_M[2] - self._swims.position_m[frame, :, 2],
             **seen.postures(),

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 import trimesh
 
-from sim.labels import amodal_box, amodal_boxes, backward_flow, ground_homography, outline, seen_ids, visible_fraction
+from sim.labels import (
+    amodal_box,
+    amodal_boxes,
+    backward_flow,
+    bright_fractions,
+    ground_homography,
+    outline,
+    seen_ids,
+    visible_fraction,
+)
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.vehicle import VEHICLES, vehicle
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
@@ -77,6 +86,16 @@ def test_seen_ids_are_those_of_the_map(seed):
     ids[rng.random(ids.shape) < 0.5] = 7
     assert np.flatnonzero(seen_ids(ids, 12)).tolist() == np.unique(ids[ids >= 0]).tolist()
     assert not seen_ids(np.full((4, 5), -1, np.int32), 12).any()
+
+
+def test_bright_shares_are_counted_pixel_by_pixel():
+    rng = np.random.default_rng(0)
+    image_rgb = rng.integers(150, 256, (20, 30, 3), dtype=np.uint8)
+    ids = rng.choice([-1, 2, 5, 6, 40], (20, 30)).astype(np.int32)
+    asked = np.array([6, 2, 9])
+    is_bright = (image_rgb >= 200).all(axis=2)
+    expected = [is_bright[ids == 6].mean(), is_bright[ids == 2].mean(), 0.0]
+    np.testing.assert_allclose(bright_fractions(image_rgb, ids, asked, 200), expected)
 
 
 def test_fraction_whole_cut_hidden_and_outside():

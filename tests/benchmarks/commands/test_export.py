@@ -7,12 +7,13 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks.cli import main
 from benchmarks.data_sets.places import place_of
 from benchmarks.export.registry import format_names
-from tests.benchmarks.export.painted_scene import painted_data_set
+from tests.benchmarks.export.painted_scene import painted_data_set, truths
 from tests.benchmarks.no_room import no_room
 
 MODULES = ["--modules", "tests.benchmarks.export.painted_scene"]
@@ -26,11 +27,33 @@ def test_it_writes_the_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]
     assert (out / "painted-v1-quick-000000" / "groundtruth_rect.txt").is_file()
 
 
+def test_it_says_how_many_show_too_little(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = painted_data_set(tmp_path / "set", seeds=(0, 2))
+    out = tmp_path / "yolo"
+    options = ["--format", "yolo", "--out", str(out), "--classes", "kind", "--min-visible", "0.6", "--min-size", "3"]
+    assert main(["export", data.url, *options, *MODULES]) == 0
+    few = 0
+    for truth in truths():
+        for number, share in zip(truth.instance_id, truth.visible_fraction, strict=True):
+            rows, columns = np.nonzero(truth.instance_map == number)
+            few += bool(len(rows)) and bool(share < 0.6 or min(np.ptp(rows), np.ptp(columns)) + 1 < 3)
+    assert few > 0
+    said = f"{out}\n{2 * few} objects of single pictures below --min-visible or --min-size\n"
+    assert capsys.readouterr().out == said
+    assert '  1: "van"\n' in (out / "data.yaml").read_text()
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (["{set}", "--format", "nix", "--out", "{out}"], "format: expected one of coco, "),
         (["{set}", "--format", "otb"], "out: expected a value, got none"),
+        (["{set}", "--format", "otb", "--out", "{out}", "--min-visible", "0.1"], "min_visible min_size: expected 0"),
+        (
+            ["{set}", "--format", "coco", "--out", "{out}", "--min-visible", "5"],
+            "min_visible: expected a share of 0 to",
+        ),
+        (["{set}", "--format", "coco", "--out", "{out}", "--classes", "role"], "classes: expected one of class, kind"),
         (
             ["{set}", "--format", "otb", "--out", "{set}"],
             "out: expected an empty folder or one that does not exist",
@@ -59,11 +82,20 @@ def test_wrong_arguments_are_named(
         ("pixels-00000.tar", lambda file: file.write_bytes(file.read_bytes()[:40_000]), "expected .* bytes, got .*"),
         ("pixels-00000.tar", Path.unlink, "got no file /"),
         ("objects.parquet", Path.unlink, "(got no file /|No such file)"),
+        ("standing.parquet", Path.unlink, "(got no file /|No such file)"),
         ("frames.parquet", lambda file: file.write_bytes(b"junk"), "Parquet file size is 4 bytes"),
         ("frames.parquet", lambda file: file.write_bytes(bytes(file.stat().st_size)), "frames.parquet"),
         ("pixels-00000.tar", lambda file: file.write_bytes(bytes(file.stat().st_size)), "cannot be decoded"),
     ],
-    ids=["a part of a shard", "no shard", "no table", "no table but junk", "a table of zeros", "a shard of zeros"],
+    ids=[
+        "a part of a shard",
+        "no shard",
+        "no table",
+        "no standing table",
+        "no table but junk",
+        "a table of zeros",
+        "a shard of zeros",
+    ],
 )
 def test_a_damaged_data_set_is_named_in_one_line(
     tmp_path: Path,

@@ -63,6 +63,7 @@ class HandMadeEpisode(FakeEpisode):
             size_m=np.array([[4.5, 1.8, 1.5]] * 2),
             # Those of two objects, from their sizes.
             bounds_m=np.empty((0, 2, 3)),
+            glare_fraction=np.zeros(2),
             speed_mps=np.where(states == "absent", 99.0, [8.0, 4.0]),
             position_px=corners + np.array(OBJECT_SIZE) / 2,
             box_xyxy=boxes,

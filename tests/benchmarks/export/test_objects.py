@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks.data_sets.data_set import DataSet
+from benchmarks.export.frames import episodes, frames
 from benchmarks.export.objects import Instance, Labels
 from benchmarks.export.registry import export
 from benchmarks.export.web_dataset import NO_NUMBER
@@ -191,7 +193,7 @@ def test_what_shows_too_little_is_left_out_or_ignored_and_counted(data: DataSet,
     [
         ({"min_visible": 1.5}, r"min_visible: expected a share of 0 to 1, got 1\.5"),
         ({"min_size_px": -1.0}, r"min_size: expected a number of pixels >= 0, got -1\.0"),
-        ({"classes": "role"}, "classes: expected class or kind, got 'role'"),
+        ({"classes": "role"}, "classes: expected one of class, kind; got 'role'"),
     ],
 )
 def test_options_that_are_not_possible_are_refused(
@@ -207,3 +209,14 @@ def test_formats_that_hold_all_leave_nothing_out(data: DataSet, tmp_path: Path) 
         ValueError, match=r"^min_visible min_size: expected 0, since mot holds all, got \(0\.5, 0\.0\)$"
     ):
         export(data, "mot", tmp_path / "out", min_visible=0.5)
+
+
+def test_what_a_mirrored_lamp_covers_is_not_seen(data: DataSet) -> None:
+    stored = next(frames(next(episodes(data)), ("instance_map",)))
+    truth = stored.frame.truth
+    covered = replace(truth, glare_fraction=np.array([0.0, 0.75, 1.0]))
+    before = [each.visible_fraction for each in Labels(data).instances(stored)]
+    now = list(Labels(data).instances(replace(stored, frame=replace(stored.frame, truth=covered))))
+    assert before == truth.visible_fraction.tolist()
+    np.testing.assert_allclose([each.visible_fraction for each in now], truth.visible_fraction * (1.0, 0.25, 0.0))
+    assert now[1].attributes()["occluded"]

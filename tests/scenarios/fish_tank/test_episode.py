@@ -272,3 +272,17 @@ def test_as_many_fish_as_a_preset_may_have_find_room() -> None:
 def test_an_impossible_character_is_named(change: dict[str, float]) -> None:
     with pytest.raises(ValueError, match=f"character.{next(iter(change))}: expected"):
         FISH_TANK.episode(dataclasses.replace(PRESETS["quick"], character=ZEBRAFISH._replace(**change)), 0)
+
+
+def test_glare_covers_the_share_of_a_fish_that_the_picture_shows_as_bright_as_a_lamp() -> None:
+    preset = dataclasses.replace(PRESETS["hard"], width_px=320, height_px=240)
+    episode = FISH_TANK.episode(preset, 3)
+    most = 0.0
+    for _ in range(12):
+        frame = episode.step()
+        truth, is_bright = frame.truth, frame.observation.image_rgb.min(axis=2) >= 200
+        for number, share in zip(truth.instance_id, truth.glare_fraction, strict=True):
+            own = truth.instance_map == number
+            assert share == pytest.approx(is_bright[own].mean() if own.any() else 0.0)
+        most = max(most, float(truth.glare_fraction.max()))
+    assert most > 0.0

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.data_sets.card import write_card
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.page import scans
 from benchmarks.data_sets.page.page import render_page
@@ -88,3 +89,8 @@ def test_what_is_seen_is_counted_by_kind_and_group(tmp_path: Path) -> None:
         "van": {"standing about": len(data)},
     }
     assert f"van: {len(data)} standing about" in render_page(data)
+    write_card(data)
+    card = (tmp_path / "set" / "README.md").read_text()
+    assert f"| van | 0 | 0 | {len(data)} |" in card
+    assert f"| car | {seen['car']} | 0 | 0 |" in card
+    assert "| `standing_box_xyxy` | standing | px |" in card
