@@ -55,8 +55,8 @@ _FAILED = 1
 _USAGE_ERROR = 2
 _STOPPED = 130
 _UNREAD = 141
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""A full disk, a full quota, a file at the size limit."""
+_OF_THE_DISK = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EACCES, errno.EPERM, errno.EIO)
+"""A full disk, a full quota, a file at the size limit; a disk or a folder that may only be read; a broken disk."""
 _ABOUT_AN_ARGUMENT = re.compile(r"[^\n]+: expected .*", re.DOTALL)
 
 
@@ -124,7 +124,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         print(f"error: {error}", file=sys.stderr)
         return _FAILED
     except OSError as error:
-        if error.errno not in _NO_ROOM:
+        if error.errno not in _OF_THE_DISK:
             return _fault(error, command)
         where = "" if error.filename is None else f"{error.filename}: "
         print(f"error: {where}{error.strerror}; what was written before is kept", file=sys.stderr)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from sim.choices import check_choice
@@ -27,8 +27,6 @@ class Entry:
         env_id: Gymnasium's id of its env, '' if there is none.
         tracker, preset: defaults of that env.
         survey: ``module:name`` of its ``Survey``, '' if there is none.
-        largest: largest values of preset fields that its env takes; the world has no room for more. They stand here,
-            since a check in the preset would make all episodes those of another version.
     """
 
     id: str
@@ -37,18 +35,15 @@ class Entry:
     tracker: str = ""
     preset: str = "standard"
     survey: str = ""
-    largest: Mapping[str, float] = field(default_factory=dict)
 
 
 _ENTRIES: tuple[Entry, ...] = (
-    # The smallest town that is shipped has room for 60 cars.
     Entry(
         "road-town-v2",
         "scenarios.road_town.scenario:ROAD_TOWN",
         "frameout/RoadTownFollow-v2",
         "mosaic_graph_pf",
         survey="scenarios.road_town.survey:FRAME_OUTS",
-        largest={"traffic_cars": 60},
     ),
     Entry(
         "stereo-follow-v2",
@@ -107,11 +102,6 @@ def envs() -> dict[str, tuple[str, str]]:
 def env_preset(name: str) -> str:
     """Return the default preset of a scenario's env. Raises ValueError for an unknown name."""
     return _entry(name).preset
-
-
-def largest(name: str) -> Mapping[str, float]:
-    """Return the largest values that a scenario's env takes. Raises ValueError for an unknown name."""
-    return _entry(name).largest
 
 
 def scenario(name: str) -> Scenario:

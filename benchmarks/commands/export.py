@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
@@ -25,7 +24,9 @@ class Export(WithModules):
     Attributes:
         directory: folder or URL of the data set.
         format: one of those above.
-        out: the folder to write, new or empty; it appears whole or not at all.
+        out: the folder to write, or a URL such as s3://bucket/folder, new or empty; it appears whole or not at all.
+        allow_incomplete: export what there is of a data set in which episodes are missing. Otherwise it is refused, as
+            is one whose files are not those that were written.
         classes: class = car, person, boat, fish …; kind = the scene's own kinds: models of cars, parts of people in the
             script. Their numbers are the same for all data sets of a scene.
         min_visible: least seen share (0 to 1) of an object's own pixels; labels of those below it are left out (yolo)
@@ -35,7 +36,8 @@ class Export(WithModules):
 
     directory: Annotated[str, tyro.conf.Positional]
     format: Annotated[str, ONE_NAME]
-    out: Annotated[Path, FOLDER]
+    out: Annotated[str, FOLDER]
+    allow_incomplete: bool = False
     classes: Literal["class", "kind"] = "class"
     min_visible: float = 0.0
     min_size: float = 0.0
@@ -55,6 +57,7 @@ class Export(WithModules):
                 data,
                 self.format,
                 self.out,
+                allow_incomplete=self.allow_incomplete,
                 classes=self.classes,
                 min_visible=self.min_visible,
                 min_size_px=self.min_size,

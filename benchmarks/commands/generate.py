@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 import importlib.metadata
 import json
+import sys
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
@@ -59,6 +60,8 @@ class Generate(WithModules):
         workers: processes; 0 = run in this process. On a cluster: episodes under way at once.
         backend: loky for processes of this machine; dask or ray for a cluster (`frameout[dask]`, `frameout[ray]`).
         address: of the cluster (default: a new one on this machine).
+        on_error: stop at the first episode that cannot be built, or skip it: the others are made, and the seeds that
+            are left out are named at the end, in the data card and in manifest.json.
         dry_run: say how large the data set will be and how long it takes; make nothing.
         json: print what was made as JSON.
     """
@@ -77,6 +80,7 @@ class Generate(WithModules):
     workers: Annotated[int | None, WORKERS] = None
     backend: str = "loky"
     address: Annotated[str | None, ONE_NAME] = None
+    on_error: Literal["stop", "skip"] = "stop"
     dry_run: bool = False
     json: bool = False
     resumes = True
@@ -111,12 +115,18 @@ class Generate(WithModules):
             return self._say(forecast(request), max(workers, 1))
         began = time.perf_counter()
         with progress_bar(f"{request.scenario} {request.preset}") as progress:
-            data = generate(request, self.out, Workers(workers, self.backend, self.address, self.modules), progress)
-        made = {"episodes": len(data.seeds), "frames": len(data), "bytes": data.files.du(data.root)}
+            makers = Workers(workers, self.backend, self.address, self.modules)
+            data = generate(request, self.out, makers, progress, self.on_error)
+        made: dict[str, Any] = {"episodes": len(data.seeds), "frames": len(data), "bytes": data.files.du(data.root)}
         seconds = time.perf_counter() - began
         size = f"{made['frames']} frames, {made['bytes'] / 2**30:.2f} GiB"
         said = f"{self.out}: {counted(made['episodes'], 'episode')}, {size}, {seconds:.0f} s"
+        made |= {"left_out": data.left_out} if data.left_out else {}
         print(json.dumps({"out": self.out} | made | {"seconds": seconds}) if self.json else said)
+        for seed, why in data.left_out.items():
+            print(f"left out: seed {seed}: {why}", file=sys.stderr)
+        if data.left_out:
+            print(f"{counted(len(data.left_out), 'episode')} could not be built", file=sys.stderr)
         return 0
 
     def _seeds(self) -> range:

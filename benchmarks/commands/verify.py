@@ -44,6 +44,8 @@ class Verify(WithModules):
             print(problem)
         if not found:
             print(f"{self.directory}: {counted(len(data.seeds), 'episode')}, {len(data)} frames, all whole")
+            for seed, why in data.left_out.items():
+                print(f"left out: seed {seed}: {why}")
             return 0
         seeds = [problem.seed for problem in found]
         if self.discard:

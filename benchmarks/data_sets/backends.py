@@ -18,7 +18,7 @@ _LOST = "a worker ended (killed, or out of memory); what was made is kept, the s
 
 PATIENCE_S = 10.0
 """How long a scheduler may take to answer."""
-Unordered = Callable[[Callable[[int], int], Sequence[int]], Iterator[int]]
+Unordered = Callable[[Callable[[int], Any], Sequence[int]], Iterator[Any]]
 """Calls a function on each of several numbers, and yields the results as they come."""
 
 
@@ -42,7 +42,7 @@ def working(backend: str, address: str | None, workers: int) -> Iterator[Unorder
 
 @contextmanager
 def _loky(address: str | None, workers: int) -> Iterator[Unordered]:
-    def unordered(function: Callable[[int], int], numbers: Sequence[int]) -> Iterator[int]:
+    def unordered(function: Callable[[int], Any], numbers: Sequence[int]) -> Iterator[Any]:
         try:
             yield from in_processes(function, numbers, workers)
         except BrokenProcessPool:
@@ -55,7 +55,7 @@ def _loky(address: str | None, workers: int) -> Iterator[Unordered]:
 def _dask(address: str | None, workers: int) -> Iterator[Unordered]:
     from distributed import Client, KilledWorker, LocalCluster, as_completed
 
-    def unordered(function: Callable[[int], int], numbers: Sequence[int]) -> Iterator[int]:
+    def unordered(function: Callable[[int], Any], numbers: Sequence[int]) -> Iterator[Any]:
         def begun(count: int) -> list[Any]:
             # The same numbers may have to be made again: their results are not known from before.
             return [client.submit(function, number, pure=False) for number in islice(coming, count)]
@@ -87,7 +87,7 @@ def _ray(address: str | None, workers: int) -> Iterator[Unordered]:
     import ray
     from ray.util.multiprocessing import Pool
 
-    def unordered(function: Callable[[int], int], numbers: Sequence[int]) -> Iterator[int]:
+    def unordered(function: Callable[[int], Any], numbers: Sequence[int]) -> Iterator[Any]:
         with Pool(processes=workers) as pool:
             try:
                 yield from pool.imap_unordered(function, numbers)

@@ -7,17 +7,19 @@ from typing import Any
 
 import cv2
 
-from benchmarks.data_sets.channels import coding_of
+from benchmarks.data_sets.channels import NORMALS, coding_of
 from benchmarks.data_sets.data_set import MANIFEST, DataSet
+from benchmarks.data_sets.notes import COORDINATES, hub_head, table_configs
 from benchmarks.data_sets.page.scans import OTHERS, STANDING, TARGET
 from benchmarks.data_sets.page.sheets import contact_sheet
 from benchmarks.data_sets.page.statistics import statistics
 from benchmarks.data_sets.places import put
-from benchmarks.report.numbers import counted
+from benchmarks.report.numbers import counted, ranges_text
 from scenarios import catalog
 from scenarios.truth import Meaning, meanings
 
 CARD, SHEET = "README.md", "contact-sheet.jpg"
+_UNITS = {NORMALS: "unit vectors in the world"}
 
 
 def write_card(data: DataSet) -> None:
@@ -41,14 +43,15 @@ def _text(data: DataSet) -> str:
         for channel in request.channels
     ]
     fields = [f"| `{name}` | {m.table} | {m.unit} | {m.coding} |" for name, m in told.items() if not m.per_pixel]
-    return "\n".join(
+    return hub_head(data, table_configs(data)) + "\n".join(
         [
             f"# {request.scenario}, {request.preset}: {scenario.summary}",
             "",
-            f"{counted(len(data.seeds), 'episode')} ({_seeds_text(*request.seeds)}), {frames} frames of "
+            f"{counted(len(data.seeds), 'episode')} (seeds {ranges_text(data.seeds)}), {frames} frames of "
             f"{camera.width_px} x {camera.height_px} pixels at {first.rate_hz:g} a second; "
             f"drawn by the renderer `{request.renderer}`.",
             "",
+            *(f"Left out, since it could not be built: seed {seed}: {why}\n" for seed, why in data.left_out.items()),
             "Simulated by Frameout; nobody is recorded. Licence: MIT, that of Frameout. The same request gives the "
             "same bytes with the same edition (`scene` in `dataset.json`), on Linux with AVX2.",
             "",
@@ -72,7 +75,7 @@ def _text(data: DataSet) -> str:
             "| field | table | unit | coding |",
             "| --- | --- | --- | --- |",
             *fields,
-            "",
+            COORDINATES,
         ]
     )
 
@@ -96,9 +99,5 @@ def _seen(found: dict[str, Any]) -> Iterator[str]:
         yield f"| {kind} | " + " | ".join(str(groups.get(group, 0)) for group in (TARGET, OTHERS, STANDING)) + " |"
 
 
-def _seeds_text(first: int, end: int) -> str:
-    return f"seed {first}" if end == first + 1 else f"seeds {first} to {end - 1}"
-
-
 def _unit(told: dict[str, Meaning], channel: str) -> str:
-    return told[channel].unit if channel in told else ""
+    return told[channel].unit if channel in told else _UNITS.get(channel, "")

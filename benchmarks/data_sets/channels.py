@@ -15,7 +15,8 @@ from scenarios.scenario import Frame, Scenario
 from scenarios.truth import meanings
 from sim.checks import check
 
-PICTURES = ("image_rgb", "right_rgb", "counts")
+COUNTS = "counts"
+PICTURES = ("image_rgb", "right_rgb", COUNTS)
 """Fields of ``Observation`` that hold a value a pixel."""
 NORMALS = "normal_world"
 """Unit vectors (H, W, 3) float32 of the visible surfaces; 0 where there is none."""
@@ -90,7 +91,7 @@ def channels_of(scenario: Scenario) -> tuple[str, ...]:
 
 def coding_of(channel: str, pictures: str) -> str:
     """Return the name of a channel's coding, where pictures have the coding ``pictures``. Counts are never lossy."""
-    if channel not in PICTURES or (channel == "counts" and not CODINGS[pictures].is_lossless):
+    if channel not in PICTURES or (channel == COUNTS and not CODINGS[pictures].is_lossless):
         return "blosc2"
     return pictures
 

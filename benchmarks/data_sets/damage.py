@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from pyarrow import ArrowException
+
+_OF_WRITING = (errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM)
 
 
 @contextmanager
@@ -24,7 +27,7 @@ def damage_told(root: str, parameter: str = "directory") -> Iterator[None]:
             raise
         raise _damaged(parameter, f"no file {place}") from None
     except (ArrowException, OSError) as error:
-        if f"{root}/" not in str(error):
+        if f"{root}/" not in str(error) or getattr(error, "errno", None) in _OF_WRITING:
             raise
         raise _damaged(parameter, str(error)) from None
     except ValueError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Sequence
 from threading import Lock
 from typing import Any
@@ -13,7 +14,7 @@ import pyarrow.dataset
 from fsspec import AbstractFileSystem
 
 from benchmarks.data_sets.episode_writer import episode_folder, read_mark
-from benchmarks.data_sets.places import place_of
+from benchmarks.data_sets.places import place_of, reached
 from benchmarks.data_sets.request import Request, request_of
 from benchmarks.data_sets.stored_episode import StoredEpisode
 from scenarios.scenario import Frame
@@ -24,6 +25,8 @@ _OPEN = 4
 _SCANNED = 32
 """Episodes whose tables are read as one Arrow dataset."""
 REQUEST, MANIFEST = "dataset.json", "manifest.json"
+LEFT_OUT = "left_out"
+"""In the manifest: the seeds whose episodes could not be built, and why."""
 
 
 class DataSet:
@@ -32,20 +35,40 @@ class DataSet:
     Attributes:
         request: what it is of.
         seeds: of the episodes that exist.
+        left_out: seed -> why its episode could not be built, as the manifest says (``generate --on-error skip``).
     """
 
     def __init__(self, url: str) -> None:
         """Open a data set by its folder or URL. Raises ValueError if there is none, or it is of another version."""
         self.url = str(url)
         self.files, self.root = place_of(self.url)
-        if not self.files.exists(f"{self.root}/{REQUEST}"):
-            raise ValueError(f"directory: expected a data set with a file {REQUEST}, got none in {self.url}")
-        self.request: Request = request_of(self.files.cat_file(f"{self.root}/{REQUEST}"), REQUEST)
-        self.seeds = tuple(seed for seed in range(*self.request.seeds) if is_whole(self.files, self.root, seed))
+        with reached(self.url, "directory"):
+            if not self.files.exists(f"{self.root}/{REQUEST}"):
+                raise ValueError(f"directory: expected a data set with a file {REQUEST}, got none in {self.url}")
+            self.request: Request = request_of(self.files.cat_file(f"{self.root}/{REQUEST}"), REQUEST)
+            self.seeds = tuple(seed for seed in range(*self.request.seeds) if is_whole(self.files, self.root, seed))
+        listed = (self.manifest() or {}).get(LEFT_OUT, {})
+        self.left_out = {int(seed): str(why) for seed, why in listed.items() if int(seed) not in self.seeds}
         self._known = frozenset(self.seeds)
         self._episodes: dict[int, StoredEpisode] = {}
         self._lock = Lock()
         self._ends: np.ndarray | None = None
+
+    def manifest(self) -> dict[str, Any] | None:
+        """Return the list of all files, None if there is none yet. Raises ValueError if it is damaged."""
+        path = f"{self.root}/{MANIFEST}"
+        if not self.files.exists(path):
+            return None
+        try:
+            listed: dict[str, Any] = json.loads(self.files.cat_file(path))
+        except ValueError as error:
+            raise ValueError(f"{MANIFEST}: expected the list of a data set's files, got {error}") from None
+        check(MANIFEST, isinstance(listed, dict), "the list of a data set's files", type(listed).__name__)
+        return listed
+
+    def missing(self) -> list[int]:
+        """Return the seeds that were asked for and are neither there nor left out."""
+        return [seed for seed in range(*self.request.seeds) if seed not in self._known and seed not in self.left_out]
 
     def __getstate__(self) -> dict[str, Any]:
         """Without the lock: another process makes its own."""

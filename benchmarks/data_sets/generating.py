@@ -6,27 +6,31 @@ import hashlib
 import json
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any, cast
+from pathlib import Path
+from typing import Any, Literal, cast
 
 import cv2
 import numba
 from fsspec import AbstractFileSystem
+from fsspec.implementations.local import LocalFileSystem
 
-from benchmarks.data_sets.backends import working
-from benchmarks.data_sets.card import write_card
+from benchmarks.data_sets.backends import Unordered, working
+from benchmarks.data_sets.card import CARD, write_card
 from benchmarks.data_sets.damage import damage_told
-from benchmarks.data_sets.data_set import MANIFEST, REQUEST, DataSet, is_whole
+from benchmarks.data_sets.data_set import LEFT_OUT, MANIFEST, REQUEST, DataSet, is_whole
 from benchmarks.data_sets.episode_writer import MARK, clear, episode_folder, read_mark, write_background, write_episode
-from benchmarks.data_sets.places import lasting, place_of, put
-from benchmarks.data_sets.request import Request, request_of
+from benchmarks.data_sets.places import lasting, new_folder, place_of, put, reached
+from benchmarks.data_sets.request import Request, first_episode, of_seed, request_of
+from benchmarks.run.alone import alone_in
 from benchmarks.run.own_modules import load_modules
 from scenarios.scenario import Episode
 from sim.checks import check
 
 Progress = Callable[[int, int], None]
+OnError = Literal["stop", "skip"]
 
 
 @dataclass(frozen=True)
@@ -46,35 +50,78 @@ class Workers:
     modules: tuple[str, ...] = ()
 
 
-def generate(request: Request, out: str, workers: Workers, progress: Progress) -> DataSet:
+@dataclass(frozen=True)
+class Made:
+    """What became of an episode: its seed, and why there is none ('' if there is)."""
+
+    seed: int
+    why_not: str = ""
+
+
+def generate(request: Request, out: str, workers: Workers, progress: Progress, on_error: OnError = "stop") -> DataSet:
     """Make the episodes of a request that do not exist yet; return the data set.
 
+    Args:
+        on_error: ``stop`` at an episode that cannot be built, or ``skip`` it: ``DataSet.left_out`` then has it.
+
     Raises:
-        ValueError: if ``out`` holds something else, or cannot be reached.
+        ValueError: if ``out`` holds something else, cannot be reached, or is written by another process; for an
+            episode that cannot be built, with its seed: what was made is kept.
         ChildProcessError: if a worker died; what was made is kept.
     """
+    check("on_error", on_error in ("stop", "skip"), "stop or skip", repr(on_error))
     here = workers.backend == "loky"
     check("workers", here or workers.count >= 1, f"at least 1 on a cluster of {workers.backend}", workers.count)
     out = lasting(out)
+    with reached(out, "out"), _workers(workers) as unordered:
+        files, root = begin(request, out)
+        whole = range(*request.seeds)
+        missing = [seed for seed in whole if not is_whole(files, root, seed)]
+        if missing or not all(files.exists(f"{root}/{name}") for name in (MANIFEST, CARD)):
+            # On a store nothing is held: what two processes write there is the same.
+            with alone_in(Path(root)) if isinstance(files, LocalFileSystem) else nullcontext():
+                _fill(request, out, missing, workers, unordered, progress, on_error)
+        progress(len(whole), len(whole))
+    return DataSet(out)
+
+
+def _fill(
+    request: Request,
+    out: str,
+    missing: list[int],
+    workers: Workers,
+    unordered: Unordered,
+    progress: Progress,
+    on_error: OnError,
+) -> None:
+    """Make the missing episodes, and the manifest and the card of all."""
     files, root = place_of(out)
-    begin(files, root, request, out)
-    missing = [seed for seed in range(*request.seeds) if not is_whole(files, root, seed)]
     whole = range(*request.seeds)
-    progress(len(whole) - len(missing), len(whole))
-    for done, _ in enumerate(_made(request, out, missing, workers), start=len(whole) - len(missing) + 1):
+    before = len(whole) - len(missing)
+    progress(before, len(whole))
+    left_out: dict[int, str] = {}
+    make = partial(make_episode, request, out, workers.modules, on_error=on_error)
+    for done, made in enumerate(unordered(make, missing), start=before + 1):
+        left_out |= {made.seed: made.why_not} if made.why_not else {}
         progress(done, len(whole))
     clear(files, root)
     data = DataSet(out)
-    gone = len(whole) - len(data.seeds)
+    gone = len(whole) - len(data.seeds) - len(left_out)
     check("out", gone == 0, "a place that all workers reach", f"{out!r}, where {gone} episodes are missing")
+    first = next(iter(left_out.values()), "")
+    check("seeds", bool(data.seeds), "some whose episodes can be built", f"none; the first one: {first}")
     with damage_told(root, "out"):
-        _write_manifest(data)
-        write_card(data)
-    return data
+        _write_manifest(data, dict(sorted(left_out.items())))
+        write_card(DataSet(out))
 
 
-def begin(files: AbstractFileSystem, root: str, request: Request, out: str) -> None:
-    """Make the folder of a data set, or check that it is one of the same request. Raises ValueError."""
+def begin(request: Request, out: str) -> tuple[AbstractFileSystem, str]:
+    """Make the folder of a data set, or check that it is one of the same request; return its place.
+
+    Raises:
+        ValueError: if it is something else, or cannot be written.
+    """
+    files, root = place_of(out)
     path = f"{root}/{REQUEST}"
     if files.exists(path):
         kept_request = request_of(files.cat_file(path), f"{out}/{REQUEST}")
@@ -86,28 +133,35 @@ def begin(files: AbstractFileSystem, root: str, request: Request, out: str) -> N
             check("out", kept == wanted, f"a data set with {name} {wanted!r}", f"{out!r} with {kept!r}{why}")
         if grows:
             put(files, path, found.as_json().encode())
-        return
-    try:
-        foreign = files.exists(root) and bool(files.ls(root))
-        check("out", not foreign, "a new or empty folder, or a data set", f"{out!r} with other files")
-        files.makedirs(root, exist_ok=True)
-        put(files, path, request.as_json().encode())
-    except (NotADirectoryError, FileExistsError, PermissionError, FileNotFoundError) as error:
-        raise ValueError(f"out: expected a folder that can be written, got {out!r} ({error})") from None
+        return files, root
+    new_folder(out)
+    foreign = files.exists(root) and bool(files.ls(root))
+    check("out", not foreign, "a new or empty folder, or a data set", f"{out!r} with other files")
+    put(files, path, request.as_json().encode())
+    return files, root
 
 
-def make_episode(request: Request, out: str, modules: tuple[str, ...], seed: int) -> int:
-    """Make one episode in this process; return its seed."""
+def make_episode(request: Request, out: str, modules: tuple[str, ...], seed: int, on_error: OnError = "stop") -> Made:
+    """Make one episode in this process."""
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
     load_modules(modules)
     files, root = place_of(out)
-    live = request.episode(seed)
     try:
-        write_episode(files, root, request, seed, live)
-    finally:
-        live.close()
-    return seed
+        with of_seed(seed):
+            live = request.episode(seed)
+            try:
+                write_episode(files, root, request, seed, live)
+            finally:
+                live.close()
+    except OSError:
+        # Of the disk, not of the episode.
+        raise
+    except Exception as error:
+        if on_error == "stop":
+            raise
+        return Made(seed, " ".join(f"{type(error).__name__}: {error}".split()))
+    return Made(seed)
 
 
 @dataclass(frozen=True)
@@ -150,7 +204,7 @@ class FramesAlone:
 
 def forecast(request: Request, frames: int = 30) -> Forecast:
     """Measure the first frames of the first episode, which are written to memory alone."""
-    live = request.episode(request.seeds[0])
+    live = first_episode(request)
     root = f"memory://forecast-{id(live)}"
     files, path = place_of(root)
     try:
@@ -173,18 +227,21 @@ def forecast(request: Request, frames: int = 30) -> Forecast:
     return Forecast(live.frame_count * episodes, each, seconds, background * episodes, background_s * episodes)
 
 
-def _made(request: Request, out: str, seeds: list[int], workers: Workers) -> Iterator[int]:
+@contextmanager
+def _workers(workers: Workers) -> Iterator[Unordered]:
+    """Yield what gives work to them; 0 of them are this process."""
     if workers.count == 0:
-        yield from (make_episode(request, out, workers.modules, seed) for seed in seeds)
+        yield map
         return
-    make = partial(make_episode, request, out, workers.modules)
     with working(workers.backend, workers.address, workers.count) as unordered:
-        yield from unordered(make, seeds)
+        yield unordered
 
 
-def _write_manifest(data: DataSet) -> None:
-    """Write the list of all files with their checksums."""
-    content = {f"{seed:06d}": files_of(data, seed) for seed in data.seeds}
+def _write_manifest(data: DataSet, left_out: dict[int, str]) -> None:
+    """Write the list of all files with their checksums, and of the episodes that could not be built."""
+    content: dict[str, Any] = {f"{seed:06d}": files_of(data, seed) for seed in data.seeds}
+    if left_out:
+        content[LEFT_OUT] = {f"{seed:06d}": why for seed, why in left_out.items()}
     put(data.files, f"{data.root}/{MANIFEST}", (json.dumps(content, indent=1) + "\n").encode())
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import fsspec
@@ -9,9 +11,12 @@ from fsspec import AbstractFileSystem
 from fsspec.core import url_to_fs
 from fsspec.implementations.local import LocalFileSystem
 
+from benchmarks.run.experiment import make_folder
 from trackers.atomic_file import write_atomic
 
 _STORES = {"file", "s3", "gs", "az", "memory"}
+_CLIENTS = ("botocore", "aiobotocore", "aiohttp", "gcsfs", "google", "azure", "adlfs")
+"""Packages whose errors are about the way to a store."""
 
 
 def place_of(url: str) -> tuple[AbstractFileSystem, str]:
@@ -27,6 +32,46 @@ def place_of(url: str) -> tuple[AbstractFileSystem, str]:
     except ValueError as error:
         known = ", ".join(sorted({*fsspec.available_protocols()} & _STORES))
         raise ValueError(f"place: expected a folder or a URL with one of {known}, got {url} ({error})") from None
+
+
+@contextmanager
+def reached(url: str, parameter: str) -> Iterator[None]:
+    """Raise ValueError, which names the parameter, in place of what a store that is not reached raises."""
+    try:
+        yield
+    except Exception as error:
+        is_remote = not isinstance(place_of(url)[0], LocalFileSystem)
+        of_client = type(error).__module__.partition(".")[0] in _CLIENTS
+        if not is_remote or not (
+            of_client or (isinstance(error, OSError) and not isinstance(error, FileNotFoundError))
+        ):
+            raise
+        told = " ".join(str(error).split())
+        raise ValueError(f"{parameter}: expected a store that can be reached, got {url!r} ({told})") from None
+
+
+def new_folder(url: str, parameter: str = "out") -> tuple[AbstractFileSystem, str]:
+    """Make a folder, or check the bucket that it is to lie in; return its file system and the path in it.
+
+    Raises:
+        ValueError: if it cannot be written, or there is no such bucket.
+    """
+    files, root = place_of(url)
+    if isinstance(files, LocalFileSystem):
+        make_folder(Path(root), parameter)
+    elif "memory" not in files.protocol:
+        # A store makes a bucket of a name that was mistyped, for all the world to see.
+        bucket = root.partition("/")[0]
+        with reached(url, parameter):
+            try:
+                files.info(bucket)
+            except FileNotFoundError:
+                wanted = f"{parameter}: expected a bucket that exists"
+                raise ValueError(f"{wanted}, got {url!r} without a bucket {bucket!r}") from None
+            except PermissionError:
+                # It is there, and who may write into it need not be one who may look at it.
+                pass
+    return files, root
 
 
 def lasting(url: str) -> str:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -16,6 +18,9 @@ FORMAT = 3
 """Number of the layout of files and tables; increment it with every change."""
 _READ_TOO = (2,)
 """Earlier formats that are read: 2 has no objects that stand about, and no bounds."""
+
+_TRIED = 5
+"""Episodes of which one must be built for a look at its first frame."""
 
 
 @dataclass(frozen=True)
@@ -80,11 +85,27 @@ class Request:
         """Build an episode of the data set, with all truth. Raises ValueError if a controller has to steer it."""
         preset = self.configuration()
         check("preset", not preset.closed_loop, "one on a set path or at rest", f"{self.preset!r}, in closed loop")
-        return catalog.scenario(self.scenario).episode(preset, seed, renderer=self.renderer)
+        with of_seed(seed):
+            return catalog.scenario(self.scenario).episode(preset, seed, renderer=self.renderer)
 
     def as_json(self) -> str:
         """Return it as JSON."""
         return json.dumps(dataclasses.asdict(self), indent=1) + "\n"
+
+
+@contextmanager
+def of_seed(seed: int) -> Iterator[None]:
+    """Name the seed in what its episode raises."""
+    try:
+        yield
+    except ValueError as error:
+        named = f"seed {seed}: "
+        if str(error).startswith(named):
+            raise
+        raise ValueError(f"{named}{error}") from error
+    except Exception as error:
+        error.add_note(f"of seed {seed}")
+        raise
 
 
 def request_of(content: bytes | str, where: str) -> Request:
@@ -97,6 +118,15 @@ def request_of(content: bytes | str, where: str) -> Request:
         return Request(**values)
     except (json.JSONDecodeError, KeyError, TypeError) as error:
         raise ValueError(f"{where}: expected the description of a data set, got {error}") from None
+
+
+def first_episode(request: Request) -> Episode:
+    """Build the first episode that can be built. Raises what the last one of a few raises."""
+    first, end = request.seeds
+    for seed in range(first, min(end, first + _TRIED) - 1):
+        with suppress(Exception):
+            return request.episode(seed)
+    return request.episode(min(end, first + _TRIED) - 1)
 
 
 def channels_wanted(request: Request, chosen: tuple[str, ...]) -> tuple[str, ...]:
@@ -113,7 +143,7 @@ def channels_wanted(request: Request, chosen: tuple[str, ...]) -> tuple[str, ...
 
 def existing_channels(request: Request) -> tuple[str, ...]:
     """Return the channels that the first frame has, which is rendered for that; both of a pair, if one was lost."""
-    live = request.episode(request.seeds[0])
+    live = first_episode(request)
     try:
         first = live.step()
         known = channels_of(catalog.scenario(request.scenario))

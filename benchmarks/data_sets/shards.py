@@ -90,7 +90,8 @@ class ShardWriter:
             self._file = MarkedFile(self._files, f"{self._folder}/{shard_name(self._name, len(self.marks))}")
         member = tarfile.TarInfo(name)
         member.size = len(coded)
-        self._file.write(member.tobuf(tarfile.USTAR_FORMAT))
+        # Names above 100 characters take a header more.
+        self._file.write(member.tobuf(tarfile.PAX_FORMAT))
         place = Place(len(self.marks), self._file.tell(), len(coded))
         self._file.write(coded)
         self._file.write(bytes(-len(coded) % tarfile.BLOCKSIZE))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
@@ -18,7 +17,6 @@ from benchmarks.data_sets.generating import Progress, files_of
 from benchmarks.data_sets.stored_episode import StoredEpisode
 from benchmarks.data_sets.visible_boxes import visible_boxes
 from scenarios.truth import Truth, check_truth
-from sim.checks import check
 
 _CHUNK = 2**22
 _SLACK_PX = 2.5
@@ -44,17 +42,26 @@ def problems(data: DataSet, progress: Progress, every: int = 1) -> Iterator[Prob
     Args:
         every: of how many frames one is decoded and compared with its truth.
     """
-    seeds = range(*data.request.seeds)
-    whole, known = frozenset(data.seeds), _manifest(data)
+    seeds, missing, known = range(*data.request.seeds), data.missing(), _manifest(data)
     for done, seed in enumerate(seeds, start=1):
-        if seed not in whole:
+        if seed in missing:
             yield Problem(seed, "is missing, or was not written to its end")
-        else:
+        elif seed not in data.left_out:
             with closing(StoredEpisode(data.files, episode_folder(data.root, seed), data.request)) as episode:
                 found = _of_episode(data, seed, episode, every, known)
             if found:
                 yield Problem(seed, found)
         progress(done, len(seeds))
+
+
+def damaged(data: DataSet) -> Iterator[Problem]:
+    """Yield the episodes whose files are not those that were written; nothing is decoded."""
+    known = _manifest(data)
+    for seed in data.seeds:
+        with closing(StoredEpisode(data.files, episode_folder(data.root, seed), data.request)) as episode:
+            found = _of_marks(data, seed, episode, known) or _of_files(data, seed, episode)
+        if found:
+            yield Problem(seed, found)
 
 
 def _of_episode(
@@ -65,27 +72,26 @@ def _of_episode(
     Args:
         known: the manifest; None before the data set is whole.
     """
-    if episode.seed != seed:
-        return f"its mark is that of episode {episode.seed}"
-    if known is not None and known.get(f"{seed:06d}") != files_of(data, seed):
-        return f"it is not the one that {MANIFEST} lists"
     try:
-        return _of_files(data, seed, episode) or _of_frames(episode, every)
+        return _of_marks(data, seed, episode, known) or _of_files(data, seed, episode) or _of_frames(episode, every)
     except (ValueError, KeyError, IndexError, RuntimeError, ArrowException) as error:
         return f"cannot be read: {' '.join(str(error).split())}"
 
 
+def _of_marks(data: DataSet, seed: int, episode: StoredEpisode, known: dict[str, Any] | None) -> str | None:
+    """Return how an episode's mark differs from the manifest."""
+    if episode.seed != seed:
+        return f"its mark is that of episode {episode.seed}"
+    if known is not None and known.get(f"{seed:06d}") != files_of(data, seed):
+        return f"it is not the one that {MANIFEST} lists"
+    return None
+
+
 def _manifest(data: DataSet) -> dict[str, Any] | None:
     """Return the list of all files; None if there is none yet, or one from before the set grew."""
-    path = f"{data.root}/{MANIFEST}"
-    if not data.files.exists(path):
-        return None
-    try:
-        listed: dict[str, Any] = json.loads(data.files.cat_file(path))
-    except ValueError as error:
-        raise ValueError(f"{MANIFEST}: expected the list of a data set's files, got {error}") from None
-    check(MANIFEST, isinstance(listed, dict), "the list of a data set's files", type(listed).__name__)
-    return listed if all(f"{seed:06d}" in listed for seed in range(*data.request.seeds)) else None
+    listed = data.manifest()
+    seeds = (seed for seed in range(*data.request.seeds) if seed not in data.left_out)
+    return listed if listed is not None and all(f"{seed:06d}" in listed for seed in seeds) else None
 
 
 def discard(data: DataSet, seeds: list[int]) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.export.export_format import ExportFormat
-from benchmarks.export.frames import StoredFrame, episodes, frames, picture_ending, write_picture
+from benchmarks.export.frames import StoredFrame, episodes, frames, picture_ending, sequence_name, write_picture
 from benchmarks.export.json_lists import JsonLists
 from benchmarks.export.objects import ATTRIBUTES_NOTE, Labels, as_xywh, check_objects
 
@@ -42,7 +42,7 @@ def _write(data: DataSet, folder: Path, labels: Labels) -> None:
     image = annotation = 0
     with JsonLists(folder / "annotations" / "instances.json", ("images", "annotations"), head) as lists:
         for episode in episodes(data):
-            pictures = folder / "images" / f"{episode.seed:06d}"
+            pictures = folder / "images" / sequence_name(data, episode.seed)
             pictures.mkdir(parents=True)
             for stored in frames(episode, ("instance_map",)):
                 image += 1

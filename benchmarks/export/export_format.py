@@ -21,6 +21,7 @@ class ExportFormat:
         note: for users of the files: source of the format, axes, units, what this export decides.
         write: writes a data set with labels into an empty folder. Raises ValueError for one that lacks what the format
             needs.
+        data_files: pattern of the files of a ``{split}``, if the Hugging Face library ``datasets`` reads them; else ''.
         leaves_out: whether labels of what shows too little can be left out, see ``Labels``.
     """
 
@@ -31,4 +32,5 @@ class ExportFormat:
     note: str
     write: Callable[[DataSet, Path, Labels], None]
     extra: str = "data"
+    data_files: str = ""
     leaves_out: bool = False

@@ -63,9 +63,22 @@ def frames(episode: StoredEpisode, channels: tuple[str, ...] = ()) -> Iterator[S
         yield StoredFrame(episode, index, episode.frame(index, channels), *boxes)
 
 
+def set_name(data: DataSet) -> str:
+    """Return a name for a data set, without dots: scenario, preset, and what was changed in that."""
+    request = data.request
+    changes = {
+        "": None if request.size_px is None else "{}x{}".format(*request.size_px),
+        "hz": None if request.rate_hz is None else f"{request.rate_hz:g}",
+        "frames": request.frame_count,
+    }
+    words = [request.scenario, request.preset, *(f"{value}{unit}" for unit, value in changes.items() if value)]
+    # Readers take what follows a dot for the ending of a file.
+    return "-".join(words).replace(".", "_")
+
+
 def sequence_name(data: DataSet, seed: int) -> str:
-    """Return a name for an episode: scenario, preset and seed."""
-    return f"{data.request.scenario}-{data.request.preset}-{seed:06d}"
+    """Return a name for an episode, which no other episode of any data set has: ``set_name`` and seed."""
+    return f"{set_name(data)}-{seed:06d}"
 
 
 def picture_ending(data: DataSet) -> str:
@@ -82,6 +95,12 @@ def picture_bytes(episode: StoredEpisode, index: int, channel: str) -> tuple[str
     coding, content = stored
     target, ending = _coding(coding)
     return ending, content if target == coding else CODINGS[target].encode(CODINGS[coding].decode(content))
+
+
+def black_picture(data: DataSet, camera: CameraModel) -> tuple[str, bytes]:
+    """Return the ending and the content of the file of a picture that is black all over."""
+    coding, ending = _coding(data.request.pictures)
+    return ending, CODINGS[coding].encode(np.zeros((camera.height_px, camera.width_px, 3), np.uint8))
 
 
 def write_picture(stored: StoredFrame, channel: str, path: Path) -> bool:

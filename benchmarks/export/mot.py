@@ -36,6 +36,7 @@ pixels are counted from 1: the top left corner of the picture is 1, 1. Boxes are
 of the picture and hidden parts too; an object that is outside the picture or reaches behind the camera has no row, and
 one that only stands about, a parked car or a moored boat, has rows where at least one pixel of it is seen.
 Visibility is the seen share of the object's own pixels. The class is always 1, the one that MOT Challenge scores;
+`frameRate` is a whole number, as readers want it, `exactFrameRate` the true one (0.5 for a picture every two seconds).
 `gt/objects.txt` gives identity, name, kind, class and role (`traffic`, `parked`, …) of each object.
 """
 
@@ -69,7 +70,9 @@ def _write_sequence(data: DataSet, episode: StoredEpisode, folder: Path, labels:
     entries = {
         "name": folder.name,
         "imDir": "img1",
-        "frameRate": f"{episode.rate_hz:g}",
+        # Readers take whole numbers only.
+        "frameRate": max(1, round(episode.rate_hz)),
+        "exactFrameRate": f"{episode.rate_hz:g}",
         "seqLength": len(episode),
         "imWidth": camera.width_px,
         "imHeight": camera.height_px,

@@ -6,9 +6,12 @@ import importlib
 from pathlib import Path
 
 from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.notes import COORDINATES, hub_head, split_of
+from benchmarks.data_sets.verifying import damaged
 from benchmarks.export.destination import whole_folder
 from benchmarks.export.export_format import ExportFormat
 from benchmarks.export.objects import ClassLevel, Labels
+from benchmarks.report.numbers import ranges_text
 from benchmarks.run.packages import check_packages
 from sim.checks import check
 from sim.choices import check_choice
@@ -45,23 +48,26 @@ def export_format(name: str) -> ExportFormat:
 def export(
     data: DataSet,
     name: str,
-    out: Path,
+    out: str | Path,
     *,
+    allow_incomplete: bool = False,
     classes: ClassLevel = "class",
     min_visible: float = 0.0,
     min_size_px: float = 0.0,
 ) -> int:
-    """Write a data set into the folder ``out`` in a format, wholly or not at all.
+    """Write a data set into the folder or URL ``out`` in a format, wholly or not at all.
 
     Args:
+        allow_incomplete: also of a data set in which episodes are missing that were asked for.
         classes, min_visible, min_size_px: see ``Labels``.
 
     Returns:
         the number of objects in pictures that show less than was asked for.
 
     Raises:
-        ValueError: for an unknown format, a missing package, a data set that lacks what the format needs, or a folder
-            that holds something or cannot be written.
+        ValueError: for an unknown format, a missing package, a data set that lacks what the format needs, is
+            incomplete, or whose files are not those that were written, or a folder that holds something or cannot be
+            written.
     """
     chosen = export_format(name)
     check_packages(chosen.packages, chosen.extra)
@@ -69,17 +75,27 @@ def export(
     stored = data.request.channels
     lacks = [channel for channel in chosen.channels if channel not in stored]
     check("data", not lacks, f"the channels {', '.join(chosen.channels)} for {name}", ", ".join(stored) or "none")
+    missing = ranges_text(data.missing())
+    whole = "all episodes (`frameout generate` makes those that are missing, --allow-incomplete does without)"
+    check("data", allow_incomplete or not missing, whole, f"none of the seeds {missing}")
     labels = Labels(data, classes, min_visible, min_size_px)
     least = (min_visible, min_size_px)
     check("min_visible min_size", chosen.leaves_out or not any(least), f"0, since {name} holds all", least)
-    with whole_folder(out) as folder:
+    with whole_folder(str(out)) as folder:
+        for problem in damaged(data):
+            raise ValueError(f"data: expected a whole data set (see frameout verify), got {problem}")
         chosen.write(data, folder, labels)
-        (folder / README).write_text(_readme(data, name, chosen.note), encoding="utf-8")
+        (folder / README).write_text(_readme(data, name, chosen), encoding="utf-8")
     return labels.left_out
 
 
-def _readme(data: DataSet, name: str, note: str) -> str:
-    request = data.request
-    first, end = request.seeds
-    source = f"Episodes of {request.scenario}, preset {request.preset}, of the seeds {first} to {end - 1}."
-    return f"# {name}\n\n{source}\n\n{note.strip()}\n"
+def _readme(data: DataSet, name: str, chosen: ExportFormat) -> str:
+    request, missing = data.request, data.missing()
+    source = f"Episodes of {request.scenario}, preset {request.preset}, of the seeds {ranges_text(data.seeds)}."
+    if missing:
+        source += f" Missing, though asked for: the seeds {ranges_text(missing)}."
+    if data.left_out:
+        source += f" Left out, since they could not be built: the seeds {ranges_text(data.left_out)}."
+    splits = {split_of(seed): [chosen.data_files.format(split=split_of(seed))] for seed in data.seeds}
+    head = hub_head(data, {name: splits} if chosen.data_files else {})
+    return f"{head}# {name}\n\n{source}\n\n{chosen.note.strip()}\n{COORDINATES}"

@@ -12,7 +12,8 @@ from benchmarks.export.single_target import TargetRow, single_target_format, wri
 NOTE = """
 Format: the VOT toolkit's own, https://votchallenge.github.io/toolkit/. `list.txt` names the sequences; each holds
 `sequence` (properties), `color/` (pictures from 1), `groundtruth.txt` and the tags `out_of_view.tag`, `occlusion.tag`,
-a line a picture. The top left corner of the picture is 0, 0. The toolkit reads NaN as "no target here".
+a line a picture. `fps` is a whole number, as the toolkit wants it, `exact_fps` the true one. The top left corner of the
+picture is 0, 0. The toolkit reads NaN as "no target here".
 """
 
 
@@ -28,6 +29,7 @@ def _write_episode(data: DataSet, episode: StoredEpisode, folder: Path) -> str:
             f"name={sequence.name}",
             # The toolkit takes whole numbers only.
             f"fps={max(1, round(episode.rate_hz))}",
+            f"exact_fps={episode.rate_hz:g}",
             "format=default",
             "channel.default=color",
             f"channels.color=color/%08d.{picture_ending(data)}",

@@ -4,92 +4,181 @@ from __future__ import annotations
 
 import dataclasses
 import io
+import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from types import NoneType, UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from fsspec.implementations.local import LocalFileSystem
 
-from benchmarks.data_sets.channels import NORMALS, PICTURES
+from benchmarks.data_sets.channels import CODINGS, COUNTS, NORMALS, PICTURES
 from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.notes import split_of
 from benchmarks.data_sets.shards import ShardWriter
 from benchmarks.export.export_format import ExportFormat
-from benchmarks.export.frames import StoredFrame, episodes, frames, picture_bytes
-from benchmarks.export.json_lists import as_text
+from benchmarks.export.frames import (
+    StoredFrame,
+    black_picture,
+    episodes,
+    frames,
+    picture_bytes,
+    sequence_name,
+    set_name,
+)
 from benchmarks.export.objects import Labels
-from scenarios.truth import meanings
+from scenarios.truth import Meaning, Truth, dtype_of, meanings
+from trackers.types import Observation
 
 SHARD_BYTES = 512 * 2**20
 """Size from which a new shard begins."""
-_NAMES = {"image_rgb": "", "right_rgb": "right.", "counts": "counts."}
+_NAMES = {"image_rgb": "", "right_rgb": "right."}
 """Before the endings of pictures."""
+_OF_STANDING = {
+    "names": "name",
+    "kinds": "kind",
+    "instance_id": "instance_id",
+    "state": "state",
+    "box_xyxy": "box_xyxy",
+    "visible_fraction": "visible_fraction",
+    "T_world_object": "T_world_object",
+    "bounds_m": "bounds_m",
+}
+"""Field of objects -> what an ``Instance`` tells of it, also of one that only stands about."""
 NOTE = """
-Format: WebDataset, https://github.com/webdataset/webdataset: `frames-00000.tar` and so on. Files of one sample share
-the key SEED_FRAME:
+Format: WebDataset, https://github.com/webdataset/webdataset: `SET-train-00000.tar` and so on, and `SET-test-…` for
+episodes of the test split (seeds 10,000 to 19,999). Files of one sample share a key, `SET-SEED_FRAME`, which no other
+data set has:
 
-- `png` or `jpg`: the picture; `right.png`: the right one of a stereo pair; `counts.png`: raw counts, 16 bits.
-- `json`: the frame's truth, `objects` and `standing` (parked, moored) with an entry each, and `observed`: what a
-  tracker gets beside the pictures. `class_number` (of `class`) is the same in every export of the scene.
-  Units are in the names, boxes are x_min, y_min, x_max, y_max in pixels from the picture's top left corner, null stands
-  for a number that there is none of. `visible_box_xyxy` is the box around the pixels that are seen.
-- `CHANNEL.npy`: each map with a value a pixel that the data set holds.
+- `png` or `jpg`: the picture; `right.png`: the right one of a stereo pair, black where `lost` in the JSON file says
+  that there is none.
+- `json`: the frame's truth, `objects` with an entry each, and `observed`: what a tracker gets beside the pictures.
+  `class_number` (of `class`) is the same in every export of the scene. What only stands about, a parked car or a moored
+  boat, comes last, with `stands` true, and lacks what is told of the others. Units are in the names, boxes are x_min,
+  y_min, x_max, y_max in pixels. `visible_box_xyxy` is the box around the pixels that are seen.
+- `CHANNEL.npy`: each map with a value a pixel that the data set holds, and `counts.npy`: the raw counts of a thermal
+  camera, uint16.
+
+Each field has one type in all samples, so nothing is null: for what there is none of stands -1000000000.0 for a number,
+-1 for a whole number, an empty string for a word.
 """
+NO_NUMBER = -1e9
 
 
 def _write(data: DataSet, folder: Path, labels: Labels) -> None:
-    shards = ShardWriter(LocalFileSystem(), str(folder), "frames", shard_bytes=2 * SHARD_BYTES)
+    files = LocalFileSystem()
+    splits = {
+        split_of(seed): ShardWriter(files, str(folder), f"{set_name(data)}-{split_of(seed)}", 2 * SHARD_BYTES)
+        for seed in data.seeds
+    }
     try:
         for episode in episodes(data):
+            shards, name = splits[split_of(episode.seed)], sequence_name(data, episode.seed)
             for stored in frames(episode, tuple(c for c in data.request.channels if c not in PICTURES)):
-                for name, content in _files(data, stored, labels):
-                    place = shards.add(f"{episode.seed:06d}_{stored.index:06d}.{name}", content)
+                for ending, content in _files(data, stored, labels):
+                    place = shards.add(f"{name}_{stored.index:06d}.{ending}", content)
                 if place.offset + place.bytes > SHARD_BYTES:
                     # Between samples only: a reader takes what follows in another shard for another sample.
                     shards.finish()
-        shards.finish()
+        for shards in splits.values():
+            shards.finish()
     finally:
-        shards.abandon()
+        for shards in splits.values():
+            shards.abandon()
 
 
 def _files(data: DataSet, stored: StoredFrame, labels: Labels) -> Iterator[tuple[str, bytes]]:
     """Yield the ending and the content of each file of a sample."""
+    lost = {}
     for channel in data.request.channels:
-        if channel in PICTURES:
+        if channel == COUNTS:
+            # Not a picture of 16 bits: of these the usual decoders keep 8, and clip.
+            found = stored.episode.coded(stored.index, channel)
+            if found is not None:
+                yield f"{channel}.npy", _array(CODINGS[found[0]].decode(found[1]))
+        elif channel in PICTURES:
             picture = picture_bytes(stored.episode, stored.index, channel)
-            if picture is not None:
-                yield _NAMES[channel] + picture[0], picture[1]
+            lost[channel] = picture is None
+            ending, content = picture or black_picture(data, stored.camera)
+            yield _NAMES[channel] + ending, content
         elif channel == NORMALS:
             yield f"{channel}.npy", _array(stored.episode.normals_of(stored.index))
         elif getattr(stored.frame.truth, channel).size:
             yield f"{channel}.npy", _array(getattr(stored.frame.truth, channel))
-    yield "json", as_text(sample(stored, labels)).encode()
+    known = sample(stored, labels) | ({"lost": lost} if lost else {})
+    yield "json", json.dumps(known, allow_nan=False, separators=(",", ":")).encode()
 
 
 def sample(stored: StoredFrame, labels: Labels) -> dict[str, Any]:
-    """Return a frame's truth without its pixels, and what was observed beside pictures, as JSON values."""
+    """Return a frame's truth without its pixels, and what was observed beside pictures, as JSON values.
+
+    Each field has the same type in all samples: readers that infer types from the first samples, as the Hugging Face
+    library ``datasets`` does, read no others.
+    """
     truth, observation = stored.frame.truth, stored.frame.observation
-    fields = meanings(truth)
-    known = {name: plain(getattr(truth, name)) for name, meaning in fields.items() if meaning.table == "frames"}
-    observed = {name: plain(getattr(observation, name)) for name in ("time_s", "camera", "settings", "ego")}
-    instances = list(labels.instances(stored))
-    entries = {}
-    for table, seen in (("objects", instances[: len(truth.names)]), ("standing", instances[len(truth.names) :])):
-        columns = {name: plain(getattr(truth, name)) for name, meaning in fields.items() if meaning.table == table}
-        columns["visible_box_xyxy"] = [plain(each.visible_xyxy) for each in seen]
-        columns["class"] = [labels.names[each.class_number] for each in seen]
-        columns["class_number"] = [each.class_number for each in seen]
-        entries[table] = [dict(zip(columns, entry, strict=True)) for entry in zip(*columns.values(), strict=True)]
-    return {"seed": stored.episode.seed, **known, "observed": observed, **entries}
+    kind = type(truth)
+    hints, fields = get_type_hints(kind), meanings(kind)
+    known = {
+        name: _typed(getattr(truth, name), hints[name], meaning.shape)
+        for name, meaning in fields.items()
+        if meaning.table == "frames"
+    }
+    seen = get_type_hints(Observation)
+    observed = {
+        name: _typed(getattr(observation, name), seen[name]) for name in ("time_s", "camera", "settings", "ego")
+    }
+    columns = {name: meaning for name, meaning in fields.items() if meaning.table == "objects"}
+    objects = []
+    for k, each in enumerate(labels.instances(stored)):
+        stands = k >= len(truth.names)
+        told = dict(zip(_OF_STANDING, (getattr(each, own) for own in _OF_STANDING.values()), strict=True))
+        entry = {
+            name: _entry(told.get(name) if stands else getattr(truth, name)[k], kind, name, meaning)
+            for name, meaning in columns.items()
+        }
+        objects.append(
+            entry
+            | {
+                "visible_box_xyxy": _numbers(each.visible_xyxy),
+                "class": labels.names[each.class_number],
+                "class_number": each.class_number,
+                "stands": stands,
+            }
+        )
+    return {"seed": stored.episode.seed, **known, "observed": observed, "objects": objects}
 
 
-def plain(value: Any) -> Any:
-    """Return an array, a dataclass or a number as nested lists, dictionaries and numbers."""
-    if dataclasses.is_dataclass(value):
-        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    return list(value) if isinstance(value, tuple) else value
+def _entry(value: Any, kind: type[Truth], name: str, meaning: Meaning) -> Any:
+    """Return an object's value of a field, or what stands for none."""
+    if value is not None:
+        return _numbers(value)
+    dtype, shape = dtype_of(kind, name), [int(length) for length in meaning.shape[1:]]
+    none: dict[str, Any] = {"U": "", "f": NO_NUMBER, "b": False}
+    return np.full(shape, none.get(dtype.kind, -1), dtype).tolist()
+
+
+def _typed(value: Any, hint: Any, shape: tuple[Any, ...] = (), name: str = "") -> Any:
+    """Return a value as JSON of the type that its hint says, also where there is none."""
+    if get_origin(hint) in (Union, UnionType):
+        hint = next(each for each in get_args(hint) if each is not NoneType)
+    if dataclasses.is_dataclass(hint):
+        return {
+            key: _typed(None if value is None else getattr(value, key), each, (), key)
+            for key, each in get_type_hints(hint).items()
+        }
+    if value is not None:
+        return _numbers(float(value) if hint is float else value)
+    if get_origin(hint) is np.ndarray:
+        return np.full(shape or ((4, 4) if name.startswith("T_") else (1,)), NO_NUMBER).tolist()
+    return {bool: False, int: -1, float: NO_NUMBER}.get(hint, "")
+
+
+def _numbers(value: Any) -> Any:
+    """Return an array or a value as nested lists, with a number in place of those that are not finite."""
+    if isinstance(value, np.ndarray | float) and np.asarray(value).dtype.kind == "f":
+        value = np.where(np.isfinite(value), np.asarray(value, float), NO_NUMBER)
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def _array(values: np.ndarray) -> bytes:
@@ -105,4 +194,5 @@ WEB_DATASET = ExportFormat(
     packages=(),
     note=NOTE,
     write=_write,
+    data_files="*-{split}-*.tar",
 )

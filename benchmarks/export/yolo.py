@@ -9,7 +9,7 @@ from pathlib import Path
 
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.export.export_format import ExportFormat
-from benchmarks.export.frames import StoredFrame, episodes, frames, write_picture
+from benchmarks.export.frames import StoredFrame, episodes, frames, sequence_name, write_picture
 from benchmarks.export.objects import ATTRIBUTES, ATTRIBUTES_NOTE, Instance, Labels, check_objects
 from sim.checks import check
 
@@ -50,7 +50,7 @@ def _write(data: DataSet, folder: Path, labels: Labels) -> None:
         for episode in episodes(data):
             part = split[episode.seed]
             for stored in frames(episode):
-                name = f"{episode.seed:06d}_{stored.index:06d}"
+                name = f"{sequence_name(data, episode.seed)}_{stored.index:06d}"
                 write_picture(stored, "image_rgb", folder / "images" / part / name)
                 shown = [each for each in labels.instances(stored) if each.is_seen and labels.takes(each)]
                 text = "".join(_line(stored, each) for each in shown)

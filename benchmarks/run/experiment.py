@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast, get_args
 
+from benchmarks.run.alone import alone_in
 from benchmarks.run.contestants import entrant, entrants, entrants_of
 from benchmarks.run.editions import Editions, editions_of, editions_on_recordings
 from benchmarks.run.jobs import Job
@@ -90,12 +91,17 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
     again, and so are rows without the estimates that are asked for. Except for times, ``workers`` changes no row.
 
     Raises:
-        ValueError: for unknown names, or a folder that holds rows of other seeds or cannot be written; and if there is
-            no row at the end.
+        ValueError: for unknown names, or a folder that holds rows of other seeds, cannot be written, or is written by
+            another process; and if there is no row at the end.
     """
     load_modules(experiment.modules)
     check_names(experiment)
     make_folder(out)
+    with alone_in(out):
+        return _run(experiment, out, progress)
+
+
+def _run(experiment: Experiment, out: Path, progress: Progress | None) -> Outcome:
     made_now = made_now_of(experiment)
     # Workers of an earlier run may have been started in another folder.
     whole = out.resolve()

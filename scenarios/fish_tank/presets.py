@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from scenarios.fish_tank.character import AYU, CROWD, ZEBRAFISH, Character
+from scenarios.preset_checks import check_length, check_size
 from sim.checks import check_types, check_within
 from sim.shaders.water import Water
 from sim.water_surface import Ripples
+
+_LONGEST_S = 3600.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +46,8 @@ class FishTank:
 
     def __post_init__(self) -> None:
         check_types(self)
-        check_within(self, "frame_count", 2)
-        check_within(self, "rate_hz", 0, above=True)
-        check_within(self, "width_px height_px", 32, 4096)
+        check_size(self)
+        check_length(self, _LONGEST_S)
         check_within(self, "fish", 1, 150)
         check_within(self, "variety glare lamp", 0, 1)
 

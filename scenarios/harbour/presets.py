@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
+from scenarios.preset_checks import check_length, check_size
 from sim.checks import check, check_types, check_within
 
 Range = tuple[float, float]
+_LONGEST_S = 12 * 3600.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,9 +90,8 @@ class Harbour:
 
     def __post_init__(self) -> None:
         check_types(self)
-        check_within(self, "frame_count", 2)
-        check_within(self, "rate_hz", 0, above=True)
-        check_within(self, "width_px height_px", 32, 4096)
+        check_size(self)
+        check_length(self, _LONGEST_S)
         check_within(self, "people", 1, 60)
         check_within(self, "cars", 0, 6)
         check_within(self, "boats", 0, 4)
@@ -111,7 +112,7 @@ class Harbour:
         check_within(self, "day_of_year", 1, 366)
         check_within(self, "cloud cloud_before", 0, 1)
         check_within(self, "wind_mps wind_before_mps", 0, 20)
-        check_within(self, "car_stays_s boat_stays_s", 60)
+        check_within(self, "car_stays_s boat_stays_s", 60, 7 * 86400)
         check_within(self, "rain_mm_h", 0, 20)
         check_within(self, "swell_m swell_before_m", 0, 1)
         check_within(self, "background", 0, 2000)

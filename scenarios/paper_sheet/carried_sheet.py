@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.paper_sheet.sheet import LOWER_EDGE_M, Rooms, sheet_mesh
+from scenarios.preset_checks import check_length, check_size
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera
 from scenarios.stereo_follow.floor_plan import Area
 from scenarios.stereo_follow.indoors import grained, panel, plain
 from scenarios.stereo_follow.panels import SHINING, Panel, add_panel, bright_area, new_panel
-from sim.checks import check
+from sim.checks import check_types
 from sim.pose import pose_on_ground
 from sim.rng import generator
 from sim.shaders.lamps import BrightArea, LampShader, Surroundings
@@ -43,6 +44,8 @@ _PLAN = Rooms(
     openings=(Area(_CORNER_X_M - _WIDTH_M, _HALF_M, _CORNER_X_M, _HALF_M),),
 )
 
+_LONGEST_S = 3600.0
+
 
 @dataclass(frozen=True, slots=True)
 class CarriedSheet:
@@ -63,8 +66,9 @@ class CarriedSheet:
     closed_loop: bool = False
 
     def __post_init__(self) -> None:
-        check("frame_count", self.frame_count >= 2, "a whole number >= 2", self.frame_count)
-        check("rate_hz", self.rate_hz > 0, "a number > 0", self.rate_hz)
+        check_types(self)
+        check_size(self)
+        check_length(self, _LONGEST_S)
 
     def scene(self, seed: int) -> CarriedSheetScene:
         """Build the world of one episode."""

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenarios.paper_sheet.sheet import LOWER_EDGE_M, Rooms, illuminance_on_sheet_lx, sheet_mesh
+from scenarios.preset_checks import check_size
 from scenarios.stereo_follow.camera import camera
 from scenarios.stereo_follow.floor_plan import Area
 from scenarios.stereo_follow.indoors import grained
 from scenarios.stereo_follow.panels import add_panel, new_panel
-from sim.checks import check
+from sim.checks import check, check_types
 from sim.rng import generator
 from sim.shaders.lamps import Lamp, LampShader, Surroundings
 from sim.world import World
@@ -24,6 +25,8 @@ _SETTLING_FRAMES = 60
 _LOOPS_HZ = 15.0
 _WALL_RGB = (222, 220, 214)
 _BEFORE_WALL_M = 0.001
+BRIGHTEST_LX = 120_000.0
+"""Of the sun at noon."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +48,10 @@ class DimmedSheet:
 
     def __post_init__(self) -> None:
         came = self.illuminances_lx
-        check("illuminances_lx", len(came) > 0 and min(came) > 0, "one or more numbers > 0", came)
+        check_types(self)
+        check_size(self)
+        good = len(came) > 0 and min(came) > 0 and max(came) <= BRIGHTEST_LX
+        check("illuminances_lx", good, f"one or more numbers in (0, {BRIGHTEST_LX:g}]", came)
 
     @property
     def frame_count(self) -> int:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.road_town.oblique import gust_angles_rad, pitched_forward
-from scenarios.road_town.presets import RoadTown
+from scenarios.road_town.presets import ALTITUDE_RANGE_M, RoadTown
 from scenarios.road_town.smooth import smooth_step
 from sim.optics import PinholeCamera, look_down_pose
 from trackers.types import CameraCommand, Carrier, CommandAxis
@@ -17,7 +17,6 @@ from trackers.types import CameraCommand, Carrier, CommandAxis
 MAXIMUM_SPEED_MPS = 25.0
 MAXIMUM_CLIMB_MPS = 5.0
 MAXIMUM_YAW_RATE_RAD_S = 1.0
-ALTITUDE_RANGE_M = (40.0, 100.0)
 HELICOPTER = Carrier(
     "helicopter",
     (

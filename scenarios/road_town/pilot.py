@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.road_town.flight import (
-    ALTITUDE_RANGE_M,
     MAXIMUM_CLIMB_MPS,
     AirState,
     coloured_noise,
 )
-from scenarios.road_town.presets import RoadTown
+from scenarios.road_town.presets import ALTITUDE_RANGE_M, RoadTown
 from trackers.types import CameraCommand
 
 REACTION_S = 0.3

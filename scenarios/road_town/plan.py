@@ -29,6 +29,8 @@ TARGET = 0
 """Index of the target among the cars."""
 _NEAR_TARGET_M = 110.0
 _SPAWN_GAP_M = 14.0
+_MOST_DRAWS = 2000
+"""Draws of a place for a car after which there is no room for another: the last of 60 takes about a hundred."""
 EXCURSION_ASIDE_M, EXCURSION_ALONG_M = (7.0, 16.0), (34.0, 70.0)
 """Ranges of an excursion's sideways distance and length."""
 STARTS_BEFORE_TURN_M = 6.0
@@ -99,12 +101,12 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | 
     """
     streams = {name: generator(seed, name) for name in ("looks", "traffic", "sun")}
     layout = draw_layout(preset, seed) if kept is None else kept
-    looks = _draw_looks(preset, streams["looks"])
-    sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
     target, layout, excursions = _target_driver(preset, layout, streams["traffic"], clears=kept is None)
     if closed_loop and preset.starts_at_turn:
         target = _at_first_turn(target)
     drivers = [target, *_traffic(preset, layout, target, streams["traffic"])]
+    looks = _draw_looks(preset, len(drivers) - 1, streams["looks"])
+    sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
     motion = simulate(drivers, preset.frame_count, preset.rate_hz, preset.driver)
     camera = PinholeCamera.from_field_of_view(
         preset.width_px, preset.height_px, float(np.deg2rad(preset.field_of_view_deg))
@@ -137,11 +139,11 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | 
     )
 
 
-def _draw_looks(preset: RoadTown, rng: np.random.Generator) -> tuple[Look, ...]:
+def _draw_looks(preset: RoadTown, others: int, rng: np.random.Generator) -> tuple[Look, ...]:
     models = list(VEHICLES)
     target = Look(models[int(rng.integers(len(models)))], draw_paint(rng))
     looks = [target]
-    for k in range(preset.traffic_cars):
+    for k in range(others):
         if preset.traffic_looks == "twins" and k % 2 == 0:
             looks.append(target)
             continue
@@ -226,12 +228,14 @@ def _stops(preset: RoadTown, route: Route, start_m: float, rng: np.random.Genera
 
 
 def _traffic(preset: RoadTown, layout: Layout, target: Driver, rng: np.random.Generator) -> list[Driver]:
-    """Return the other cars' drivers; they start near the target's path."""
+    """Return the other cars' drivers, as many as there is room for; they start near the target's path."""
     span = np.linspace(target.start_m, target.route.length_m, 60)
     path = target.route.at(span)[0]
     places = [target.route.at(np.array(target.start_m))[0]]
     drivers: list[Driver] = []
-    while len(drivers) < preset.traffic_cars:
+    draws = 0
+    while len(drivers) < preset.traffic_cars and draws < _MOST_DRAWS:
+        draws += 1
         cruise = float(rng.uniform(*preset.cruise_mps))
         length = 1.15 * cruise * preset.frame_count / preset.rate_hz
         route = random_route(
@@ -247,6 +251,7 @@ def _traffic(preset: RoadTown, layout: Layout, target: Driver, rng: np.random.Ge
             continue
         places.append(place)
         drivers.append(Driver(route, start, cruise, _stops(preset, route, start, rng)))
+        draws = 0
     return drivers
 
 

@@ -6,8 +6,10 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from scenarios.preset_checks import MOST_FRAMES, check_length, check_size
 from scenarios.road_town.oblique import SHORT_OF_NADIR_RAD
 from scenarios.road_town.patterns import SMALLEST_EXTENT_M, STREET_PATTERNS
+from scenarios.road_town.smooth import PEAK_SPEED
 from sim.checks import check, check_types, check_within
 
 SETTLE_FRAMES = 25
@@ -16,8 +18,19 @@ APART_FRAMES = SETTLE_FRAMES + 14
 """Shortest time from the end of a frame-out to the start of the next: the car also crosses the border twice."""
 OVERHANG_FRAMES = 10
 """A frame-out may be nearer to either end of the episode by this much."""
+OUT_FROM_SHARE = 0.65
+"""Share of a swing's rise after which a centred car is out; it is back at the same share before the end of the fall."""
+FASTEST_TURN_RAD_S = math.radians(90.0)
+"""No gust of a preset with ``build_up_s`` turns a steered helicopter faster about any axis, nor do short ones."""
+CALM_FRAMES = 5
+"""Shortest time without a gust between two that build up."""
 LARGEST_EXTENT_M = 1600.0
 """A town has a shorter side than this."""
+ALTITUDE_RANGE_M = (40.0, 100.0)
+"""Heights between which the helicopter flies."""
+MOST_CARS = 60
+"""The smallest town that is shipped has room for as many."""
+_LONGEST_S = 3600.0
 
 
 @dataclass(frozen=True)
@@ -36,7 +49,8 @@ class EgoErrors:
 
     def __post_init__(self) -> None:
         check_types(self)
-        check_within(self, "position_noise_m position_bias_m attitude_noise_deg attitude_bias_deg", 0)
+        check_within(self, "position_noise_m position_bias_m", 0, 1000)
+        check_within(self, "attitude_noise_deg attitude_bias_deg", 0, 90)
 
 
 @dataclass(frozen=True)
@@ -68,19 +82,35 @@ class FrameOuts:
 
     def __post_init__(self) -> None:
         check_types(self)
-        check_within(self, "count excursion_frames", 0)
-        check_within(self, "frames", 1)
+        check_within(self, "count", 0, 1000)
+        check_within(self, "frames", 1, MOST_FRAMES)
+        check_within(self, "excursion_frames", 0, MOST_FRAMES)
         if self.build_up_s is not None:
-            check_within(self, "build_up_s", 0, above=True)
+            check_within(self, "build_up_s", 0, 60, above=True)
         check_within(self, "turn_share", 0, 1)
         check("count", self.count[1] >= 1, "a largest number >= 1", self.count)
-        check("start_frame", self.start_frame is None or self.start_frame >= 0, "None or >= 0", self.start_frame)
+        earliest = APART_FRAMES - OVERHANG_FRAMES
+        good = self.start_frame is None or self.start_frame >= earliest
+        check("start_frame", good, f"None or at least {earliest}", self.start_frame)
 
-    @property
-    def fewest_frames(self) -> int:
-        """Length of the shortest episode that can contain them."""
+    def evenly(self, frame_count: int, apart_frames: int) -> list[tuple[int, int]]:
+        """Return the fewest and shortest, (first frame out, frames out), spread over an episode.
+
+        Args:
+            apart_frames: shortest time from the end of one to the start of the next.
+        """
+        count, frames = max(self.count[0], 1), self.frames[0]
+        first = APART_FRAMES - OVERHANG_FRAMES if self.start_frame is None else self.start_frame
+        spare = max(frame_count - self.fewest_frames(apart_frames), 0)
+        before = [0 if self.start_frame is not None else spare * (k + 1) // (count + 1) for k in range(count)]
+        return [(first + before[k] + k * (frames + apart_frames), frames) for k in range(count)]
+
+    def fewest_frames(self, apart_frames: int) -> int:
+        """Return the length of the shortest episode that can contain them, see ``evenly``."""
         count = max(self.count[0], 1)
-        return count * self.frames[0] + (count + 1) * APART_FRAMES - 2 * OVERHANG_FRAMES
+        ends = APART_FRAMES - OVERHANG_FRAMES
+        first = ends if self.start_frame is None else self.start_frame
+        return first + count * self.frames[0] + (count - 1) * apart_frames + ends
 
 
 @dataclass(frozen=True)
@@ -93,7 +123,7 @@ class RoadTown:
         rate_hz: frames per second. frame_count: length of an episode.
         street_patterns: one is drawn per episode.
         extent_m: side of the town.
-        traffic_cars: number of moving cars besides the target.
+        traffic_cars: number of moving cars besides the target, up to 60; a small town may have room for fewer.
         traffic_looks: ``others`` = any model and any paint but the target's; ``twins`` = half of them have the target's
             model and paint.
         cruise_mps: range of the target's speed on a free straight.
@@ -105,7 +135,7 @@ class RoadTown:
         traffic_side: side of the street on which cars drive.
         driver: model of all drivers' speeds: ``idm`` = ``traffic``, ``gipps`` = ``gipps``.
         excursions: range of the number of excursions off the road per episode, both ends included.
-        altitude_m: above the ground.
+        altitude_m: range of the height above the ground at the start, within [40, 100], between which it flies.
         attitude_noise_deg: standard deviation of roll and pitch; yaw has 1.5 times that.
         camera_pitch_deg: range of the angle by which the camera is pitched forward from straight down; 0, or so much
             that a gust can swing the view off the car.
@@ -143,11 +173,16 @@ class RoadTown:
 
     def __post_init__(self) -> None:
         check_types(self)
-        for name in ("width_px", "height_px"):
-            check(name, 32 <= getattr(self, name) <= 4096, "a whole number from 32 to 4096", getattr(self, name))
+        check_size(self)
+        self.check_room(self.closed_loop)
+        check_length(self, _LONGEST_S)
         check_within(self, "field_of_view_deg", 10, 120)
-        check_within(self, "rate_hz cruise_mps turn_preference altitude_m", 0, above=True)
-        check_within(self, "traffic_cars excursions attitude_noise_deg", 0)
+        check_within(self, "cruise_mps", 0, 60, above=True)
+        check_within(self, "turn_preference", 0, 1e6, above=True)
+        check_within(self, "altitude_m", *ALTITUDE_RANGE_M)
+        check_within(self, "traffic_cars", 0, MOST_CARS)
+        check_within(self, "excursions", 0, 10)
+        check_within(self, "attitude_noise_deg", 0, 30)
         check_within(self, "stop_share", 0, 1)
         check_within(self, "camera_pitch_deg", 0, 60)
         check_within(self, "sun_elevation_deg", 0, 90, above=True)
@@ -156,12 +191,30 @@ class RoadTown:
         known = f"some of {', '.join(STREET_PATTERNS)}"
         patterns = set(self.street_patterns)
         check("street_patterns", bool(patterns) and patterns <= set(STREET_PATTERNS), known, self.street_patterns)
-        fewest = self.frame_outs.fewest_frames
-        wanted = f"at least {fewest} for {self.frame_outs.count[0]} or more frame-outs"
-        check("frame_count", self.frame_count >= fewest, wanted, self.frame_count)
         low, high = self.camera_pitch_deg
         wanted = f"0, or angles of which gusts can make use: above {self._least_pitch_deg:.1f}"
         check("camera_pitch_deg", high == 0 or low > self._least_pitch_deg, wanted, self.camera_pitch_deg)
+
+    def check_room(self, closed_loop: bool) -> None:
+        """Raise ValueError if no episode is long enough for the frame-outs, which take longer in closed loop."""
+        fewest = self.frame_outs.fewest_frames(self.apart_frames(closed_loop))
+        loop = " in closed loop" if closed_loop else ""
+        wanted = f"at least {fewest} for {self.frame_outs.count[0]} or more frame-outs{loop}"
+        check("frame_count", self.frame_count >= fewest, wanted, self.frame_count)
+
+    def apart_frames(self, closed_loop: bool) -> int:
+        """Return the shortest time from the end of a frame-out to the start of the next that the shortest ones need.
+
+        Gusts that build up are in each other's way where the quickest ones last for longer than their frame-outs.
+        """
+        if not closed_loop or self.frame_outs.build_up_s is None:
+            return APART_FRAMES
+        # No gust turns the helicopter by more than a right angle.
+        slope = math.ceil(PEAK_SPEED * 0.5 * math.pi / FASTEST_TURN_RAD_S * self.rate_hz)
+        frames = self.frame_outs.frames[0]
+        hold = max(frames - round((1 - OUT_FROM_SHARE) * 2 * slope), 1)
+        delay = max(math.ceil(OUT_FROM_SHARE * slope) - (APART_FRAMES - OVERHANG_FRAMES), 0)
+        return max(APART_FRAMES, 2 * slope + hold - frames + CALM_FRAMES + delay)
 
     @property
     def _least_pitch_deg(self) -> float:

@@ -13,12 +13,15 @@ _LENGTH_DRAWS, _PLACEMENTS, _SCHEDULES = 40, 400, 6
 
 
 def schedules(
-    preset: RoadTown, events: dict[str, list[int]], rng: np.random.Generator
+    preset: RoadTown, events: dict[str, list[int]], apart_frames: int, rng: np.random.Generator
 ) -> Iterator[list[tuple[int, int]]]:
     """Yield schedules: (first frame out, frames out) of every frame-out in order.
 
+    The last one always fits: the fewest and shortest frame-outs, evenly, whatever the car does meanwhile.
+
     Args:
         events: frames at which the car starts a ``turn`` or an ``excursion``; frame-outs are placed over them.
+        apart_frames: shortest time between frame-outs of the last one.
     """
     # An excursion too near either end cannot lie within a frame-out; it then happens in the picture.
     first, last = SETTLE_FRAMES + 22, preset.frame_count - SETTLE_FRAMES - preset.frame_outs.excursion_frames - 8
@@ -33,15 +36,7 @@ def schedules(
                 found += 1
             if found == _SCHEDULES:
                 break
-
-
-def no_schedule(preset: RoadTown) -> ValueError:
-    """Return the error for a preset whose episodes are too short for its frame-outs."""
-    (least, most), (short, long) = preset.frame_outs.count, preset.frame_outs.frames
-    return ValueError(
-        f"frame_count: expected enough for {least} to {most} frame-outs of {short} to {long} frames, "
-        f"got {preset.frame_count}"
-    )
+    yield preset.frame_outs.evenly(preset.frame_count, apart_frames)
 
 
 def _draw_lengths(preset: RoadTown, events: dict[str, list[int]], rng: np.random.Generator) -> list[int]:

@@ -10,8 +10,8 @@ import numpy as np
 
 from scenarios.road_town.flight import AirState, Pulse, gust_attitude_rad, swing_out
 from scenarios.road_town.oblique import drift_out, gust_out
-from scenarios.road_town.presets import SETTLE_FRAMES, RoadTown
-from scenarios.road_town.schedule import no_schedule, schedules
+from scenarios.road_town.presets import CALM_FRAMES, FASTEST_TURN_RAD_S, OUT_FROM_SHARE, SETTLE_FRAMES, RoadTown
+from scenarios.road_town.schedule import schedules
 from scenarios.road_town.smooth import PEAK_SPEED
 from sim.optics import PinholeCamera
 
@@ -19,16 +19,10 @@ STEERING_LAG_M = 9.0
 """Distance by which a steered camera trails the car; gusts in closed loop swing the view further out by as much."""
 DRIFT_FROM_FRAMES = 45
 """Frame-outs of at least this length come from the helicopter's drift, where the preset allows it."""
-OUT_FROM_SHARE = 0.65
-"""Share of a swing's rise after which a centred car is out; it is back at the same share before the end of the fall."""
 _SHORT_FRAMES, _SHORT_MARGIN_M, _MARGIN_M = 15, (12.0, 16.0), (13.0, 24.0)
 """Ranges of the distance by which a centred car is outside the border, in short frame-outs and in longer ones."""
 _SUDDEN_FRAMES = (5, 10)
 """Range of the rise and of the fall of a sudden gust."""
-FASTEST_TURN_RAD_S = math.radians(90.0)
-"""No gust of a preset with ``build_up_s`` turns a steered helicopter faster about any axis, nor do short ones."""
-CALM_FRAMES = 5
-"""Shortest time without a gust between two that build up."""
 _DRIFT_SPEED_MPS = 20.0
 _RIGHT_ANGLE_RAD = 0.5 * math.pi
 
@@ -47,17 +41,18 @@ def draw_swings(
         events: frames at which the car starts a ``turn`` or an ``excursion``; swings are placed over them.
 
     Raises:
-        ValueError: if no schedule fits, which a test over many seeds excludes for the presets.
+        ValueError: if an episode has no room for the fewest and shortest frame-outs.
     """
+    preset.check_room(closed_loop)
     builds_up = closed_loop and preset.frame_outs.build_up_s is not None
-    for wanted in schedules(preset, events, rng):
+    for wanted in schedules(preset, events, preset.apart_frames(closed_loop), rng):
         swings = [_draw_swing(preset, camera, air, *span, closed_loop, rng) for span in wanted]
         if not builds_up:
             return swings
         swings = _within_calm(preset, air, swings, wanted)
         if _are_apart(swings):
             return swings
-    raise no_schedule(preset)
+    raise AssertionError("the last schedule fits")
 
 
 def begun_at(swing: Pulse, frame: int, frame_count: int) -> Pulse | None:

@@ -17,6 +17,7 @@ NEW_S = 1.0
 """Time during which a change counts as new."""
 _SUN_BEHIND_CLOUD = (0.05, 0.25)
 _LAMP_EDGE_FRAMES = 0.7
+_LARGEST_EXPONENT = 700.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,9 +76,9 @@ def _spread(count: int, first: float, last: float, frames: int, rng: np.random.G
 
 def _held_back(strength: NDArray[np.float64], brightening_frames: float) -> NDArray[np.float64]:
     """Return strengths (F,) that grow by at most a factor of e in ``brightening_frames``."""
-    held = strength.copy()
+    held, most = strength.copy(), np.exp(min(1.0 / brightening_frames, _LARGEST_EXPONENT))
     for frame in range(1, len(held)):
-        held[frame] = min(held[frame], held[frame - 1] * np.exp(1.0 / brightening_frames))
+        held[frame] = min(held[frame], held[frame - 1] * most)
     return held
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from sim.checks import check, check_types
+from scenarios.preset_checks import check_length, check_size
+from sim.checks import check_types, check_within
 
 LEAST_LEG_M = 0.7
 """Shortest straight piece of the target's path."""
+_LONGEST_S = 60.0
+"""A path through the building goes on for as long, whatever the lengths of its pieces."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,30 +75,17 @@ class StereoFollow:
 
     def __post_init__(self) -> None:
         check_types(self)
-        check("frame_count", self.frame_count >= 2, "a whole number >= 2", self.frame_count)
-        check("rate_hz", self.rate_hz > 0, "a number > 0", self.rate_hz)
-        for name in ("width_px", "height_px"):
-            check(name, 32 <= getattr(self, name) <= 4096, "a whole number from 32 to 4096", getattr(self, name))
-        counts = "crossers oncomers followers walkers standers alike uniformed pauses lamp_events clouds"
-        for name in counts.split():
-            check(name, getattr(self, name) >= 0, "a whole number >= 0", getattr(self, name))
-        for name, largest in (
-            ("lamps_off_s", np.inf),
-            ("cloud_s", np.inf),
-            ("lamps_left_on", 1.0),
-            ("leg_m", np.inf),
-            ("corner_deg", 100.0),
-        ):
-            low, high = getattr(self, name)
-            wanted = f"two numbers in [0, {largest:g}] in ascending order"
-            check(name, 0 <= low <= high <= largest, wanted, getattr(self, name))
+        check_size(self)
+        check_length(self, _LONGEST_S)
+        check_within(self, "crossers oncomers followers walkers standers", 0, 30)
+        check_within(self, "alike uniformed pauses lamp_events clouds", 0, 100)
+        check_within(self, "lamps_off_s cloud_s brightening_s", 0, 600)
+        check_within(self, "cloud_edge_s", 0, 600, above=True)
+        check_within(self, "corner_deg", 0, 100)
         # A path of shorter pieces hardly grows once its corners are rounded.
-        check("leg_m", self.leg_m[0] >= LEAST_LEG_M, f"lengths of at least {LEAST_LEG_M:g} m", self.leg_m)
-        check("cloud_edge_s", self.cloud_edge_s > 0, "a number > 0", self.cloud_edge_s)
-        check("sky_behind_cloud", 0 < self.sky_behind_cloud <= 1, "a number in (0, 1]", self.sky_behind_cloud)
-        check("brightening_s", self.brightening_s >= 0, "a number >= 0", self.brightening_s)
-        check("stays", 0 <= self.stays <= 1, "a number in [0, 1]", self.stays)
-        check("dropped_share", 0 <= self.dropped_share <= 1, "a number in [0, 1]", self.dropped_share)
+        check_within(self, "leg_m", LEAST_LEG_M, 100)
+        check_within(self, "lamps_left_on stays dropped_share", 0, 1)
+        check_within(self, "sky_behind_cloud", 0, 1, above=True)
 
 
 PRESETS = {

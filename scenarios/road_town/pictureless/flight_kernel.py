@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from scenarios.envs.pictureless.episode_state import state_dtype
 from scenarios.envs.pictureless.poses import pitch_forward, turn_down, turned
 from scenarios.road_town.flight import (
-    ALTITUDE_RANGE_M,
     MAXIMUM_CLIMB_MPS,
     MAXIMUM_SPEED_MPS,
     MAXIMUM_YAW_RATE_RAD_S,
     RESPONSE_TIME_S,
 )
+from scenarios.road_town.presets import ALTITUDE_RANGE_M
 
 _LOWEST_M, _HIGHEST_M = ALTITUDE_RANGE_M
 FLIGHT_STATE = state_dtype(

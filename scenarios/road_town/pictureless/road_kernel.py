@@ -12,8 +12,8 @@ from scenarios.command_link import LinkLimits, send
 from scenarios.envs.pictureless.error_kernel import start_tracker, track
 from scenarios.envs.pictureless.sight_kernel import look, place_target, write_sighting_down
 from scenarios.envs.pictureless.starts import begin_state
-from scenarios.road_town.flight import ALTITUDE_RANGE_M
 from scenarios.road_town.pictureless.flight_kernel import fly, look_down
+from scenarios.road_town.presets import ALTITUDE_RANGE_M
 
 ROAD_NOISE = np.dtype(
     [

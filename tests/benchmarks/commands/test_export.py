@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,8 +11,10 @@ import numpy as np
 import pytest
 
 from benchmarks.cli import main
+from benchmarks.data_sets.places import place_of
 from benchmarks.export.registry import format_names
 from tests.benchmarks.export.painted_scene import painted_data_set, truths
+from tests.benchmarks.no_room import no_room
 
 MODULES = ["--modules", "tests.benchmarks.export.painted_scene"]
 
@@ -107,8 +110,9 @@ def test_a_damaged_data_set_is_named_in_one_line(
     words = ["--format", "coco", "--out", str(tmp_path / "out")] if command == "export" else []
     assert main([command, data.url, *words, *MODULES]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("error: directory: expected a whole data set (see frameout verify), got ")
-    assert re.search(what, line), line
+    named = "data" if command == "export" else "directory"
+    assert line.startswith(f"error: {named}: expected a whole data set (see frameout verify), got ")
+    assert re.search(f"episode 0: {name}" if command == "export" else what, line), line
     assert not (tmp_path / "out").exists()
     assert not (tmp_path / "set" / "page.html").exists()
 
@@ -128,3 +132,37 @@ def test_the_help_lists_all_formats(capsys: pytest.CaptureFixture[str]) -> None:
     out = capsys.readouterr().out
     assert all(name in out for name in format_names())
     assert "{None}" not in out
+
+
+def test_a_full_disk_is_told_in_one_line_and_nothing_is_left(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    data = painted_data_set(tmp_path / "set", seeds=(0, 1))
+    with no_room(3_000):
+        assert main(["export", data.url, "--format", "webdataset", "--out", str(tmp_path / "out"), *MODULES]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.fullmatch(r"error: (.*: )?File too large; what was written before is kept", line)
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+def test_an_incomplete_set_is_exported_on_demand(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = painted_data_set(tmp_path / "set", seeds=(0, 2))
+    shutil.rmtree(tmp_path / "set" / "episodes" / "000001")
+    words = ["export", data.url, "--format", "otb", "--out", str(tmp_path / "out"), *MODULES]
+    assert main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("error: data: expected all episodes (`frameout generate` makes those that are missing")
+    assert main([*words, "--allow-incomplete"]) == 0
+    assert (tmp_path / "out" / "list.txt").read_text() == "painted-v1-quick-000000\n"
+
+
+def test_a_url_is_no_folder_of_this_machine(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    data = painted_data_set(tmp_path / "set", seeds=(0, 1))
+    assert main(["export", data.url, "--format", "otb", "--out", "memory://from-a-command/otb", *MODULES]) == 0
+    assert capsys.readouterr().out == "memory://from-a-command/otb\n"
+    files, root = place_of("memory://from-a-command/otb")
+    assert files.exists(f"{root}/painted-v1-quick-000000/groundtruth_rect.txt")
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]

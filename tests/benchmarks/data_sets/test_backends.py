@@ -8,6 +8,7 @@ from benchmarks.data_sets.backends import working
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.generating import Workers
 from benchmarks.data_sets.verifying import problems
+from benchmarks.export.registry import export
 from tests.benchmarks.data_sets.small import MODULES, made, tiny
 from tests.benchmarks.data_sets.test_generating import digests
 
@@ -24,9 +25,9 @@ def test_two_workers_of_a_cluster_make_the_same_bytes(data, tmp_path, backend, p
     assert digests(tmp_path / "set") == digests(data.root)
 
 
-@pytest.mark.heavy
-@pytest.mark.filterwarnings("ignore")
-def test_a_set_on_an_s3_store_has_the_same_contents(data, monkeypatch):
+@pytest.fixture
+def bucket(monkeypatch):
+    """Run an S3 server of this machine with a bucket called ``bucket``."""
     server = pytest.importorskip("moto.server")
     s3fs = pytest.importorskip("s3fs")
     settings = {"AWS_ACCESS_KEY_ID": "a", "AWS_SECRET_ACCESS_KEY": "b", "AWS_DEFAULT_REGION": "us-east-1"}
@@ -37,15 +38,47 @@ def test_a_set_on_an_s3_store_has_the_same_contents(data, monkeypatch):
     try:
         _, port = store.get_host_and_port()
         monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{port}")
-        s3fs.S3FileSystem().mkdir("bucket")
-        stored = made(tiny(), "s3://bucket/set")
-        assert {seed: stored.episode(seed).marks for seed in stored.seeds} == {
-            seed: data.episode(seed).marks for seed in data.seeds
-        }
-        assert list(problems(DataSet("s3://bucket/set"), lambda done, of: None)) == []
-        assert stored[13].truth.time_s == data[13].truth.time_s
+        files = s3fs.S3FileSystem(skip_instance_cache=True)
+        files.mkdir("bucket")
+        yield files
     finally:
         store.stop()
+        s3fs.S3FileSystem.clear_instance_cache()
+
+
+@pytest.mark.heavy
+@pytest.mark.filterwarnings("ignore")
+def test_a_set_on_an_s3_store_has_the_same_contents(data, bucket, tmp_path, monkeypatch):
+    stored = made(tiny(), "s3://bucket/set")
+    assert {seed: stored.episode(seed).marks for seed in stored.seeds} == {
+        seed: data.episode(seed).marks for seed in data.seeds
+    }
+    assert list(problems(DataSet("s3://bucket/set"), lambda done, of: None)) == []
+    assert stored[13].truth.time_s == data[13].truth.time_s
+    export(DataSet("s3://bucket/set"), "webdataset", "s3://bucket/exports/web")
+    export(data, "webdataset", tmp_path / "web")
+    names = {path.name for path in (tmp_path / "web").iterdir()}
+    assert {path.rpartition("/")[2] for path in bucket.find("bucket/exports/web")} == names
+    for name in names:
+        assert bucket.cat_file(f"bucket/exports/web/{name}") == (tmp_path / "web" / name).read_bytes()
+
+    for write in (lambda url: made(tiny(), url), lambda url: export(data, "webdataset", url)):
+        with pytest.raises(
+            ValueError, match="out: expected a bucket that exists, got 's3://bukcet/x' without a bucket"
+        ):
+            write("s3://bukcet/x")
+    assert bucket.ls("") == ["bucket"]
+
+    monkeypatch.setenv("AWS_ENDPOINT_URL", "http://127.0.0.1:9")
+    type(bucket).clear_instance_cache()
+    reaching = {
+        "out": (lambda url: made(tiny(), url), lambda url: export(data, "webdataset", url)),
+        "directory": (DataSet,),
+    }
+    for parameter, calls in reaching.items():
+        for call in calls:
+            with pytest.raises(ValueError, match=rf"^{parameter}: expected a store that can be reached, got [^\n]*$"):
+                call("s3://bucket/other")
 
 
 @pytest.mark.heavy

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import re
@@ -17,9 +18,11 @@ import pytest
 
 from benchmarks.cli import main
 from benchmarks.data_sets.data_set import DataSet
-from benchmarks.data_sets.generating import Workers, forecast
-from tests.benchmarks.data_sets.small import MODULES, made, tiny
+from benchmarks.data_sets.generating import Workers, forecast, generate
+from benchmarks.run.alone import alone_in
+from tests.benchmarks.data_sets.small import HERE, MODULES, made, tiny
 from tests.benchmarks.no_room import no_room
+from tests.fakes_scenario import FAKE_TOWN
 
 
 def digests(folder) -> dict[str, str]:
@@ -203,3 +206,80 @@ def test_a_folder_that_cannot_be_made_is_named(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(ValueError, match="out: expected a folder that can be written"):
         made(tiny(), tmp_path / "file/inside")
+
+
+@pytest.fixture
+def unbuilt(monkeypatch):
+    """Let the episode of seed 4 be one that cannot be built."""
+    build = FAKE_TOWN.__class__.episode
+
+    def episode(scenario, preset, seed, **others):
+        if seed == 4:
+            raise ValueError("frame_count: expected enough, got 12")
+        return build(scenario, preset, seed, **others)
+
+    monkeypatch.setattr(FAKE_TOWN.__class__, "episode", episode)
+
+
+@pytest.mark.usefixtures("unbuilt")
+def test_an_episode_that_cannot_be_built_is_named_and_what_was_made_is_kept(tmp_path, capsys):
+    words = ["fake-town", "--preset", "tiny", "--seeds", "3:6", "--frame-count", "3", "--workers", "0"]
+    words += ["--out", str(tmp_path / "set"), "--modules", *MODULES, "--channels", "image_rgb"]
+    assert main(["generate", *words]) == 2
+    assert capsys.readouterr().err.endswith("\nerror: seed 4: frame_count: expected enough, got 12\n")
+    assert DataSet(str(tmp_path / "set")).seeds == (3,)
+    before = digests(tmp_path / "set/episodes")
+    assert main(["generate", *words, "--on-error", "skip"]) == 0
+    said = "left out: seed 4: ValueError: seed 4: frame_count: expected enough, got 12\n1 episode could not be built\n"
+    assert capsys.readouterr().err.endswith(said)
+    data = DataSet(str(tmp_path / "set"))
+    assert (data.seeds, data.missing()) == ((3, 5), [])
+    assert data.left_out == {4: "ValueError: seed 4: frame_count: expected enough, got 12"}
+    assert digests(tmp_path / "set/episodes").items() > before.items()
+    assert "could not be built: seed 4: ValueError" in (tmp_path / "set/README.md").read_text()
+    assert main(["verify", str(tmp_path / "set"), "--modules", *MODULES]) == 0
+    assert "left out: seed 4: " in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("unbuilt")
+def test_where_no_episode_can_be_built_nothing_is_left_out(tmp_path):
+    with pytest.raises(ValueError, match=r"seeds: expected some whose episodes can be built, got none; .*: seed 4: "):
+        generate(tiny(seeds=(4, 5)), str(tmp_path / "set"), HERE, lambda done, of: None, "skip")
+    with pytest.raises(ValueError, match="on_error: expected stop or skip, got 'ignore'"):
+        generate(tiny(), str(tmp_path / "set"), HERE, lambda done, of: None, "ignore")
+
+
+def test_a_second_writer_is_refused_in_one_line(tmp_path):
+    made(tiny(seeds=(3, 4)), tmp_path / "set")
+    with alone_in(tmp_path / "set"), pytest.raises(ValueError, match="out: expected a folder that no"):
+        made(tiny(), tmp_path / "set")
+    assert made(tiny(), tmp_path / "set").seeds == (3, 4)
+
+
+def test_a_whole_set_is_not_written_again(tmp_path, monkeypatch):
+    made(tiny(seeds=(3, 4)), tmp_path / "set")
+    monkeypatch.setattr("benchmarks.data_sets.generating.put", None)
+    assert made(tiny(seeds=(3, 4)), tmp_path / "set").seeds == (3,)
+
+
+@pytest.mark.parametrize("kind", [errno.EROFS, errno.EACCES])
+def test_a_folder_that_may_only_be_read_is_told_in_one_line(tmp_path, capsys, monkeypatch, kind):
+    def refuse(path, content):
+        raise OSError(kind, os.strerror(kind), str(path))
+
+    made(tiny(seeds=(3, 4)), tmp_path / "set")
+    monkeypatch.setattr("benchmarks.data_sets.places.write_atomic", refuse)
+    assert main(["show", str(tmp_path / "set"), "--modules", *MODULES]) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.match(r"error: .*page.html: (Read-only file system|Permission denied); what was written before", line)
+
+
+def test_an_unknown_backend_leaves_no_folder(tmp_path):
+    with pytest.raises(ValueError, match="backend: expected one of loky, dask, ray, got 'slurm'"):
+        made(tiny(), tmp_path / "set", Workers(1, "slurm"))
+    assert not (tmp_path / "set").exists()
+
+
+def test_a_folder_in_which_nothing_can_be_made_is_named():
+    with pytest.raises(ValueError, match="out: expected a folder that can be written, got '/proc/1/"):
+        made(tiny(), "/proc/1/set")

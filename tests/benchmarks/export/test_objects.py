@@ -15,6 +15,7 @@ from benchmarks.data_sets.data_set import DataSet
 from benchmarks.export.frames import episodes, frames
 from benchmarks.export.objects import Instance, Labels
 from benchmarks.export.registry import export
+from benchmarks.export.web_dataset import NO_NUMBER
 from scenarios import catalog
 from tests.benchmarks.export.painted_scene import FRAMES, PARKED_ID, PARKED_XYXY, painted_data_set, truths
 from tests.benchmarks.export.test_web_dataset import read
@@ -113,12 +114,14 @@ def test_single_targets_do_not_mind_what_stands_about(parked: DataSet, tmp_path:
 
 def test_webdataset_lists_what_stands_about(parked: DataSet, tmp_path: Path) -> None:
     for sample in read(written(parked, "webdataset", tmp_path)):
-        (van,) = sample["json"]["standing"]
-        assert (van["standing_names"], van["class"], van["class_number"]) == ("parked-0", "car", 1)
+        *asked, van = sample["json"]["objects"]
+        assert (van["names"], van["kinds"], van["class"], van["class_number"]) == ("parked-0", "van", "car", 1)
         assert van["visible_box_xyxy"] == PARKED_XYXY.tolist()
-        assert (sample["instance_map.npy"] == van["standing_id"]).sum() == 32
-        assert van["standing_id"] == PARKED_ID
-        assert [each["class_number"] for each in sample["json"]["objects"]] == [0, 1, 2]
+        assert (sample["instance_map.npy"] == van["instance_id"]).sum() == 32
+        assert van["instance_id"] == PARKED_ID
+        assert (van["side"], van["frames_since_exit"], van["speed_mps"]) == ("", -1, NO_NUMBER)
+        assert [(each["class_number"], each["stands"]) for each in asked] == [(0, False), (1, False), (2, False)]
+        assert van["stands"]
 
 
 def test_rerun_draws_what_stands_about_with_its_bounds(parked: DataSet, tmp_path: Path) -> None:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks.data_sets.channels import CODINGS
 from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.places import place_of
+from benchmarks.export.destination import whole_folder
 from benchmarks.export.registry import export, export_format, format_names
 from benchmarks.run import packages
 from tests.benchmarks.export.painted_scene import FRAMES, painted_data_set, picture
@@ -28,7 +32,7 @@ def test_the_same_data_set_gives_the_same_bytes(
     export(DataSet(data.url), name, tmp_path / "again")
     assert contents(tmp_path / "again") == contents(exported(name))
     assert (
-        f"# {name}\n\nEpisodes of painted-v1, preset quick, of the seeds 3 to 4."
+        f"# {name}\n\nEpisodes of painted-v1, preset quick, of the seeds 3–4."
         in (tmp_path / "again" / "README.md").read_text()
     )
 
@@ -98,3 +102,62 @@ def test_a_data_set_without_episodes_is_refused(data: DataSet, tmp_path: Path) -
     (tmp_path / "dataset.json").write_bytes((Path(data.url) / "dataset.json").read_bytes())
     with pytest.raises(ValueError, match=r"data: expected a data set with episodes, got .* without any"):
         export(DataSet(str(tmp_path)), "otb", tmp_path / "out")
+
+
+def test_an_incomplete_data_set_is_exported_on_demand_only(data: DataSet, tmp_path: Path) -> None:
+    shutil.copytree(data.url, tmp_path / "set")
+    shutil.rmtree(tmp_path / "set" / "episodes" / "000004")
+    half = DataSet(str(tmp_path / "set"))
+    with pytest.raises(
+        ValueError, match=r"data: expected all episodes .*--allow-incomplete.*, got none of the seeds 4"
+    ):
+        export(half, "otb", tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    export(half, "otb", tmp_path / "out", allow_incomplete=True)
+    assert (tmp_path / "out" / "list.txt").read_text().split() == ["painted-v1-quick-000003"]
+    told = "of the seeds 3. Missing, though asked for: the seeds 4."
+    assert told in (tmp_path / "out" / "README.md").read_text()
+
+
+def test_a_changed_byte_is_found_though_it_decodes(data: DataSet, tmp_path: Path) -> None:
+    shutil.copytree(data.url, tmp_path / "set")
+    table = tmp_path / "set" / "episodes" / "000004" / "objects.parquet"
+    table.write_bytes((tmp_path / "set" / "episodes" / "000003" / "objects.parquet").read_bytes())
+    with pytest.raises(ValueError, match=r"data: expected a whole data set .*, got episode 4: objects.parquet: "):
+        export(DataSet(str(tmp_path / "set")), "coco", tmp_path / "out")
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+
+
+@pytest.mark.parametrize("name", ["otb", "coco", "webdataset"])
+def test_a_store_gets_the_files_of_a_folder(data: DataSet, exported: Callable[[str], Path], name: str) -> None:
+    files, root = place_of(f"memory://exports/{name}")
+    export(data, name, f"memory://exports/{name}")
+    sent = {path.removeprefix(f"{root}/"): files.cat_file(path) for path in files.find(root)}
+    assert sent == contents(exported(name))
+    with pytest.raises(ValueError, match=r"out: expected an empty folder .*, got 'memory://"):
+        export(data, name, f"memory://exports/{name}")
+
+
+def test_a_failure_on_the_way_to_a_store_leaves_nothing_there(data: DataSet, monkeypatch: pytest.MonkeyPatch) -> None:
+    files, root = place_of("memory://exports/broken")
+    put = type(files).put_file
+
+    def fail(self: Any, source: str, target: str, **others: Any) -> None:
+        if target.endswith("list.txt"):
+            raise OSError("connection lost")
+        put(self, source, target, **others)
+
+    monkeypatch.setattr(type(files), "put_file", fail)
+    message = r"out: expected a store that can be reached, got 'memory://exports/broken' \(connection lost\)"
+    with pytest.raises(ValueError, match=message):
+        export(data, "otb", "memory://exports/broken")
+    assert not files.exists(root)
+
+
+def test_of_two_writers_the_second_is_told(data: DataSet, tmp_path: Path) -> None:
+    told = "out: expected an empty folder or one that does not exist"
+    shutil.copytree(data.url, tmp_path / "theirs")
+    with pytest.raises(ValueError, match=told), whole_folder(str(tmp_path / "out")):
+        (tmp_path / "theirs").rename(tmp_path / "out")
+    assert contents(tmp_path / "out") == contents(Path(data.url))
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]

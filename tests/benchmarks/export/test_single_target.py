@@ -47,7 +47,7 @@ def test_vot_pictures_lie_where_the_properties_say(exported: Callable[[str], Pat
     sequence = exported("vot") / "painted-v1-quick-000004"
     properties = dict(line.split("=") for line in (sequence / "sequence").read_text().splitlines())
     assert (int(properties["width"]), int(properties["height"]), int(properties["length"])) == (40, 32, FRAMES)
-    assert int(properties["fps"]) == 8
+    assert (int(properties["fps"]), float(properties["exact_fps"])) == (8, 7.5)
     assert all((sequence / (properties["channels.color"] % k)).is_file() for k in range(1, FRAMES + 1))
 
 

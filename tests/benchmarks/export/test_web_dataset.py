@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
+import pyarrow as pa
 import pytest
 
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.export import web_dataset
 from benchmarks.export.objects import Labels
-from tests.benchmarks.export.painted_scene import FRAMES, NAMES, picture, truths
+from benchmarks.export.registry import export
+from benchmarks.export.web_dataset import NO_NUMBER
+from scenarios import catalog
+from tests.benchmarks.data_sets.hand_made import write_set
+from tests.benchmarks.data_sets.hub_head import head_of
+from tests.benchmarks.export.painted_scene import FRAMES, NAMES, painted_data_set, picture, truths
+from trackers.types import Observation
 
 # It leaves closing shards to the garbage collector.
 pytestmark = pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
@@ -21,15 +28,16 @@ wds = pytest.importorskip("webdataset")
 
 def read(out: Path) -> list[dict[str, Any]]:
     """Return all samples."""
-    shards = sorted(str(path) for path in out.glob("frames-*.tar"))
+    shards = sorted(str(path) for path in out.glob("*-train-*.tar"))
     return list(wds.WebDataset(shards, shardshuffle=False, empty_check=False).decode("rgb8"))
 
 
 def test_samples_are_the_frames(exported: Callable[[str], Path]) -> None:
     samples = read(exported("webdataset"))
-    assert [each["__key__"] for each in samples] == [f"{s:06d}_{k:06d}" for s in (3, 4) for k in range(FRAMES)]
+    keys = [f"painted-v1-quick-{seed:06d}_{frame:06d}" for seed in (3, 4) for frame in range(FRAMES)]
+    assert [each["__key__"] for each in samples] == keys
     for each in samples:
-        seed, frame = map(int, each["__key__"].split("_"))
+        seed, frame = map(int, each["__key__"].rpartition("-")[2].split("_"))
         truth = truths()[frame]
         np.testing.assert_array_equal(each["png"], picture(seed, frame))
         assert each["right.png"].shape == each["png"].shape
@@ -40,11 +48,11 @@ def test_samples_are_the_frames(exported: Callable[[str], Path]) -> None:
         assert known["observed"]["camera"]["baseline_m"] == 0.5
         assert [each["names"] for each in known["objects"]] == list(NAMES)
         for k, entry in enumerate(known["objects"]):
-            box = [np.nan if number is None else number for number in entry["box_xyxy"]]
+            box = [np.nan if number == NO_NUMBER else number for number in entry["box_xyxy"]]
             np.testing.assert_array_equal(box, truth.box_xyxy[k])
             np.testing.assert_array_equal(entry["T_world_object"], truth.T_world_object[k])
             assert entry["state"] == truth.state[k]
-            assert (entry["visible_box_xyxy"][0] is None) == (truth.visible_fraction[k] == 0)
+            assert (entry["visible_box_xyxy"][0] == NO_NUMBER) == (truth.visible_fraction[k] == 0)
 
 
 def test_no_sample_is_cut_by_the_end_of_a_shard(data: DataSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,3 +62,60 @@ def test_no_sample_is_cut_by_the_end_of_a_shard(data: DataSet, tmp_path: Path, m
     samples = read(tmp_path)
     assert len(samples) == 2 * FRAMES
     assert all({"json", "png", "flow_px.npy"} <= set(each) for each in samples)
+
+
+def types_of(sample: dict[str, Any]) -> dict[str, Any]:
+    """Return what a reader that infers types takes each file of a sample for, as the library ``datasets`` does it."""
+    maps = {name: (value.dtype, value.ndim) for name, value in sample.items() if isinstance(value, np.ndarray)}
+    return maps | {"json": pa.Table.from_pylist([sample["json"]]).schema}
+
+
+@pytest.mark.parametrize("preset", ["quick", "single", "late", "lossy", "parked"])
+def test_each_field_has_one_type_in_all_samples(tmp_path: Path, preset: str) -> None:
+    """A field that was null in the first samples and text later ended ``load_dataset`` on pairs of pictures."""
+    export(painted_data_set(tmp_path / "set", preset), "webdataset", tmp_path / "out")
+    first, *others = (types_of(each) for each in read(tmp_path / "out"))
+    assert "null" not in str(first["json"])
+    assert all(each == first for each in others)
+
+
+@pytest.mark.parametrize("name", [e.id for e in catalog.entries() if e.place.startswith("scenarios.")])
+def test_nothing_is_null_in_any_scene(name: str) -> None:
+    """What may be missing in a scene's frames has the type that it has where it is given."""
+    kind = catalog.scenario(name).truth
+    hints = get_type_hints(kind)
+    for table in (hints | get_type_hints(Observation),):
+        for field, hint in table.items():
+            none = type(None) in get_args(hint)
+            if none and field not in ("image_rgb", "right_rgb", "counts", "steered"):
+                made = web_dataset._typed(None, hint)
+                assert "null" not in str(pa.Table.from_pylist([{field: made}]).schema), (field, made)
+
+
+def test_counts_and_lost_pictures_are_read_as_they_are(tmp_path: Path) -> None:
+    """As PNG of 16 bits, counts became 255 all over in the usual decoders of pictures."""
+    export(write_set(tmp_path / "set", frames=4), "webdataset", tmp_path / "out", allow_incomplete=True)
+    shards = sorted(str(path) for path in (tmp_path / "out").glob("*.tar"))
+    for decoder in ("rgb8", "pil", "torchrgb"):
+        if decoder == "torchrgb":
+            pytest.importorskip("torch")
+        samples = list(wds.WebDataset(shards, shardshuffle=False, empty_check=False).decode(decoder))
+        for each in samples:
+            frame = each["json"]["frame"]
+            assert each["counts.npy"].dtype == np.uint16
+            assert (each["counts.npy"] == 3000 + frame).all()
+            assert each["json"]["lost"] == {"image_rgb": False, "right_rgb": frame % 3 == 0}
+            assert np.asarray(each["right.png"]).any() == (frame % 3 != 0)
+    first, *others = (types_of(each) for each in read(tmp_path / "out"))
+    assert all(each == first for each in others)
+
+
+def test_shards_of_both_splits_are_apart(tmp_path: Path) -> None:
+    export(painted_data_set(tmp_path / "set", "single", (9_999, 10_001)), "webdataset", tmp_path / "out")
+    names = {path.name for path in (tmp_path / "out").glob("*.tar")}
+    assert names == {"painted-v1-single-train-00000.tar", "painted-v1-single-test-00000.tar"}
+    (config,) = head_of(tmp_path / "out" / "README.md")["configs"]
+    for each in config["data_files"]:
+        (pattern,) = each["path"]
+        (shard,) = (tmp_path / "out").glob(pattern)
+        assert shard.name == f"painted-v1-single-{each['split']}-00000.tar"

@@ -20,7 +20,9 @@ def test_labels_are_boxes_around_what_is_seen(exported: Callable[[str], Path]) -
     assert described["names"] == {0: "bus", 1: "car", 2: "kite"}
     for part, seed in (("train", 3), ("val", 4)):
         pictures = sorted((out / described[part]).iterdir())
-        assert [path.stem for path in pictures] == [f"{seed:06d}_{frame:06d}" for frame in range(FRAMES)]
+        assert [path.stem for path in pictures] == [
+            f"painted-v1-quick-{seed:06d}_{frame:06d}" for frame in range(FRAMES)
+        ]
         for picture, truth in zip(pictures, truths(), strict=True):
             # Readers exchange the last folder called images for labels.
             label = out / "labels" / part / f"{picture.stem}.txt"

@@ -25,7 +25,7 @@ def stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let both ids mean cars on circles, below a helicopter and below what moves like the robot."""
     worlds = {FLOWN.id: "FLOWN", DRIVEN.id: "DRIVEN"}
     known = [entry for entry in catalog._ENTRIES if entry.id in worlds]
-    entries = tuple(replace(entry, place=f"{__name__}:{worlds[entry.id]}", largest={}) for entry in known)
+    entries = tuple(replace(entry, place=f"{__name__}:{worlds[entry.id]}") for entry in known)
     monkeypatch.setattr(catalog, "_ENTRIES", entries)
 
 

@@ -106,5 +106,7 @@ def test_both_renderers_show_the_same(taken):
 
 
 def test_light_that_is_none_is_refused():
-    with pytest.raises(ValueError, match=r"illuminances_lx: expected one or more numbers > 0, got \(609.0, 0.0\)"):
+    with pytest.raises(
+        ValueError, match=r"illuminances_lx: expected one or more numbers in \(0, 120000\], got \(609.0, 0.0\)"
+    ):
         DimmedSheet("dark", illuminances_lx=(609.0, 0.0))

@@ -15,7 +15,7 @@ from scenarios.catalog import SUCCESSORS, envs, names, scenario
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.road_town.frame_outs import OUT, picture_states
 from scenarios.road_town.plan import TARGET
-from scenarios.road_town.presets import PRESETS, RoadTown
+from scenarios.road_town.presets import PRESETS, FrameOuts, RoadTown
 from scenarios.road_town.town import forget_town
 from sim.optics import project
 from trackers.types import CameraCommand, Observation
@@ -174,7 +174,6 @@ def test_measured_pose_has_errors_where_the_preset_says():
     np.testing.assert_allclose(exact.observation.ego.T_world_camera, exact.truth.T_world_camera)
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize(
     ("action", "message"),
     [
@@ -187,6 +186,14 @@ def test_measured_pose_has_errors_where_the_preset_says():
             lambda: RoadTown("x", frame_count=106),
             "frame_count: expected at least 107 for 2 or more frame-outs, got 106",
         ),
+        (
+            lambda: RoadTown("x", frame_count=107, closed_loop=True),
+            "frame_count: expected at least 1.. for 2 or more frame-outs in closed loop, got 107",
+        ),
+        (lambda: RoadTown("x", altitude_m=(5.0, 10.0)), r"altitude_m: expected two numbers .* in \[40, 100\], got \(5"),
+        (lambda: RoadTown("x", altitude_m=(90.0, 101.0)), r"altitude_m: expected two numbers .* in \[40, 100\], got"),
+        (lambda: RoadTown("x", traffic_cars=100), r"traffic_cars: expected a number in \[0, 60\], got 100"),
+        (lambda: FrameOuts(start_frame=28), "start_frame: expected None or at least 29, got 28"),
         (
             lambda: RoadTown("x", camera_pitch_deg=(0.0, 50.0)),
             r"camera_pitch_deg: expected 0, or angles .* above 2\d.\d, got",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 from itertools import pairwise
@@ -12,10 +13,19 @@ import pytest
 from scenarios.road_town.flight import AirState, Pulse, draw_air, gust_attitude_rad
 from scenarios.road_town.frame_outs import frame_out_spans, picture_states
 from scenarios.road_town.plan import TARGET, make_plan
-from scenarios.road_town.presets import APART_FRAMES, OVERHANG_FRAMES, PRESETS, FrameOuts, RoadTown
+from scenarios.road_town.presets import (
+    APART_FRAMES,
+    CALM_FRAMES,
+    FASTEST_TURN_RAD_S,
+    OUT_FROM_SHARE,
+    OVERHANG_FRAMES,
+    PRESETS,
+    FrameOuts,
+    RoadTown,
+)
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.smooth import smooth_step
-from scenarios.road_town.swings import CALM_FRAMES, FASTEST_TURN_RAD_S, OUT_FROM_SHARE, draw_swings
+from scenarios.road_town.swings import draw_swings
 from sim.optics import PinholeCamera
 from sim.rng import episode_seed, generator
 
@@ -102,9 +112,33 @@ def test_gusts_of_set_paths_and_of_paper_a_are_sudden(name: str, closed_loop: bo
 
 def test_more_frame_outs_than_an_episode_has_room_for_are_refused() -> None:
     crowded = replace(PRESETS["standard"], frame_count=515, frame_outs=FrameOuts(count=(5, 5), frames=(60, 60)))
-    told = "frame_count: expected enough for 5 to 5 frame-outs of 60 to 60 frames, got 515"
-    with pytest.raises(ValueError, match=told):
-        _episodes(crowded, False, 1)
+    assert all(len(swings) == 5 for _, swings in _episodes(crowded, False, 3))
+    with pytest.raises(ValueError, match=r"frame_count: expected at least 5.. for 5 or more frame-outs, got 513"):
+        replace(crowded, frame_count=513)
+    with pytest.raises(ValueError, match=r"frame_count: expected at least 5.. for 5 or .* in closed loop, got 515"):
+        _episodes(crowded, True, 1)
+
+
+@pytest.mark.parametrize("closed_loop", [False, True])
+@pytest.mark.parametrize(("name", "rate_hz"), [("standard", 15.0), ("oblique", 30.0), ("quick", 5.0)])
+def test_a_length_that_is_allowed_has_room_for_the_frame_outs_of_every_seed(
+    name: str, rate_hz: float, closed_loop: bool
+) -> None:
+    """An excursion in the middle of 150 frames left room for no two frame-outs, so the third episode was an error."""
+    preset = replace(PRESETS[name], rate_hz=rate_hz)
+    shortest = preset.frame_outs.fewest_frames(preset.apart_frames(closed_loop))
+    camera = PinholeCamera.from_field_of_view(640, 480, math.radians(preset.field_of_view_deg))
+    for frame_count, excursion in itertools.product((shortest, shortest + 7, 1.4 * shortest), (50, 65, 90)):
+        asked = replace(preset, frame_count=int(frame_count))
+        air = draw_air(asked, 0.0, generator(1, "air"))
+        events = {"turn": [70], "excursion": [excursion]}
+        swings = draw_swings(asked, camera, air, events, closed_loop, generator(excursion, "swings"))
+        assert len(swings) >= asked.frame_outs.count[0]
+        assert all(after.start_frame > before.start_frame for before, after in pairwise(swings))
+        assert swings[-1].start_frame + OUT_FROM_SHARE * swings[-1].rise_frames < frame_count
+        if closed_loop:
+            gaps = [after.start_frame - before.end_frame for before, after in pairwise(swings)]
+            assert min(gaps, default=CALM_FRAMES) >= CALM_FRAMES
 
 
 @pytest.mark.heavy

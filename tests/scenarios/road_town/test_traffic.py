@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from scenarios.road_town import plan
+from scenarios.road_town.presets import PRESETS
 from scenarios.road_town.route import POINT_SPACING_M, Passage, Route
 from scenarios.road_town.traffic import LATERAL_ACCELERATION_MPS2, Driver, simulate, speed_limit_mps
 
@@ -65,3 +69,15 @@ def test_accelerations_stay_physical():
     acceleration = np.diff(motion.speed_mps[:, 0]) * 15.0
     assert acceleration.max() <= 1.8 + 1e-6
     assert acceleration.min() >= -5.0 - 1e-6
+
+
+def test_as_many_cars_drive_as_the_town_has_room_for(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(plan, "_MOST_DRAWS", 30)
+    monkeypatch.setattr(plan, "_SPAWN_GAP_M", 150.0)
+    crowded = replace(PRESETS["quick"], traffic_cars=60)
+    made = plan.make_plan(crowded, 3, closed_loop=False)
+    assert 1 < len(made.looks) < 61
+    assert len(made.looks) == len(made.sizes_m) == len(made.routes) == made.motion.position_m.shape[1]
+    starts = made.motion.position_m[0]
+    apart_m = np.linalg.norm(starts[:, None] - starts[None], axis=-1) + 1e9 * np.eye(len(starts))
+    assert apart_m.min() > 140.0
