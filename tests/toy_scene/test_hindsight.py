@@ -13,7 +13,7 @@ from benchmarks.run.blindfold import ManyBlindfolded
 from benchmarks.run.guards import GuardedContestant, guarded
 from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.judging import Ending
-from scenarios.loop import Contestant, FromPictures, Loop, ManyFromPictures
+from scenarios.loop import Contestant, FromPictures, Loop, ManyContestant, ManyFromPictures
 from tests.benchmarks.fake_episode import FakeTracker
 from tests.toy_scene.scenario import TOY_YARD, YardEpisode
 from trackers.gaps.types import Bridge, Piece, Surroundings
@@ -64,7 +64,7 @@ class Bridges(Follows):
 
 
 def ended(episode: YardEpisode, contestant: Contestant, limit_s: float = 60.0) -> tuple[GuardedContestant, Ending]:
-    guard = guarded(contestant, limit_s)
+    guard = guarded(lambda: contestant, limit_s, many=isinstance(contestant, ManyContestant))
     assert len(list(Loop(episode, [guard]).frames())) == 20
     return guard, guard.ending()
 
@@ -80,7 +80,7 @@ def test_revised_answers_are_asked_for_once_all_pictures_were_seen(episode: Yard
 def test_one_that_does_not_revise_leaves_nothing(episode: YardEpisode) -> None:
     _, ending = ended(episode, ManyFromPictures(Follows()))
     assert ending == Ending()
-    assert guarded(FromPictures(FakeTracker()), 60.0).ending() == Ending()
+    assert guarded(lambda: FromPictures(FakeTracker()), 60.0).ending() == Ending()
 
 
 def late(seen: int) -> list[list[Track]]:

@@ -57,7 +57,7 @@ AHEAD = CameraCommand(forward_mps=5.0)
 )
 def test_one_that_fails_commands_nothing_from_there_on(answer: object, reason: str) -> None:
     controller = Scripted([AHEAD, answer, AHEAD])
-    guard = GuardedController(controller, limit_s=0.02)
+    guard = GuardedController(lambda: controller, limit_s=0.02)
     given = [guard.command(PICTURE, SOMEWHERE) for _ in range(3)]
     assert given == [AHEAD, CameraCommand(), CameraCommand()]
     assert len(controller.asked) == 2
@@ -76,7 +76,7 @@ class Overwrites:
 
 
 def test_a_controller_that_overwrites_the_picture_fails_and_changes_nothing_of_others() -> None:
-    guard = GuardedController(Overwrites(), limit_s=60.0)
+    guard = GuardedController(Overwrites, limit_s=60.0)
     assert guard.command(PICTURE, SOMEWHERE) == CameraCommand()
     assert str(guard.reason).startswith("ValueError: observation.image_rgb: expected it as it was given")
     assert not PICTURE.image_rgb.any()
@@ -114,7 +114,7 @@ def in_a_second_thread() -> None:
 
 @pytest.mark.parametrize("work", [lambda: time.sleep(0.03), in_a_second_thread])
 def test_one_that_waits_is_no_faster_than_what_it_waits_for(work: Callable[[], None]) -> None:
-    guard, episode = guarded(FromPictures(Outside(work)), 30.0), FakeEpisode()
+    guard, episode = guarded(lambda: FromPictures(Outside(work)), 30.0), FakeEpisode()
     guard.initialise(episode.step(), episode.start)
     for _ in range(8):
         guard.update(episode.step())
@@ -144,7 +144,7 @@ def test_the_larger_of_both_times_counts_and_a_revision_is_shared_among_frames()
 def test_the_link_is_between_controller_and_carrier() -> None:
     episode = FakeEpisode(rate_hz=10.0)
     loop = Loop(episode, [FromPictures(FakeTracker())], CommandLink(HELICOPTER, 10.0, Link(), np.random.default_rng(0)))
-    guard = GuardedController(Scripted([CameraCommand(forward_mps=1e3), RuntimeError()]), limit_s=1.0)
+    guard = GuardedController(lambda: Scripted([CameraCommand(forward_mps=1e3), RuntimeError()]), limit_s=1.0)
     obeyed = [loop.obeyed for _ in loop.frames(guard, 3)]
     assert obeyed[0] is None
     assert obeyed == episode.commands
