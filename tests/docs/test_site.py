@@ -96,6 +96,7 @@ def test_nothing_is_loaded_from_elsewhere(site: Path, pages: dict[Path, Beautifu
         assert re.findall(r"(?:@import|url\()\s*[\"']?(?:\w+:)?//", sheet.read_text()) == [], sheet
 
 
+@pytest.mark.heavy
 def test_each_preset_of_the_catalogue_is_in_the_gallery(site: Path, pages: dict[Path, BeautifulSoup]) -> None:
     figures = pages[site / "docs/gallery.html"].find_all("figure")
     told = [

@@ -73,7 +73,7 @@ def test_revised_answers_are_asked_for_once_all_pictures_were_seen(episode: Yard
     revised = [[Track(k, Estimate(np.zeros(2)))] for k in range(20)]
     guard, ending = ended(episode, ManyFromPictures(Revises(lambda seen: revised[:seen])))
     assert guard.reason is None
-    assert ending.revised == revised
+    assert [[track.identity for track in tracks] for tracks in ending.revised] == [[k] for k in range(20)]
     assert (ending.failed_at_frame, ending.new_gap_method) == (None, None)
 
 
@@ -84,7 +84,7 @@ def test_one_that_does_not_revise_leaves_nothing(episode: YardEpisode) -> None:
 
 
 def late(seen: int) -> list[list[Track]]:
-    time.sleep(1.0)
+    time.sleep(60.0)
     return [[]] * seen
 
 
@@ -94,14 +94,17 @@ def late(seen: int) -> list[list[Track]]:
         (lambda seen: 1 / 0, "ZeroDivisionError"),
         (lambda seen: [[]] * (seen - 1), "ValueError: revised: expected an answer on each of 20 pictures, got 19"),
         (lambda seen: 7, "ValueError: revised: expected a sequence of answers, got int"),
-        (lambda seen: [[7]] * seen, "ValueError: update: expected Tracks, got int"),
-        (late, "took longer than 0.5 s over one revision"),
+        (
+            lambda seen: [[7]] * seen,
+            "ValueError: update: expected a sequence of Tracks, () without any, got one of int",
+        ),
+        (late, "took longer than"),
     ],
 )
 def test_a_revision_that_fails_is_a_failure_after_the_last_frame(
     episode: YardEpisode, revised: Any, reason: str
 ) -> None:
-    guard, ending = ended(episode, ManyFromPictures(Revises(revised)), limit_s=0.5)
+    guard, ending = ended(episode, ManyFromPictures(Revises(revised)), limit_s=0.1)
     assert str(guard.reason).startswith(reason)
     assert (guard.failed_at_frame, ending.failed_at_frame, ending.revised) == (20, 20, None)
     assert {score.metric: score.value for score in guard.scores()}["failed_at_frame"] == 20.0

@@ -68,7 +68,7 @@ def test_a_failure_on_the_first_frame_leaves_no_box_behind(episode: YardEpisode)
 
 def test_one_estimate_is_no_answer_of_a_tracker_of_many(episode: YardEpisode) -> None:
     guard, said, _ = lived(episode, lambda k: Estimate(np.array([1.0, 2.0])))
-    assert guard.reason == "ValueError: update: expected a sequence of Tracks, got Estimate"
+    assert guard.reason == "ValueError: update: expected a sequence of Tracks, () without any, got Estimate"
     assert said == [()] * 20
 
 

@@ -75,6 +75,7 @@ def test_rows_keep_the_time_limit_that_they_were_made_under(tmp_path: Path) -> N
     assert {row["limit_s"] for row in rows_in(tmp_path)} == {30.0}
 
 
+@pytest.mark.heavy
 def test_in_closed_loop_the_camera_obeys_what_it_obeyed(tmp_path: Path) -> None:
     steered = replace(TOWN, presets=("brief-loop",), trackers=("fake_knowing", "fake_raises"), seeds=range(3, 4))
     run(steered, tmp_path)

@@ -46,6 +46,7 @@ def fitted(known: ErrorModel) -> ErrorModel:
     return fit("unknown", "road-town-v2", runs_of(known, 200), {"runs": ["a"]})
 
 
+@pytest.mark.heavy
 def test_rates_are_found_again(fitted: ErrorModel, known: ErrorModel) -> None:
     counted = fitted.rates[PLAIN, 4, 0]
     np.testing.assert_allclose(counted[TRACKING], [0.95, 0.05, 0.0], atol=0.02)

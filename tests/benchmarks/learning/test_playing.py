@@ -36,6 +36,7 @@ def test_keys_together_are_an_action() -> None:
         np.testing.assert_array_equal(turned["l"], [-0.25, 0, 0])
 
 
+@pytest.mark.heavy
 def test_a_second_camera_is_steered_through_its_outline(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The outline is in the first picture, and moves to the left while j is down."""
     pygame = pytest.importorskip("pygame")

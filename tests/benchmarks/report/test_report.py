@@ -102,6 +102,7 @@ def test_the_page_changes_when_the_rows_do(page: str, tmp_path: Path) -> None:
     assert write_report(tmp_path).read_text() != page
 
 
+@pytest.mark.heavy
 def test_every_tracker_stands_on_the_page_with_its_score(results: Path, page: str) -> None:
     text = re.sub(r"<[^>]+>", " ", page)
     for tracker in TRACKERS:

@@ -129,6 +129,7 @@ def test_rows_name_the_sequence_and_the_folder(ran: Path) -> None:
     assert {row["value"] for row in rows if row["metric"] == "frames"} == {float(FRAMES)}
 
 
+@pytest.mark.heavy
 def test_means_are_over_sequences(ran: Path) -> None:
     found = summary(ran)
     right, still = found["fake_red", "success_auc"], found["fake_stays", "success_auc"]
@@ -216,6 +217,7 @@ def _without_times(row: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in row.items() if name != "seconds" and not (timed and name == "value")}
 
 
+@pytest.mark.heavy
 def test_ranks_stand_beside_those_of_simulated_rows(ran: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines = (ran / "out" / "records.jsonl").read_text().splitlines()
     simulated = [json.loads(line) | {"scenario": "town-v1", "renderer": "raster"} for line in lines]

@@ -60,6 +60,7 @@ def test_there_is_no_hole_in_the_building(world):
         assert np.isfinite(renderer.gbuffer(*view).depth_m).all()
 
 
+@pytest.mark.heavy
 def test_both_renderers_show_the_same_building(world):
     raster, reference = (create_renderer(name, world) for name in ("raster", "pybullet"))
     for view in _views(6):
@@ -103,6 +104,7 @@ def test_back_light_shortens_the_exposure_and_shade_asks_for_gain(some):
     assert registers[-1].gain > 200
 
 
+@pytest.mark.heavy
 def test_hue_hardly_changes_where_value_does(some):
     hsv = np.array([cv2.cvtColor(_inside(frame), cv2.COLOR_RGB2HSV).mean(axis=(0, 1)) for frame in some])
     assert (2 * hsv[:, 0]).std() < 15.0

@@ -64,6 +64,7 @@ def test_the_region_shows_the_sheet(taken):
     assert np.ptp(wall.mean(axis=(0, 1))) < 12
 
 
+@pytest.mark.heavy
 def test_what_is_held_stays_as_at_the_brightest_and_the_rest_follows(taken):
     at = {name: registers(frames) for name, frames in taken.items()}
     assert at["auto"][0] == at["exposure"][0] == at["white balance"][0]

@@ -119,6 +119,7 @@ def test_states_and_exit_counts_are_those_of_the_plan(quick):
         assert (frame.truth.side[TARGET] in ("left", "right", "top", "bottom")) or run == -1
 
 
+@pytest.mark.heavy
 def test_target_is_drawn_where_truth_says(quick):
     _, frames = quick
     for frame in frames[::10]:

@@ -119,6 +119,7 @@ def test_more_frame_outs_than_an_episode_has_room_for_are_refused() -> None:
         _episodes(crowded, True, 1)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("closed_loop", [False, True])
 @pytest.mark.parametrize(("name", "rate_hz"), [("standard", 15.0), ("oblique", 30.0), ("quick", 5.0)])
 def test_a_length_that_is_allowed_has_room_for_the_frame_outs_of_every_seed(

@@ -83,6 +83,7 @@ def test_the_observation_holds_no_truth(recorded: Recorded):
     assert recorded.frames[0].observation.ego.T_world_camera[:3, 3] == pytest.approx([0, 0, 1.2])
 
 
+@pytest.mark.heavy
 def test_the_target_is_drawn_at_its_true_place_with_its_visible_share(recorded: Recorded):
     whole = 0
     for frame in recorded.frames:

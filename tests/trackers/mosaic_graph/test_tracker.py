@@ -50,6 +50,7 @@ def test_in_view_the_centre_is_within_a_quarter_of_a_car(frames: list[DrawnFrame
     assert max(watched) < 0.25 * car_px
 
 
+@pytest.mark.heavy
 def test_outside_it_follows_the_road_and_reports_out_of_view(
     frames: list[DrawnFrame], estimates: list[Estimate]
 ) -> None:

@@ -72,6 +72,7 @@ def test_who_knows_the_way_has_the_best_of_all_scores(outcome: tuple[Outcome, Pa
     assert not any(entry["metric"] in ("f1_after_doorway", "f1_after_shade") for entry in made.summary)
 
 
+@pytest.mark.heavy
 def test_whoever_goes_with_another_is_told_so(outcome: tuple[Outcome, Path]) -> None:
     made, _ = outcome
     right, wrong = HIDDEN[0] - 1, FRAMES - HIDDEN[-1] - 1
@@ -140,6 +141,7 @@ def test_rows_do_not_depend_on_workers(outcome: tuple[Outcome, Path], tmp_path: 
     assert without_times(tmp_path) == without_times(outcome[1])
 
 
+@pytest.mark.heavy
 def test_who_fails_misses_the_target_from_there_on(tmp_path: Path) -> None:
     made = run(replace(TINY, trackers=("follow_raises", "follow_knowing"), seeds=range(1)), tmp_path)
     (failure,) = made.failures

@@ -64,6 +64,7 @@ def test_errors_have_the_model_s_mean_variance_and_memory() -> None:
     assert (states["probability"] == 0.1).all()
 
 
+@pytest.mark.heavy
 def test_modes_follow_their_rates() -> None:
     rates = model().rates.copy()
     rates[0, :, :, TRACKING] = [0.9, 0.08, 0.02]
