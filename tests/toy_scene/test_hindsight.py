@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import time
+import weakref
 from collections.abc import Sequence
 from typing import Any
 
@@ -145,6 +147,33 @@ def test_a_gap_method_is_handed_on_and_checked(episode: YardEpisode) -> None:
     assert method.interpolate(PAST, FUTURE, Surroundings()) is None
     # What it learns stays in the copy.
     assert (tracker.lessons, guard.reason) == (0, None)
+
+
+def test_a_note_is_written_before_a_tracker_is_asked_for_anything(episode: YardEpisode) -> None:
+    """Else one that ends its process there is taken for the one whose note is the latest."""
+    noted: list[str] = []
+
+    class Asked(Bridges):
+        @property
+        def decides_at(self) -> float:
+            noted.append("threshold")
+            return 0.5
+
+    guard = guarded(
+        lambda: ManyFromPictures(Asked()), 60.0, many=True, note=lambda frame: noted.append(f"frame {frame}")
+    )
+    guard.initialise(Loop(episode).step(), episode.start)
+    assert noted.index("frame 0", 1) < noted.index("threshold")
+
+
+def test_a_closed_guard_holds_nothing_of_its_contestant(episode: YardEpisode) -> None:
+    guard, ending = ended(episode, ManyFromPictures(Bridges()))
+    assert ending.new_gap_method is not None
+    method = weakref.ref(guard._gap_method)  # type: ignore[attr-defined]
+    del ending
+    guard.close()
+    gc.collect()
+    assert method() is None
 
 
 def test_a_gap_method_knows_nothing_of_the_pictures_of_its_gaps(episode: YardEpisode) -> None:

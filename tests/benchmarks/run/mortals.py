@@ -58,6 +58,14 @@ class Crashes(Mortal):
         os.kill(os.getpid(), signal.SIGSEGV)
 
 
+@register("stillborn", role="external", summary="ends its process when it is made")
+class Stillborn(Mortal):
+    """Is never made."""
+
+    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
+        os._exit(3)
+
+
 @register("raises", role="external", summary="raises")
 class Raises(Mortal):
     """Fails as Python does."""

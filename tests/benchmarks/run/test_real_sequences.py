@@ -321,13 +321,14 @@ def mortal_bench(out: str, *trackers: str, workers: int = 1) -> int:
 def test_trackers_that_end_their_process_cost_their_own_rows_alone(
     mortals: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert mortal_bench("all", "exits", "innocent", "crashes", "raises", workers=2) == 1
+    assert mortal_bench("all", "exits", "innocent", "crashes", "stillborn", "raises", workers=2) == 1
     told = capsys.readouterr().err
     for name in ("exits", "crashes"):
         assert f"error: {name} failed in real cars, sequence Car1, frame 5: ended its process" in told
+    assert "error: stillborn failed in real cars, sequence Car1, frame 0: ended its process" in told
     assert "error: raises failed in real cars, sequence Car1, frame 5: RuntimeError: no (mortals.py, line " in told
     failed = {(row["tracker"], row["value"]) for row in read_rows(Path("all")) if row["metric"] == "failed_at_frame"}
-    assert failed == {("exits", 5.0), ("crashes", 5.0), ("raises", 5.0)}
+    assert failed == {("exits", 5.0), ("crashes", 5.0), ("stillborn", 0.0), ("raises", 5.0)}
     page = Path("all/report.html").read_text()
     assert "exits, sequence Car2: failed at frame 5" in html.unescape(page)
     assert "sequences Car1, Car2" in page
