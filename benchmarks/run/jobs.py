@@ -293,8 +293,9 @@ def _run_on_tracks(job: Job, recording: Recording) -> JobResult:
         # What ends its process when it is dropped is dropped before.
         del method
         guard.close()
+    able = bridges or guard.reason is not None
     oddities = Oddities()
-    oddities.add(name, AnswerWatch(), guard.left)
+    oddities.add(name, AnswerWatch(), guard.left if able else [*guard.left, "has no gap_method and so no row"])
     seconds = round((time.perf_counter() - started) / max(len(blocks), 1), 3)
     heading = heading_of(job, name, entrant(name).role) | {"blocks": len(blocks)}
     ending = {"seconds": seconds, "editions": job.editions.get(name, {})}

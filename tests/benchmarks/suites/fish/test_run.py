@@ -160,6 +160,9 @@ def test_a_suite_without_recordings_and_trackers_without_gaps_are_refused(
     assert "real: expected recordings of different names, got two called pond" in capsys.readouterr().err
     assert main(["bench", "fish", "--trackers", "hold", *real]) == 2
     assert "trackers: expected some with a gap method, got hold" in capsys.readouterr().err
+    assert bench(tmp_path / "beside", *real[:2], trackers=("fake_holds", "hold")) == 0
+    assert capsys.readouterr().err.count("note: hold has no gap_method and so no row, in 1 episode\n") == 1
+    assert {row["tracker"] for row in rows_of(tmp_path / "beside")} == {"fake_holds"}
     assert bench(tmp_path, "--real", str(files[1][0]), "--keep-estimates") == 2
     assert "keep_estimates: expected none with tracks, on which no frame is judged" in capsys.readouterr().err
 
