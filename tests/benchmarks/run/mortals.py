@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from importlib.metadata import version
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,4 +81,4 @@ class Unequipped(Mortal):
     """Cannot begin."""
 
     def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
-        raise ModuleNotFoundError("No module named 'no_such_package'")
+        version("no_such_package")

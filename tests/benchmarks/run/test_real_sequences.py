@@ -346,7 +346,7 @@ def test_trackers_that_end_their_process_cost_their_own_rows_alone(
 
 def test_a_tracker_without_its_package_has_no_rows(mortals: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert mortal_bench("out", "unequipped", "innocent", workers=0) == 1
-    assert "unequipped failed in real cars, sequence Car1, frame 0: ModuleNotFoundError" in capsys.readouterr().err
+    assert "unequipped failed in real cars, sequence Car1, frame 0: PackageNotFoundError" in capsys.readouterr().err
     assert {row["tracker"] for row in read_rows(Path("out"))} == {"innocent"}
     assert mortal_bench("alone", "unequipped", workers=0) == 2
     assert "error: trackers: expected some that can begin, got unequipped failed" in capsys.readouterr().err
