@@ -23,7 +23,6 @@ from benchmarks.commands.arguments import (
     SEEDS,
     WORDS,
     WORKERS,
-    check_unset,
     names,
     seed_range,
 )
@@ -75,7 +74,7 @@ class Bench(WithModules):
             of rendered ones and give the same scores; it also sets scenario, preset, renderer and, unless you name
             fewer, seeds.
         keep_estimates: also leave all answers of all trackers as tables, in the folder `estimates` beside the rows
-            (`frameout[data]`); `frameout report --from-estimates` judges them again.
+            (`frameout[data]`); `frameout report --from-estimates` judges them again, but for those of --real.
         real: what is real in place of episodes; what cannot be used is named, and the rest is scored. For the suite
             fish files of tracks, of TRex (npz, csv), idtracker.ai (csv, h5, parquet), idTracker and Tracktor; gaps are
             cut out of the tracks and bridged, and pieces of tracks linked; intervals are over blocks of time. For the
@@ -92,8 +91,8 @@ class Bench(WithModules):
         beside: with --real, folder of results in simulated episodes: also prints both orders of the trackers and
             their rank correlation, Kendall's tau.
         quick: run a few small, short episodes as a trial.
-        out: folder for records.jsonl, summary.json, comparisons.json and report.html (default:
-            results/SUITE, with --quick results/quick).
+        out: folder for records.jsonl, summary.json, comparisons.json and report.html (default: results/SUITE, with
+            --quick results/quick, with --real results/SUITE-real).
         workers: number of worker processes; 0 = run in this process.
         limit_s: most CPU time in seconds for one frame of a tracker, of all its threads; it may wait, e.g. sleep or
             be kept from a core by others, until ten times as many seconds went by.
@@ -141,7 +140,7 @@ class Bench(WithModules):
         check("csv", not (self.json and self.csv == _STDOUT), "a file beside --json, which prints too", repr(self.csv))
         if self.csv not in ("", _STDOUT):
             check_file(Path(self.csv), "csv")
-        with recorded(command_of("bench", self, "suites"), self._seeds, self.publish):
+        with recorded(command_of("bench", self, "suites"), self._seeds or range(0), self.publish):
             if not self.real:
                 asked = Asked(
                     scenarios=names(self.scenario),
@@ -168,13 +167,14 @@ class Bench(WithModules):
             write_atomic(Path(self.csv), text)
 
     @property
-    def _seeds(self) -> range:
-        if self.real:
-            return range(0)
-        if self.data is not None and self.seeds == type(self).seeds:
+    def _seeds(self) -> range | None:
+        """The seeds; None if nobody has named some for what is real, which has none."""
+        unnamed = self.seeds == type(self).seeds
+        if self.real and unnamed:
+            return None
+        if self.data is not None and unnamed:
             return stored_seeds(self.data)
-        quick_seeds = self.quick and self.seeds == type(self).seeds
-        return seed_range(_QUICK_SEEDS if quick_seeds else self.seeds)
+        return seed_range(_QUICK_SEEDS if self.quick and unnamed else self.seeds)
 
     def _run_suite(self, name: str) -> tuple[Path, bool, str]:
         """Return the folder, whether a contestant failed, and which plot is unknown, in words."""
@@ -182,8 +182,6 @@ class Bench(WithModules):
         pictures = bool(self.real) and wanted.on_sequences is not None
         beside = pictures or self.beside is None
         check("beside", beside, "none but with --real and a suite that judges pictures", repr(str(self.beside)))
-        if self.real:
-            check_unset(self, ("seeds",), "with --real, which runs no episodes")
         simulated = read_summary(self.beside) if self.beside is not None else []
         out, outcome = self._rows_of(wanted)
         # The folder may hold rows of other suites.
@@ -225,7 +223,7 @@ class Bench(WithModules):
             warnings.simplefilter("ignore", ContestantWarning)  # Told after the leaderboard.
             results = bench(
                 wanted,
-                seeds=None if self.real else self._seeds,
+                seeds=self._seeds,
                 scenario=names(self.scenario) or None,
                 preset=names(self.preset) or None,
                 trackers=names(self.trackers) or None,

@@ -231,11 +231,20 @@ def rows_of(jobs: Sequence[Job], workers: int, failures: list[Failure]) -> list[
 
     Args:
         workers: processes; 0 = this process. failures: those of these runs are added, in the same order.
+
+    Raises:
+        ValueError: for a tracker that cannot begin, since it has no rows.
     """
     with tempfile.TemporaryDirectory() as notes:
         noted = [dataclasses.replace(job, notes=Path(notes)) for job in jobs]
         made = {result.job.name: result for result in results(noted, workers, "loky")}
     failures += (failure for job in noted for failure in made[job.name].failures)
+    for job in noted:
+        scored = {block[0]["tracker"] for block in made[job.name].blocks}
+        for failure in made[job.name].failures:
+            name, _ = job.settings.get(failure.tracker, (failure.tracker, {}))
+            begins = failure.tracker in (*scored, job.controller)
+            check("tracker", begins, "one that can begin", f"{name}: {failure.reason}")
     return [row for job in noted for block in made[job.name].blocks for row in block]
 
 

@@ -122,7 +122,9 @@ def _pictures(
     for condition, trackers in groups.items():
         if condition[1] == REAL:
             continue
-        alive = [entry for entry in _of(summary, condition) if entry["tracker"] not in deadly]
+        alive = [
+            each for each in _of(summary, condition) if deadly.isdisjoint((each["tracker"], each.get("controller")))
+        ]
         if alive:
             suite(condition[0]).picture(directory, condition, trackers, _worth_showing(alive, condition))
         else:

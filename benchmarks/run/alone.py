@@ -1,4 +1,4 @@
-"""One process at a time writes into a folder."""
+"""One run at a time writes into a folder."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def alone_in(folder: Path, parameter: str = "out") -> Iterator[None]:
     Windows, and network disks without such locks, hold nothing.
 
     Raises:
-        ValueError: if another process holds it.
+        ValueError: if another process, or another thread of this one, holds it.
     """
     if os.name == "nt":
         yield
@@ -27,7 +27,7 @@ def alone_in(folder: Path, parameter: str = "out") -> Iterator[None]:
         try:
             fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            wanted = f"{parameter}: expected a folder that no other process writes"
+            wanted = f"{parameter}: expected a folder that no other run writes"
             raise ValueError(f"{wanted}, got {str(folder)!r}, which one writes now") from None
         except OSError:
             pass

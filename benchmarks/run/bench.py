@@ -113,13 +113,11 @@ def bench(
         trackers=_several("trackers", trackers),
         controllers=_several("controllers", controllers),
     )
-    if paths and seeds is not None:
-        warnings.warn("seeds: real recordings have none, and all of them run", stacklevel=2)
-    seeds = range(0) if seeds is None else seeds
     if paths:
-        _check_real(wanted, asked, renderer=renderer, link=link, data=data, keep_estimates=keep_estimates)
+        _check_real(wanted, asked, seeds, renderer=renderer, link=link, data=data, keep_estimates=keep_estimates)
     else:
         _check_steering(wanted, link, data)
+    seeds = range(0) if seeds is None else seeds
     if keep_estimates:
         needs_data()
     if data is not None:
@@ -195,12 +193,21 @@ def _experiments(common: Experiment, wanted: Suite, asked: Asked, *, quick: bool
 
 
 def _check_real(
-    wanted: Suite, asked: Asked, *, renderer: str, link: str, data: str | None, keep_estimates: bool
+    wanted: Suite,
+    asked: Asked,
+    seeds: range | None,
+    *,
+    renderer: str,
+    link: str,
+    data: str | None,
+    keep_estimates: bool,
 ) -> None:
     """Raise ValueError for arguments of simulated episodes."""
     steered = (*asked.scenarios, *asked.presets, *asked.controllers)
     check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
-    for name, mine, default in (("renderer", renderer, "raster"), ("link", link, "prompt"), ("data", data, None)):
+    text = None if seeds is None else f"{seeds.start}:{seeds.stop}"
+    given = (("seeds", text, None), ("renderer", renderer, "raster"), ("link", link, "prompt"), ("data", data, None))
+    for name, mine, default in given:
         check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
     kept = keep_estimates and wanted.on_sequences is None
     check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)

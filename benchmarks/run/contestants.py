@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import wraps
-from typing import Any, NoReturn, ParamSpec, Protocol, TypeVar
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -20,9 +19,6 @@ from trackers import registry
 from trackers.follow_one import FollowOne
 from trackers.gaps.types import GapMethod
 from trackers.protocols import BridgingTracker
-
-_Given = ParamSpec("_Given")
-_Made = TypeVar("_Made")
 
 
 class Creation(Protocol):
@@ -93,57 +89,13 @@ def entrant(name: str, values: dict[str, Any] | None = None) -> Entrant:
 
 def contestant_of_one(name: str, rng: np.random.Generator) -> Contestant:
     """Return a fresh contestant of one target that needs pictures alone."""
-    try:
-        tracker = _staying(registry.entry(name).create_for_one)(rng)
-    except Exception as error:
-        tracker = _Unmade(error)
-    return _OfOne(tracker)
+    return FromPictures(registry.entry(name).create_for_one(rng))
 
 
 def gap_method_of(name: str, rng: np.random.Generator) -> GapMethod | None:
     """Return the method of a fresh tracker to bridge gaps; None if it offers none."""
-    tracker = _staying(registry.entry(name).create)(rng)
+    tracker = registry.entry(name).create(rng)
     return tracker.gap_method if isinstance(tracker, BridgingTracker) else None
-
-
-def _staying(function: Callable[_Given, _Made]) -> Callable[_Given, _Made]:
-    """Make an error of an exit in a function: a tracker that calls ``sys.exit`` fails like one that raises."""
-
-    @wraps(function)
-    def called(*given: _Given.args, **named: _Given.kwargs) -> _Made:
-        try:
-            return function(*given, **named)
-        except SystemExit as left:
-            raise RuntimeError(f"it called sys.exit({left.code!r})").with_traceback(left.__traceback__) from None
-
-    return called
-
-
-class _OfOne(FromPictures):
-    """A tracker of one target, whose exit is an error."""
-
-    initialise = _staying(FromPictures.initialise)
-    update = _staying(FromPictures.update)
-
-
-class _OfMany(ManyFromPictures):
-    """A tracker of many targets, whose exit is an error."""
-
-    initialise = _staying(ManyFromPictures.initialise)
-    update = _staying(ManyFromPictures.update)
-    revised = _staying(ManyFromPictures.revised)
-
-
-class _Unmade:
-    """Stands for a tracker whose constructor raised, so that it fails like one that raises on the first picture."""
-
-    def __init__(self, error: Exception) -> None:
-        self._error = error
-
-    def _fail(self, *given: object) -> NoReturn:
-        raise self._error
-
-    initialise = start = update = _fail
 
 
 def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
@@ -151,17 +103,13 @@ def _from_registry(entry: registry.TrackerEntry, **changes: Any) -> Entrant:
     parameters = entry.parameters(**changes)
 
     def create(episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False) -> Contestant:
-        try:
-            tracker = _staying(entry.tracker)(parameters, rng)
-        except Exception as error:
-            unmade = _Unmade(error)
-            return _OfMany(unmade) if entry.follows_many and many else _OfOne(unmade)
+        tracker = entry.tracker(parameters, rng)
         if entry.follows_many and many:
-            return ManyBlindfolded(tracker) if entry.role == "blind" else _OfMany(tracker)
+            return ManyBlindfolded(tracker) if entry.role == "blind" else ManyFromPictures(tracker)
         if entry.follows_many:
             start = own(episode.start)
-            return _OfOne(FollowOne(tracker, start.background, start.site))
-        return Blindfolded(tracker, scenario.target) if entry.role == "blind" else _OfOne(tracker)
+            return FromPictures(FollowOne(tracker, start.background, start.site))
+        return Blindfolded(tracker, scenario.target) if entry.role == "blind" else FromPictures(tracker)
 
     return Entrant(
         name=entry.name,

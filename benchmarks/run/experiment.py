@@ -92,7 +92,7 @@ def run(experiment: Experiment, out: Path, progress: Progress | None = None) -> 
 
     Raises:
         ValueError: for unknown names, or a folder that holds rows of other seeds, cannot be written, or is written by
-            another process; and if there is no row at the end.
+            another run; and if there is no row at the end.
     """
     load_modules(experiment.modules)
     check_names(experiment)

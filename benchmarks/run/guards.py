@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import astuple, replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -33,13 +33,14 @@ MS_PER_FRAME = "ms_per_frame"
 
 SILENT = Estimate(position_px=np.full(2, np.nan))
 """Answer of a failed contestant of one target."""
+_Made = TypeVar("_Made")
 
 
 class Guard:
     """Detects failures of a component, which is not called again after one.
 
     Attributes:
-        reason: cause of the failure, None without one.
+        reason: cause of the failure, None without one. error: type of what was raised; None if nothing was.
         failed_at_frame: first frame on which it failed.
         place: file and line of a user's own code that raised; empty if none did.
         left: what it has left running, in words, see ``ProcessState``; known once it is closed.
@@ -48,16 +49,41 @@ class Guard:
     place = ""
     left: Sequence[str] = ()
 
-    def __init__(self, limit_s: float, answer: str, state: ProcessState | None = None) -> None:
-        """``state``: what it has set in the process when it was made."""
+    def __init__(
+        self,
+        limit_s: float,
+        answer: str,
+        *,
+        note: Callable[[int], None] = lambda frame: None,
+        ends_process_at: int | None = None,
+    ) -> None:
+        """``note`` is called before each frame. On frame ``ends_process_at`` an earlier attempt ended its process: the
+        component fails there without being called.
+        """
         self._limit_s, self._answer = limit_s, answer
-        self._state = state or ProcessState()
+        self._note, self._ends_process_at = note, ends_process_at
+        self._state = ProcessState()
         self.reason: str | None = None
+        self.error: type[BaseException] | None = None
         self.failed_at_frame: int | None = None
 
     def fail(self, frame: int, reason: str) -> None:
         """Count it as failed from a frame on."""
         self.reason, self.failed_at_frame = reason, frame
+
+    def begins(self, frame: int) -> bool:
+        """Note that it runs on a frame, the number of frames for after the last one; return whether it may."""
+        if frame == self._ends_process_at:
+            self.fail(frame, ENDED_PROCESS)
+        self._note(frame)
+        return self.reason is None
+
+    def made(self, create: Callable[[], _Made]) -> _Made | None:
+        """Return what a function makes before frame 0; None if that fails, or has ended the process before."""
+        if self.begins(0):
+            with self.guarded(0, "construction"):
+                return create()
+        return None
 
     def close(self) -> None:
         """Drop it and end the processes that it has left running; call once, last of all."""
@@ -71,8 +97,10 @@ class Guard:
                 yield watch
         except TooSlow as slow:
             self.fail(frame, f"took longer than {slow} over one {answer or self._answer}")
-        except (Exception, GeneratorExit) as error:
-            self.place = place_of(error)
+        except KeyboardInterrupt:
+            raise
+        except BaseException as error:
+            self.place, self.error = place_of(error), type(error)
             self.fail(frame, reason_of(error))
 
 
@@ -87,26 +115,19 @@ class GuardedContestant(Guard):
     """
 
     def __init__(
-        self,
-        contestant: Contestant,
-        limit_s: float,
-        *,
-        state: ProcessState | None = None,
-        needs_depth: bool = False,
-        note: Callable[[int], None] = lambda frame: None,
-        ends_process_at: int | None = None,
+        self, create: Callable[[], Contestant], limit_s: float, *, needs_depth: bool = False, **how: Any
     ) -> None:
-        """``needs_depth``: see ``AnswerWatch``. ``note`` is called before each frame. On frame ``ends_process_at`` an
-        earlier attempt ended its process: the contestant fails there without being called.
-        """
-        super().__init__(limit_s, "frame", state)
+        """``create`` makes it. ``needs_depth``: see ``AnswerWatch``. ``how``: see ``Guard``."""
+        super().__init__(limit_s, "frame", **how)
         self._silence: Answer = SILENT
         self._check: Callable[[Any], Answer] = check_estimate
-        self._contestant, self._note, self._ends_process_at = contestant, note, ends_process_at
         self.taken: list[Taken] = []
         self._frames, self.revision = 0, Taken(0.0, 0.0)
         self.silent_frames, self.watch = 0, AnswerWatch(needs_depth)
         self.decides_at = 0.0
+        contestant = self.made(create)
+        if contestant is not None:
+            self._contestant = contestant
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
         """See ``Contestant``. A given box is kept as the answer if the contestant fails on it."""
@@ -149,7 +170,7 @@ class GuardedContestant(Guard):
 
     def close(self) -> None:
         """See ``Guard``."""
-        del self._contestant
+        vars(self).pop("_contestant", None)
         super().close()
 
     def _elsewhere_cpu_s(self) -> float:
@@ -158,14 +179,7 @@ class GuardedContestant(Guard):
 
     def _runs_on(self, frame: int) -> bool:
         self._frames = frame + 1
-        return self._begins(frame)
-
-    def _begins(self, frame: int) -> bool:
-        """Note that it runs on a frame, the number of frames for after the last one; return whether it may."""
-        if frame == self._ends_process_at:
-            self.fail(frame, ENDED_PROCESS)
-        self._note(frame)
-        return self.reason is None
+        return self.begins(frame)
 
 
 def _own(frame: Frame) -> Frame:
@@ -204,21 +218,29 @@ class GuardedMany(GuardedContestant):
 
     _contestant: ManyContestant
 
-    def __init__(self, contestant: ManyContestant, limit_s: float, **how: Any) -> None:
-        """``how``: see ``GuardedContestant``."""
-        super().__init__(contestant, limit_s, **how)
+    def __init__(self, create: Callable[[], ManyContestant], limit_s: float, **how: Any) -> None:
+        """See ``GuardedContestant``."""
+        super().__init__(create, limit_s, **how)
         self._silence, self._check = (), check_tracks
         self._follows = False
         self._gap_method: GapMethod | None = None
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
         """See ``Contestant``. The gap method is copied before the first picture: gaps are cut out of what follows."""
-        with self.guarded(frame.truth.frame, "threshold"):
-            check_probability("decides_at", decides_at := self._contestant.decides_at())
-            self.decides_at = decides_at
-        with self.guarded(frame.truth.frame, "gap method"):
-            self._gap_method = copy.deepcopy(self._contestant.gap_method())
+        k = frame.truth.frame
+        if self.begins(k):
+            with self.guarded(k, "threshold"):
+                check_probability("decides_at", decides_at := self._contestant.decides_at())
+                self.decides_at = decides_at
+        if self.reason is None:
+            with self.guarded(k, "gap method"):
+                self._gap_method = copy.deepcopy(self._contestant.gap_method())
         return super().initialise(frame, start)
+
+    def close(self) -> None:
+        """See ``Guard``."""
+        self._gap_method = None
+        super().close()
 
     def update(self, frame: Frame) -> Answer:
         """See ``Contestant``."""
@@ -241,7 +263,7 @@ class GuardedMany(GuardedContestant):
 
     def _revised(self) -> Sequence[Sequence[Track]] | None:
         revised = None
-        if self._begins(self._frames):
+        if self.begins(self._frames):
             with self.guarded(self._frames, "revision") as watch:
                 revised = self._contestant.revised()
                 if revised is not None:
@@ -250,11 +272,11 @@ class GuardedMany(GuardedContestant):
         return revised if self.reason is None else None
 
 
-def guarded(contestant: Contestant, limit_s: float, **how: Any) -> GuardedContestant:
-    """Return a contestant guarded as what it is, of one target or of many; ``how``: see ``GuardedContestant``."""
-    if isinstance(contestant, ManyContestant):
-        return GuardedMany(contestant, limit_s, **how)
-    return GuardedContestant(contestant, limit_s, **how)
+def guarded(create: Callable[[], Contestant], limit_s: float, *, many: bool = False, **how: Any) -> GuardedContestant:
+    """Return a guarded contestant of one target or of ``many``; the rest: see ``GuardedContestant``."""
+    if many:
+        return GuardedMany(cast("Callable[[], ManyContestant]", create), limit_s, **how)
+    return GuardedContestant(create, limit_s, **how)
 
 
 def _check_revised(revised: Sequence[Sequence[Track]], frame_count: int) -> Sequence[Sequence[Track]]:
@@ -303,21 +325,22 @@ class GuardedGapMethod:
 class GuardedController(Guard):
     """A guarded controller; after a failure it commands nothing, from the frame that its command should lead to."""
 
-    def __init__(self, controller: Controller, limit_s: float, state: ProcessState | None = None) -> None:
-        super().__init__(limit_s, "command", state)
-        self._controller = controller
+    def __init__(self, create: Callable[[], Controller], limit_s: float, **how: Any) -> None:
+        """``create`` makes it. ``how``: see ``Guard``."""
+        super().__init__(limit_s, "command", **how)
+        self._controller = self.made(create)
         self._frame = 0
 
     def close(self) -> None:
         """See ``Guard``."""
-        del self._controller
+        self._controller = None
         super().close()
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """See ``Controller``."""
         self._frame += 1
         wanted = CameraCommand()
-        if self.reason is None:
+        if self.begins(self._frame) and self._controller is not None:
             its_observation, its_estimate = own(observation), own(estimate)
             with self.guarded(self._frame):
                 wanted = self._controller.command(its_observation, its_estimate)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -17,22 +17,21 @@ import numba
 
 from benchmarks.run.blocks import as_block
 from benchmarks.run.contestants import Entrant, contestant_of_one, entrant, gap_method_of
-from benchmarks.run.failures import ENDED_PROCESS, Failure
+from benchmarks.run.failures import Failure
 from benchmarks.run.guards import Guard, GuardedContestant, GuardedController, GuardedGapMethod, guarded
 from benchmarks.run.notes import Note, note_at
 from benchmarks.run.oddities import AnswerWatch, Oddities
 from benchmarks.run.own_modules import load_modules
-from benchmarks.run.process_state import ProcessState
 from benchmarks.run.real import RealEpisode
 from benchmarks.run.records import REAL, Row
-from benchmarks.run.steering import controller_for
+from benchmarks.run.steering import controller_maker
 from benchmarks.sequences.episode import SequenceEpisode
 from benchmarks.sequences.sequence import BoxedSequence, UnreadableSequence
 from benchmarks.suites.judging import Ending, Judge, Recording, Score, ScoreSheet
 from benchmarks.suites.registry import suite
 from scenarios import catalog
 from scenarios.command_link import episode_link, link_named
-from scenarios.loop import Loop, tracker_stream
+from scenarios.loop import Contestant, Loop, tracker_stream
 from scenarios.scenario import Episode, Frame, RendererName
 from scenarios.truth import Truth, TruthExtent, check_truth
 from sim.checks import check
@@ -109,8 +108,8 @@ class JobResult:
 
     Attributes:
         job: the job.
-        blocks: rows, a block for each tracker; of tracks one for each block of time. None for a tracker of which a
-            package is missing.
+        blocks: rows, a block for each tracker; of tracks one for each block of time. There is no block of a tracker of
+            which a package is missing.
         failures: trackers that failed.
         silent: tracker → number of frames without an answer.
         oddities: of the answers, and what is left running.
@@ -185,9 +184,8 @@ def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> It
     controller = link = None
     if job.controller is not None:
         scenario = catalog.scenario(job.scenario)
-        with (state := ProcessState()).applied():
-            steers = controller_for(job.controller, scenario.carrier.name, job.link, job.controller_values)
-        controller = GuardedController(steers, job.limit_s, state)
+        create = controller_maker(job.controller, scenario.carrier.name, job.link, job.controller_values)
+        controller = GuardedController(create, job.limit_s, **_known_of(job, job.controller, note))
     episode, watchers = episode_of(job, truth), list[_Watcher]()
     try:
         if controller is not None and job.link is not None:
@@ -284,24 +282,20 @@ def _run_on_tracks(job: Job, recording: Recording) -> JobResult:
     """Ask the job's one tracker about gaps in tracks; no row if it has no method to bridge them."""
     (name,) = job.trackers
     started = time.perf_counter()
-    guard, method, blocks = Guard(job.limit_s, "answer"), None, list[tuple[int, Sequence[Score]]]()
-    died_at = job.deadly.get(name)
+    blocks: list[tuple[int, Sequence[Score]]] = []
     with note_at(job.note_file) as note:
-        note.write(name, 0)
-        if died_at == 0:
-            guard.fail(0, ENDED_PROCESS)
-        else:
-            with guard.guarded(0, "tracker"):
-                method = gap_method_of(name, tracker_stream(job.seed, name))
+        guard = Guard(job.limit_s, "answer", **_known_of(job, name, note))
+        method = guard.made(lambda: gap_method_of(name, tracker_stream(job.seed, name)))
+        bridges = method is not None
         if method is not None:
-            note.write(name, 1)
-            if died_at is not None:
-                guard.fail(0, ENDED_PROCESS)
-            bridges = partial(GuardedGapMethod, method, guard, 0)
-            blocks = list(recording.scores(Ending(new_gap_method=bridges)))
+            guard.begins(1)
+            blocks = list(recording.scores(Ending(new_gap_method=partial(GuardedGapMethod, method, guard, 0))))
+        # What ends its process when it is dropped is dropped before.
+        del method
         guard.close()
+    able = bridges or guard.reason is not None
     oddities = Oddities()
-    oddities.add(name, AnswerWatch(), guard.left)
+    oddities.add(name, AnswerWatch(), guard.left if able else [*guard.left, "has no gap_method and so no row"])
     seconds = round((time.perf_counter() - started) / max(len(blocks), 1), 3)
     heading = heading_of(job, name, entrant(name).role) | {"blocks": len(blocks)}
     ending = {"seconds": seconds, "editions": job.editions.get(name, {})}
@@ -317,7 +311,7 @@ def _run_on_tracks(job: Job, recording: Recording) -> JobResult:
         )
         for number, scores in blocks
     ]
-    if method is not None and not rows:
+    if bridges and not rows:
         unusable = f"{recording.name}: expected tracks that are long enough for gaps, got none that is"
     failures = []
     if guard.reason is not None:
@@ -344,20 +338,25 @@ def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:
     watchers = []
     judging = suite(job.suite)
     scenario = None if job.real is not None else catalog.scenario(job.scenario)
+    many = scenario is not None and judging.follows_many
     for label in job.trackers:
         entered = entrant(*job.settings.get(label, (label,)))
-        write = (lambda frame: None) if note is None else partial(note.write, label)
         for repeat in range(1 if entered.reproducible else job.repeats):
             rng = tracker_stream(job.seed, entered.name, repeat)
-            with (state := ProcessState()).applied():
-                if scenario is None:
-                    contestant = contestant_of_one(label, rng)
-                else:
-                    contestant = entered.create(episode, scenario, rng, judging.follows_many)
-            how = {"state": state, "needs_depth": judging.needs_depth, "note": write}
-            how |= {"ends_process_at": job.deadly.get(label)}
-            watchers.append(_Watcher(label, entered, repeat, guarded(contestant, job.limit_s, **how)))
+            create: Callable[[], Contestant]
+            if scenario is None:
+                create = partial(contestant_of_one, label, rng)
+            else:
+                create = partial(entered.create, episode, scenario, rng, many)
+            how = {"many": many, "needs_depth": judging.needs_depth} | _known_of(job, label, note)
+            watchers.append(_Watcher(label, entered, repeat, guarded(create, job.limit_s, **how)))
     return watchers
+
+
+def _known_of(job: Job, name: str, note: Note | None) -> dict[str, Any]:
+    """Return ``how`` a guard notes what runs, and what earlier attempts have noted, see ``Guard``."""
+    known: dict[str, Any] = {"ends_process_at": job.deadly.get(name)}
+    return known if note is None else known | {"note": partial(note.write, name)}
 
 
 def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobResult:
@@ -388,7 +387,7 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
 
 def _lacks_package(guard: Guard) -> bool:
     """Return whether a contestant could not begin, as a package is not installed: that is no figure of the method."""
-    return guard.failed_at_frame == 0 and str(guard.reason).startswith(ModuleNotFoundError.__name__)
+    return guard.failed_at_frame == 0 and issubclass(guard.error or type(None), ModuleNotFoundError)
 
 
 def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str | None = None) -> Row:

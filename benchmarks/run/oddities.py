@@ -39,21 +39,21 @@ class Oddities:
 
     Attributes:
         odd: (contestant, oddity) -> number of pictures or tracks. of: the same -> of how many.
-        left: (contestant, what it left running in its process) -> number of episodes.
+        told: (contestant, what else it did or lacks) -> number of episodes.
     """
 
     odd: Counter[tuple[str, str]] = field(default_factory=Counter)
     of: Counter[tuple[str, str]] = field(default_factory=Counter)
-    left: Counter[tuple[str, str]] = field(default_factory=Counter)
+    told: Counter[tuple[str, str]] = field(default_factory=Counter)
 
     def __add__(self, other: Oddities) -> Oddities:
-        return Oddities(self.odd + other.odd, self.of + other.of, self.left + other.left)
+        return Oddities(self.odd + other.odd, self.of + other.of, self.told + other.told)
 
-    def add(self, name: str, watch: AnswerWatch, left: Sequence[str]) -> None:
-        """Add what one episode has shown of a contestant; ``left``: what it left running, in words."""
+    def add(self, name: str, watch: AnswerWatch, told: Sequence[str]) -> None:
+        """Add what one episode has shown of a contestant; ``told``: what else, in words, e.g. what it left running."""
         self.odd.update({(name, oddity): number for oddity, number in watch.odd.items()})
         self.of.update({(name, oddity): number for oddity, number in watch.of.items()})
-        self.left.update((name, what) for what in left)
+        self.told.update((name, what) for what in told)
 
     def in_words(self) -> Iterator[str]:
         """Yield a line for each contestant and oddity."""
@@ -62,7 +62,7 @@ class Oddities:
             n = self.odd[name, oddity]
             if m >= _FEWEST and n > share * m:
                 yield f"{name}: {words.format(n=f'{n:,}', m=f'{m:,}')}"
-        for (name, what), n in self.left.items():
+        for (name, what), n in self.told.items():
             yield f"{name} {what}, in {counted(n, 'episode')}"
 
 

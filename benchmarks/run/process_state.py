@@ -1,7 +1,8 @@
 """Settings of this process that a contestant changes: they are its own, and others keep theirs.
 
 A tracker may call ``np.seterr`` or ``os.chdir``, which hold for the whole process. What it sets holds on its own turns
-alone. Processes and threads that it leaves behind are found when it is closed.
+alone, but for settings that nothing reads back (``cv2.setRNGSeed``, ``torch.set_flush_denormal``) and attributes of
+modules other than NumPy. Processes and threads that it leaves behind are found when it is closed.
 """
 
 from __future__ import annotations
@@ -16,20 +17,21 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from functools import partial
+from contextlib import ExitStack, contextmanager
 from multiprocessing import resource_tracker
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import cv2
 import numba
 import numpy as np
+from joblib.externals.loky.backend import resource_tracker as resource_tracker_of_loky
 
 from benchmarks.report.numbers import counted
 
-_STARTS = ("subprocess.Popen", "os.fork", "os.posix_spawn", "os.spawn", "os.system")
-"""Audit events of a process that starts another."""
+_JOIN_S = 0.1
+"""Time for a thread that has been told to end."""
 Setting = tuple[Callable[[], Any], Callable[[Any], Any]]
 """Reads and sets one setting."""
 
@@ -46,6 +48,29 @@ def _move_to(folder: str | None) -> None:
         os.chdir(folder)  # type: ignore[arg-type]
 
 
+class _Names(dict[str, Any]):
+    """Attributes of a module, whose values compare by identity: arrays have no truth value."""
+
+    def __ne__(self, other: object) -> bool:
+        assert isinstance(other, _Names)
+        return self.keys() != other.keys() or not all(map(operator.is_, self.values(), map(other.get, self)))
+
+
+def _set_numpy_names(names: Mapping[str, Any]) -> None:
+    mine = vars(np)
+    # Modules of NumPy that have been imported since then stay.
+    added = [name for name, value in mine.items() if name not in names and not isinstance(value, ModuleType)]
+    for name in added:
+        del mine[name]
+    mine.update(names)
+
+
+def _set_environment(values: Mapping[str, str]) -> None:
+    for name in os.environ.keys() - values.keys():
+        del os.environ[name]
+    os.environ.update(values)
+
+
 def _numpy_stream() -> tuple[Any, ...]:
     # What users' trackers draw from, not ours.
     name, keys, *rest = np.random.get_state()  # noqa: NPY002
@@ -59,14 +84,18 @@ def _set_numpy_stream(state: tuple[Any, ...]) -> None:
 
 _SETTINGS: dict[str, Setting] = {
     # Old code needs ``np.int = int``; ``np.bool = bool`` breaks NumPy itself.
-    "NumPy's names": (lambda: dict(vars(np)), lambda names: vars(np).update(names)),
+    "NumPy's names": (lambda: _Names(vars(np)), _set_numpy_names),
     "NumPy's error state": (np.geterr, lambda state: np.seterr(**state)),
     "the working directory": (_folder, _move_to),
     "the filters of warnings": (
         lambda: list(warnings.filters),
-        partial(operator.setitem, warnings.filters, slice(None)),
+        lambda filters: operator.setitem(warnings.filters, slice(None), filters),  # type: ignore[call-overload]
     ),
+    "the environment": (os.environ.copy, _set_environment),
+    "the path of modules": (lambda: list(sys.path), lambda folders: operator.setitem(sys.path, slice(None), folders)),
+    "the garbage collector": (gc.isenabled, lambda is_on: gc.enable() if is_on else gc.disable()),
     "OpenCV's threads": (cv2.getNumThreads, cv2.setNumThreads),
+    "OpenCV's optimisation": (cv2.useOptimized, cv2.setUseOptimized),
     "numba's threads": (numba.get_num_threads, numba.set_num_threads),
     "Python's random numbers": (random.getstate, random.setstate),
     "NumPy's random numbers": (_numpy_stream, _set_numpy_stream),
@@ -89,28 +118,6 @@ def _settings() -> dict[str, Setting]:
     }
 
 
-class _Children:
-    """The processes that this one has started; they are looked up again once it has started another."""
-
-    def __init__(self) -> None:
-        self._starts, self._known_at = 0, -1
-        self._known: set[int] = set()
-
-    def now(self) -> set[int]:
-        """Return them."""
-        if self._known_at < 0:
-            sys.addaudithook(self._count)
-        if self._known_at != self._starts:
-            self._known_at, self._known = self._starts, _children()
-        return self._known
-
-    def _count(self, event: str, arguments: object) -> None:
-        self._starts += event in _STARTS
-
-
-_CHILDREN = _Children()
-
-
 class ProcessState:
     """What one contestant has set in this process, and started in it."""
 
@@ -125,45 +132,79 @@ class ProcessState:
 
         A child process that a contestant has forked, and that comes back from its turn, ends here.
         """
-        process, settings = os.getpid(), _settings()
+        settings = _settings()
         others = {name: read() for name, (read, _) in settings.items()}
-        children, threads = _CHILDREN.now(), set(threading.enumerate())
-        for name, value in self._own.items():
-            settings[name][1](value)
-        try:
+        with ExitStack() as afterwards:
+            afterwards.callback(self._keep_started, _children(), set(threading.enumerate()))
+            for name in reversed(settings):
+                afterwards.callback(self._put_back, name, settings[name], others[name])
+            afterwards.callback(_end_forked, os.getpid())
+            for name, value in self._own.items():
+                settings[name][1](value)
             yield
+
+    def _put_back(self, name: str, setting: Setting, others: Any) -> None:
+        """Keep the contestant's value of a setting if it differs, and set that of others again."""
+        read, set_to = setting
+        changed = True
+        self._own.pop(name, None)
+        try:
+            value = read()
+            changed = bool(value != others)
+            if changed:
+                self._own[name] = value
         finally:
-            if os.getpid() != process:
-                os._exit(1)
-            for name, (read, set_to) in settings.items():
-                value = read()
-                self._own.pop(name, None)
-                if value != others[name]:
-                    self._own[name] = value
-                    set_to(others[name])
-            self._threads |= set(threading.enumerate()) - threads
-            self._children |= _CHILDREN.now() - children
+            if changed:
+                set_to(others)
+
+    def _keep_started(self, children: set[int], threads: set[threading.Thread]) -> None:
+        """Take what runs now, and did not before, for the contestant's."""
+        self._children |= _children() - children
+        # Those that Python did not start cannot be joined, and count as alive for ever.
+        started = (each for each in threading.enumerate() if not isinstance(each, threading._DummyThread))
+        self._threads |= set(started) - threads
 
     def close(self) -> list[str]:
         """End the processes that the contestant has left, and return in words what it has left; it is dropped before.
 
         Threads cannot be ended.
         """
-        if self._children:
-            # What ends its process when it is dropped may be part of a cycle.
+        if self._children or any(thread.is_alive() for thread in self._threads):
+            # What ends its process or its threads when it is dropped may be part of a cycle.
             gc.collect()
         running = _parents()
-        left = [each for each in self._children if each in running]
+        # The number of a process that has ended may be that of another one now.
+        left = [each for each in self._children if running.get(each) == os.getpid()]
         for each in left:
             _end(each, running)
-        threads = sum(thread.is_alive() for thread in self._threads)
-        words = [f"left {counted(len(left), 'process', 'processes')} running, now ended"] * bool(left)
-        return words + [f"left {counted(threads, 'thread')} running"] * bool(threads)
+        for thread in self._threads:
+            thread.join(_JOIN_S)
+        threads = sum(thread.is_alive() and not _is_of_loky(thread) for thread in self._threads)
+        ended = (
+            f"left {counted(len(left), 'process', 'processes')} running, ended with the episode (start anew in each)"
+        )
+        return [ended] * bool(left) + [f"left {counted(threads, 'thread')} running"] * bool(threads)
+
+
+def _end_forked(process: int) -> None:
+    """End this process if it is not ``process``."""
+    if os.getpid() != process:
+        os._exit(1)
+
+
+def _is_of_loky(thread: threading.Thread) -> bool:
+    """Return whether a thread is one of the pool that joblib keeps for all of its callers."""
+    return "loky" in type(thread).__module__
 
 
 def _children() -> set[int]:
     """Return the processes that this one has started; none where no file tells them (Linux has some)."""
-    return {child for child, parent in _parents().items() if parent == os.getpid()} - {_resource_tracker()}
+    found = set[int]()
+    with contextlib.suppress(OSError):
+        for thread in os.listdir("/proc/self/task"):
+            with contextlib.suppress(OSError), open(f"/proc/self/task/{thread}/children", "rb", 0) as file:
+                found.update(map(int, file.read().split()))
+    return found - _resource_trackers()
 
 
 def _parents() -> dict[int, int]:
@@ -186,6 +227,7 @@ def _end(process: int, parents: Mapping[int, int]) -> None:
             _end(child, parents)
 
 
-def _resource_tracker() -> int | None:
-    """Return the process that ``multiprocessing`` starts once for all."""
-    return getattr(getattr(resource_tracker, "_resource_tracker", None), "_pid", None)
+def _resource_trackers() -> set[int | None]:
+    """Return the processes that ``multiprocessing`` and joblib's loky start once for all."""
+    modules = (resource_tracker, resource_tracker_of_loky)
+    return {getattr(getattr(module, "_resource_tracker", None), "_pid", None) for module in modules}

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from benchmarks.printable import printable
+from benchmarks.report.numbers import counted
 from benchmarks.run.contestants import Entrant, entrants
 from benchmarks.run.editions import Editions
 from benchmarks.run.records import FILE_NAME, REAL, BlockKey, Row, read_blocks, tidy
@@ -86,6 +87,10 @@ def up_to_date_on(
     for key, rows in blocks.items():
         if (key.suite, key.scenario) == (suite, REAL) and key.preset in presets:
             groups.setdefault(replace(key, seed=0) if "blocks" in rows[0] else key, []).append(key)
+    compared = {(key.preset, key.seed) for key in groups} & {place for place, each in known.items() if each.sequence}
+    if compared:
+        # All of their pictures are read, which takes minutes for large sets.
+        print(f"note: comparing {counted(len(compared), 'sequence')} with their rows …", file=sys.stderr, flush=True)
     have, outdated = set[BlockKey](), set[BlockKey]()
     for whole, keys in groups.items():
         episode, now = known.get((whole.preset, whole.seed)), editions.get(whole.tracker)

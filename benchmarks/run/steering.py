@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from benchmarks.suites.registry import suite, suites
@@ -44,17 +45,17 @@ def suite_watching(scenario: str, tracker: str | None) -> str:
     return fitting[0].name if fitting else suite_shown(scenario, "", None)
 
 
-def controller_for(name: str, carrier: str, link: str | None, values: Mapping[str, Any]) -> Controller:
-    """Return a fresh controller that steers a carrier through a link, see ``link_in``.
+def controller_maker(name: str, carrier: str, link: str | None, values: Mapping[str, Any]) -> Callable[[], Controller]:
+    """Return what makes a controller that steers a carrier through a link, see ``link_in``.
 
     Args:
         values: parameter values in place of the tuned ones; with a link only.
 
     Raises:
-        ValueError: for an unknown name or parameter.
+        ValueError: for an unknown name.
     """
     entry = controller_entry(name, carrier)
-    return entry.create_as_written() if link is None else entry.create(**values)
+    return entry.create_as_written if link is None else partial(entry.create, **values)
 
 
 def default_controllers(scenario: str, *, variants: bool = False) -> tuple[str, ...]:

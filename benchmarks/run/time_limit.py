@@ -61,7 +61,7 @@ class Stopwatch(event.Listener):
         self.clocks = clocks
         self._compiling = 0
         self._compile_began = self._compiled = Taken(0.0, 0.0)
-        self._left_s = [0.0 for _ in clocks]
+        self._left_s = [(0.0, 0.0) for _ in clocks]
         self._began = _now()
 
     @property
@@ -74,7 +74,7 @@ class Stopwatch(event.Listener):
         self._compiling += 1
         if self._compiling == 1:
             self._compile_began = _now()
-            self._left_s = [_set(clock, 0.0) for clock in self.clocks]
+            self._left_s = [signal.setitimer(clock, 0.0) for clock in self.clocks]
 
     def on_end(self, event: event.Event) -> None:
         """Restart the clocks."""
@@ -82,8 +82,8 @@ class Stopwatch(event.Listener):
         if self._compiling == 0:
             parts = zip(self._compiled, _now(), self._compile_began, strict=True)
             self._compiled = Taken(*(sum_s + now - began for sum_s, now, began in parts))
-            for clock, left_s in zip(self.clocks, self._left_s, strict=True):
-                _set(clock, left_s)
+            for clock, (left_s, every_s) in zip(self.clocks, self._left_s, strict=True):
+                signal.setitimer(clock, left_s, every_s)
 
 
 @contextmanager
@@ -111,12 +111,12 @@ def at_most(limit_s: float) -> Iterator[Stopwatch]:
     event.register("numba:compile", watch)
     # The default action of the third clock's signal ends the process without Python.
     for clock, seconds in zip(clocks, (limit_s, WALL * limit_s, _DEAF * limit_s), strict=False):
-        _set(clock, seconds)
+        signal.setitimer(clock, seconds, seconds)
     try:
         yield watch
     finally:
         for clock in clocks:
-            _set(clock, 0.0)
+            signal.setitimer(clock, 0.0)
         event.unregister("numba:compile", watch)
         for number, action in previous.items():
             signal.signal(number, action)
@@ -139,8 +139,3 @@ def _waited_s() -> float:
         return 1e-9 * int(_SCHEDULED.read_text().split()[1])
     except (OSError, IndexError, ValueError):
         return 0.0
-
-
-def _set(clock: int, seconds: float) -> float:
-    """Let an alarm clock ring every so many seconds, 0 = off; return the time that was left."""
-    return signal.setitimer(clock, seconds, seconds)[0]

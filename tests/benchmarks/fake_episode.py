@@ -98,7 +98,7 @@ class FakeEpisode:
 
 def live(episode: Episode, tracker: Tracker, controller: Controller | None = None, job: Job = JOB) -> OpenJob:
     """Return an episode as that of a job, with one tracker and what steers by it."""
-    pilot = None if controller is None else GuardedController(controller, 60.0)
+    pilot = None if controller is None else GuardedController(lambda: controller, 60.0)
     return OpenJob(job, Loop(episode, [FromPictures(tracker)]), [], pilot)
 
 

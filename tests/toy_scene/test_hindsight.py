@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import time
+import weakref
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,7 +15,7 @@ from benchmarks.run.blindfold import ManyBlindfolded
 from benchmarks.run.guards import GuardedContestant, guarded
 from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.judging import Ending
-from scenarios.loop import Contestant, FromPictures, Loop, ManyFromPictures
+from scenarios.loop import Contestant, FromPictures, Loop, ManyContestant, ManyFromPictures
 from tests.benchmarks.fake_episode import FakeTracker
 from tests.toy_scene.scenario import TOY_YARD, YardEpisode
 from trackers.gaps.types import Bridge, Piece, Surroundings
@@ -64,7 +66,7 @@ class Bridges(Follows):
 
 
 def ended(episode: YardEpisode, contestant: Contestant, limit_s: float = 60.0) -> tuple[GuardedContestant, Ending]:
-    guard = guarded(contestant, limit_s)
+    guard = guarded(lambda: contestant, limit_s, many=isinstance(contestant, ManyContestant))
     assert len(list(Loop(episode, [guard]).frames())) == 20
     return guard, guard.ending()
 
@@ -80,7 +82,7 @@ def test_revised_answers_are_asked_for_once_all_pictures_were_seen(episode: Yard
 def test_one_that_does_not_revise_leaves_nothing(episode: YardEpisode) -> None:
     _, ending = ended(episode, ManyFromPictures(Follows()))
     assert ending == Ending()
-    assert guarded(FromPictures(FakeTracker()), 60.0).ending() == Ending()
+    assert guarded(lambda: FromPictures(FakeTracker()), 60.0).ending() == Ending()
 
 
 def late(seen: int) -> list[list[Track]]:
@@ -145,6 +147,33 @@ def test_a_gap_method_is_handed_on_and_checked(episode: YardEpisode) -> None:
     assert method.interpolate(PAST, FUTURE, Surroundings()) is None
     # What it learns stays in the copy.
     assert (tracker.lessons, guard.reason) == (0, None)
+
+
+def test_a_note_is_written_before_a_tracker_is_asked_for_anything(episode: YardEpisode) -> None:
+    """Else one that ends its process there is taken for the one whose note is the latest."""
+    noted: list[str] = []
+
+    class Asked(Bridges):
+        @property
+        def decides_at(self) -> float:
+            noted.append("threshold")
+            return 0.5
+
+    guard = guarded(
+        lambda: ManyFromPictures(Asked()), 60.0, many=True, note=lambda frame: noted.append(f"frame {frame}")
+    )
+    guard.initialise(Loop(episode).step(), episode.start)
+    assert noted.index("frame 0", 1) < noted.index("threshold")
+
+
+def test_a_closed_guard_holds_nothing_of_its_contestant(episode: YardEpisode) -> None:
+    guard, ending = ended(episode, ManyFromPictures(Bridges()))
+    assert ending.new_gap_method is not None
+    method = weakref.ref(guard._gap_method)  # type: ignore[attr-defined]
+    del ending
+    guard.close()
+    gc.collect()
+    assert method() is None
 
 
 def test_a_gap_method_knows_nothing_of_the_pictures_of_its_gaps(episode: YardEpisode) -> None:

@@ -40,7 +40,7 @@ class Says:
 
 def lived(episode: YardEpisode, answers: Any) -> tuple[GuardedMany, list[Any], dict[str, Any]]:
     """Return the guard, the answers and the scores of a tracker that says what it is told to."""
-    guard = GuardedMany(ManyFromPictures(Says(answers)), 60.0)
+    guard = GuardedMany(lambda: ManyFromPictures(Says(answers)), 60.0)
     judge = ManyJudge(episode, TOY_YARD)
     loop, sheet, said = Loop(episode, [guard]), judge.sheet(), []
     for _ in loop.frames():

@@ -92,7 +92,7 @@ def asked_of(method: GapMethod) -> list[Bridge | None]:
 def kept(tmp_path: Path) -> tuple[Asks, GuardedContestant, Path]:
     episode = fakes_scenario.FAKE_TOWN.episode("tiny", 3)
     episode.frame_count = 4
-    asks, guard = Asks(), guarded(ManyFromPictures(Bridges()), 60.0)
+    asks, guard = Asks(), guarded(lambda: ManyFromPictures(Bridges()), 60.0, many=True)
     keeping = KeepingJudge(asks)
     sheet, loop = keeping.sheet(), Loop(episode, [guard])
     for frame in loop.frames():

@@ -100,6 +100,18 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
     assert scored_anew(outdated, written, BUDGET.seeds, scores_on) == document
 
 
+def test_a_tracker_that_lacks_a_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("optuna")
+
+    def init(*given: object) -> None:
+        raise ModuleNotFoundError("No module named 'torch'")
+
+    monkeypatch.setattr(Shaky, "__init__", init)
+    told = "^tracker: expected one that can begin, got fake_shaky: ModuleNotFoundError: No module named 'torch'$"
+    with pytest.raises(ValueError, match=told):
+        tune("fake_shaky", replace(BUDGET, trials=2), lambda done, of: None)
+
+
 def test_the_first_setting_tried_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
     tried: list[dict[str, Any]] = []
 

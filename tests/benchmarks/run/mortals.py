@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+from importlib.metadata import version
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +59,14 @@ class Crashes(Mortal):
         os.kill(os.getpid(), signal.SIGSEGV)
 
 
+@register("stillborn", role="external", summary="ends its process when it is made")
+class Stillborn(Mortal):
+    """Is never made."""
+
+    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
+        os._exit(3)
+
+
 @register("raises", role="external", summary="raises")
 class Raises(Mortal):
     """Fails as Python does."""
@@ -72,4 +81,4 @@ class Unequipped(Mortal):
     """Cannot begin."""
 
     def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
-        raise ModuleNotFoundError("No module named 'no_such_package'")
+        version("no_such_package")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -26,11 +27,13 @@ def test_a_folder_is_held_until_the_process_ends(tmp_path: Path) -> None:
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
         assert other.stdout is not None
         assert other.stdout.readline() == b"held\n"
-        told = r"^out: expected a folder that no other process writes, got '[^\n]*', which one writes now$"
+        told = r"^out: expected a folder that no other run writes, got '[^\n]*', which one writes now$"
         with pytest.raises(ValueError, match=told), alone_in(tmp_path):
             pass
         other.kill()
         other.wait()
+    with alone_in(tmp_path), ThreadPoolExecutor(1) as pool, pytest.raises(ValueError, match=told):
+        pool.submit(lambda: alone_in(tmp_path).__enter__()).result()
     with alone_in(tmp_path):
         pass
     with alone_in(tmp_path):

@@ -155,7 +155,7 @@ def test_a_note_follows_no_link_and_lies_in_no_shared_folder(tmp_path: Path) -> 
     ("tracker", "reason"),
     [
         ("fake_raises", "RuntimeError: a bug"),
-        ("fake_exits", "RuntimeError: it called sys.exit('bye')"),
+        ("fake_exits", "SystemExit: bye"),
         ("fake_spoils", "ValueError: assignment destination is read-only"),
         ("fake_half_nan", "position_px: expected finite numbers, got [nan, 3.0]"),
         ("fake_wrong_shape", "position_px: expected the shape (2,), got (3,)"),

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
 import ctypes
+import sys
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.run.guards import GuardedController, guarded, times
+from benchmarks.run.failures import ENDED_PROCESS
+from benchmarks.run.guards import Guard, GuardedController, guarded, times
 from benchmarks.run.time_limit import Taken, at_most
 from benchmarks.scores.tracker_speed import TIMES
 from scenarios.command_link import CommandLink, Link
@@ -36,7 +40,7 @@ class Scripted:
         """Return the next answer."""
         self.asked.append(estimate)
         answer = self.answers[len(self.asked) - 1]
-        if isinstance(answer, Exception):
+        if isinstance(answer, BaseException):
             raise answer
         if answer == "sleeps":
             time.sleep(5.0)
@@ -46,23 +50,69 @@ class Scripted:
 AHEAD = CameraCommand(forward_mps=5.0)
 
 
+class Odd(BaseException):
+    """No ``Exception``."""
+
+
 @pytest.mark.parametrize(
     ("answer", "reason"),
     [
         (RuntimeError("a bug\nin two lines"), "RuntimeError: a bug"),
         (CameraCommand(yaw_rate_rad_s=float("nan")), "ValueError: command: expected finite numbers, got"),
         (None, "TypeError"),
+        (SystemExit("bye"), "SystemExit: bye"),
+        (asyncio.CancelledError(), "CancelledError: "),
+        (Odd("a bug"), "Odd: a bug"),
         ("sleeps", "took longer than 0.2 s over one command"),
     ],
 )
 def test_one_that_fails_commands_nothing_from_there_on(answer: object, reason: str) -> None:
     controller = Scripted([AHEAD, answer, AHEAD])
-    guard = GuardedController(controller, limit_s=0.02)
+    guard = GuardedController(lambda: controller, limit_s=0.02)
     given = [guard.command(PICTURE, SOMEWHERE) for _ in range(3)]
     assert given == [AHEAD, CameraCommand(), CameraCommand()]
     assert len(controller.asked) == 2
     assert guard.failed_at_frame == 2
     assert str(guard.reason).startswith(reason)
+
+
+def test_who_interrupts_a_run_is_no_failure_of_a_contestant() -> None:
+    guard = GuardedController(lambda: Scripted([KeyboardInterrupt()]), limit_s=1.0)
+    with pytest.raises(KeyboardInterrupt):
+        guard.command(PICTURE, SOMEWHERE)
+    assert guard.reason is None
+
+
+@pytest.mark.parametrize(
+    ("create", "reason"),
+    [
+        (lambda: sys.exit("no weights"), "SystemExit: no weights"),
+        (lambda: time.sleep(5.0), "took longer than 0.1 s over one construction"),
+    ],
+)
+@pytest.mark.parametrize("many", [False, True])
+def test_one_that_cannot_be_made_fails_on_the_first_frame(create: Any, reason: str, many: bool) -> None:
+    notes: list[int] = []
+    guard, episode = guarded(create, 0.01, many=many, note=notes.append), FakeEpisode()
+    assert (guard.failed_at_frame, notes) == (0, [0])
+    first = guard.initialise(episode.step(), episode.start)
+    assert (first == ()) if many else np.isfinite(first.position_px).all()  # type: ignore[union-attr]
+    guard.update(episode.step())
+    assert (guard.failed_at_frame, str(guard.reason)) == (0, reason)
+    guard.close()
+    controller = GuardedController(create, 0.01)
+    assert controller.command(PICTURE, SOMEWHERE) == CameraCommand()
+    assert (controller.failed_at_frame, str(controller.reason)) == (0, reason)
+    controller.close()
+
+
+@pytest.mark.parametrize("many", [False, True])
+def test_one_that_ended_its_process_when_it_was_made_is_not_made_again(many: bool) -> None:
+    made: list[None] = []
+    guards: list[Guard] = [guarded(lambda: made.append(None), 1.0, many=many, ends_process_at=0)]  # type: ignore[arg-type, return-value]
+    guards += [GuardedController(lambda: made.append(None), 1.0, ends_process_at=0)]  # type: ignore[arg-type, return-value]
+    assert [(each.failed_at_frame, each.reason) for each in guards] == [(0, ENDED_PROCESS)] * 2
+    assert made == []
 
 
 class Overwrites:
@@ -76,7 +126,7 @@ class Overwrites:
 
 
 def test_a_controller_that_overwrites_the_picture_fails_and_changes_nothing_of_others() -> None:
-    guard = GuardedController(Overwrites(), limit_s=60.0)
+    guard = GuardedController(Overwrites, limit_s=60.0)
     assert guard.command(PICTURE, SOMEWHERE) == CameraCommand()
     assert str(guard.reason).startswith("ValueError: observation.image_rgb: expected it as it was given")
     assert not PICTURE.image_rgb.any()
@@ -114,7 +164,7 @@ def in_a_second_thread() -> None:
 
 @pytest.mark.parametrize("work", [lambda: time.sleep(0.03), in_a_second_thread])
 def test_one_that_waits_is_no_faster_than_what_it_waits_for(work: Callable[[], None]) -> None:
-    guard, episode = guarded(FromPictures(Outside(work)), 30.0), FakeEpisode()
+    guard, episode = guarded(lambda: FromPictures(Outside(work)), 30.0), FakeEpisode()
     guard.initialise(episode.step(), episode.start)
     for _ in range(8):
         guard.update(episode.step())
@@ -144,7 +194,7 @@ def test_the_larger_of_both_times_counts_and_a_revision_is_shared_among_frames()
 def test_the_link_is_between_controller_and_carrier() -> None:
     episode = FakeEpisode(rate_hz=10.0)
     loop = Loop(episode, [FromPictures(FakeTracker())], CommandLink(HELICOPTER, 10.0, Link(), np.random.default_rng(0)))
-    guard = GuardedController(Scripted([CameraCommand(forward_mps=1e3), RuntimeError()]), limit_s=1.0)
+    guard = GuardedController(lambda: Scripted([CameraCommand(forward_mps=1e3), RuntimeError()]), limit_s=1.0)
     obeyed = [loop.obeyed for _ in loop.frames(guard, 3)]
     assert obeyed[0] is None
     assert obeyed == episode.commands

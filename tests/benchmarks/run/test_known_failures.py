@@ -12,10 +12,10 @@ from benchmarks.report.page import write_report
 from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import run
 from benchmarks.run.failures import Failure
+from benchmarks.run.guards import guarded
 from benchmarks.run.known_failures import FILE_NAME, ended_processes, read_failures, write_failures
 from benchmarks.run.records import BlockKey
 from benchmarks.suites.frame_out import picture
-from scenarios.loop import ManyContestant
 from tests.benchmarks.fake_episode import FakeEpisode
 from tests.benchmarks.run.test_experiment import TINY, mean_of
 from tests.fakes_scenario import FAKE_TOWN
@@ -110,7 +110,7 @@ def test_one_of_many_targets_fails_as_one_of_many(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
     registry.register("unmade", role="external", summary="", suites=("fish",))(_UnmadeOfMany)
     episode, rng = FakeEpisode(), np.random.default_rng(0)
-    made = entrant("unmade").create(episode, FAKE_TOWN, rng, many=True)
-    assert isinstance(made, ManyContestant)
-    with pytest.raises(OSError, match="not found"):
-        made.initialise(None, episode.start)  # type: ignore[arg-type]
+    guard = guarded(lambda: entrant("unmade").create(episode, FAKE_TOWN, rng, many=True), 60.0, many=True)
+    assert guard.initialise(episode.step(), episode.start) == guard.update(episode.step()) == ()
+    assert (guard.failed_at_frame, guard.reason) == (0, "OSError: weights.pt not found")
+    guard.close()

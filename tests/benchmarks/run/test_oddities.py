@@ -87,7 +87,7 @@ def test_tracks_without_a_depth_are_told_where_it_is_needed() -> None:
 
 
 def test_a_guard_watches_answers_and_a_run_tells_them_beside_silence() -> None:
-    guard, episode = guarded(FromPictures(FakeTracker()), 60.0), FakeEpisode()
+    guard, episode = guarded(lambda: FromPictures(FakeTracker()), 60.0), FakeEpisode()
     guard.initialise(episode.step(), episode.start)
     for _ in range(FRAMES):
         guard.update(episode.step())

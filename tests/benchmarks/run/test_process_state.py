@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import multiprocessing
 import os
+import random
 import subprocess
 import sys
 import threading
+import warnings
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from multiprocessing.util import spawnv_passfds
 from pathlib import Path
+from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
+from benchmarks.run import process_state
 from benchmarks.run.process_state import ProcessState
 
-IN_FILES = pytest.mark.skipif(not Path("/proc/self/stat").is_file(), reason="no file tells the processes")
+IN_FILES = pytest.mark.skipif(not Path("/proc/thread-self/children").is_file(), reason="no file tells the processes")
 ASLEEP = [sys.executable, "-c", "import time; time.sleep(600)"]
 
 
@@ -42,6 +51,56 @@ def test_a_setting_is_that_of_who_set_it(tmp_path: Path) -> None:
         assert os.getcwd() == before[1]
 
 
+ZEROS = np.zeros(3)
+
+
+@pytest.mark.parametrize(
+    ("change", "read"),
+    [
+        (lambda: setattr(np, "mine", ZEROS), lambda: hasattr(np, "mine")),
+        (lambda: setattr(np, "float32", ZEROS), lambda: np.float32 is ZEROS),
+        (lambda: os.environ.update(MINE="1"), lambda: os.environ.get("MINE")),
+        (lambda: os.environ.pop("PATH"), lambda: "PATH" in os.environ),
+        (lambda: sys.path.append("mine"), lambda: "mine" in sys.path),
+        (lambda: setattr(sys, "path", ["mine"]), lambda: "mine" in sys.path),
+        (lambda: warnings.simplefilter("ignore", ResourceWarning), lambda: list(warnings.filters)),
+        (gc.disable, gc.isenabled),
+        (lambda: cv2.setUseOptimized(False), cv2.useOptimized),
+    ],
+)
+def test_each_setting_holds_on_the_turns_of_who_set_it(change: Callable[[], Any], read: Callable[[], Any]) -> None:
+    mine, before = ProcessState(), read()
+    # A command ignores some warnings meanwhile, with a list of filters of its own.
+    with warnings.catch_warnings():
+        with mine.applied():
+            change()
+            changed = read()
+        for _ in range(2):
+            assert read() == before != changed
+            with ProcessState().applied():
+                assert read() == before
+            with mine.applied():
+                assert read() == changed
+
+
+def test_what_cannot_be_read_or_put_back_leaves_the_other_settings_as_they_were(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    before = np.geterr(), random.getstate()
+
+    def refuse(*value: object) -> Any:
+        raise ValueError("no")
+
+    readings = iter(["before", "after"])
+    monkeypatch.setitem(process_state._SETTINGS, "the working directory", (lambda: next(readings), refuse))
+    monkeypatch.setitem(process_state._SETTINGS, "numba's threads", (iter([1]).__next__, lambda value: None))
+    with contextlib.suppress(ValueError, RuntimeError), ProcessState().applied():
+        np.seterr(all="raise")
+        random.seed(3)
+    assert list(readings) == []
+    assert (np.geterr(), random.getstate()) == before
+
+
 def test_a_setting_is_put_back_after_an_exception_and_in_a_folder_that_is_gone(tmp_path: Path) -> None:
     state, before = ProcessState(), os.getcwd()
     with contextlib.suppress(RuntimeError), state.applied():
@@ -66,11 +125,56 @@ def test_a_process_that_is_left_is_ended_and_told_by_whose_it_is() -> None:
         ended.kill()
         ended.wait()
     assert yours.close() == []
-    assert mine.close() == ["left 1 process running, now ended"]
+    assert mine.close() == ["left 1 process running, ended with the episode (start anew in each)"]
     assert left.wait(10) != 0
     assert earlier.poll() is None
     earlier.kill()
     earlier.wait()
+
+
+@IN_FILES
+def test_one_started_without_an_audit_event_is_of_who_started_it() -> None:
+    """As ``multiprocessing`` and loky start theirs."""
+    mine, yours = ProcessState(), ProcessState()
+    with mine.applied():
+        left = spawnv_passfds(os.fsencode(sys.executable), ASLEEP, ())
+    with yours.applied():
+        subprocess.run([sys.executable, "-S", "-c", ""], check=True)
+    assert yours.close() == []
+    assert mine.close() == ["left 1 process running, ended with the episode (start anew in each)"]
+    assert os.waitstatus_to_exitcode(os.waitpid(left, 0)[1]) != 0
+
+
+@IN_FILES
+def test_a_process_of_another_parent_is_not_ended() -> None:
+    """It may have the number of a child that ended long ago."""
+    starts = f"import subprocess; print(subprocess.Popen({ASLEEP!r}).pid, flush=True); input()"
+    words = [sys.executable, "-c", starts]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as stranger:
+        assert stranger.stdout is not None
+        number = int(stranger.stdout.readline())
+        state = ProcessState()
+        state._children.add(number)
+        assert state.close() == []
+        os.kill(number, 0)
+        process_state._end(number, {})
+        stranger.communicate(b"\n")
+
+
+def test_threads_that_end_with_their_owner_are_none_that_are_left() -> None:
+    """An executor in a cycle lets its threads go when it is collected, and they take a moment."""
+
+    class Owner:
+        def __init__(self) -> None:
+            self.itself, self.pool = self, ThreadPoolExecutor(2)
+
+    state = ProcessState()
+    with state.applied():
+        owner = Owner()
+        assert owner.pool.submit(int).result() == 0
+    del owner
+    assert len(state._threads) == 1
+    assert state.close() == []
 
 
 def test_a_thread_that_is_left_is_told() -> None:

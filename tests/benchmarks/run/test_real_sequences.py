@@ -25,6 +25,7 @@ from benchmarks.run.outcome import ContestantWarning
 from benchmarks.run.records import read_rows
 from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.sequences.reading import read_collections
+from benchmarks.sequences.sequence import _bytes_of
 from benchmarks.suites.frame_out.metrics import localisation
 from tests.benchmarks.export.painted_scene import FRAMES as PAINTED_FRAMES
 from tests.benchmarks.export.painted_scene import WIDTH_PX, painted_data_set, truths
@@ -321,13 +322,14 @@ def mortal_bench(out: str, *trackers: str, workers: int = 1) -> int:
 def test_trackers_that_end_their_process_cost_their_own_rows_alone(
     mortals: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert mortal_bench("all", "exits", "innocent", "crashes", "raises", workers=2) == 1
+    assert mortal_bench("all", "exits", "innocent", "crashes", "stillborn", "raises", workers=2) == 1
     told = capsys.readouterr().err
     for name in ("exits", "crashes"):
         assert f"error: {name} failed in real cars, sequence Car1, frame 5: ended its process" in told
+    assert "error: stillborn failed in real cars, sequence Car1, frame 0: ended its process" in told
     assert "error: raises failed in real cars, sequence Car1, frame 5: RuntimeError: no (mortals.py, line " in told
     failed = {(row["tracker"], row["value"]) for row in read_rows(Path("all")) if row["metric"] == "failed_at_frame"}
-    assert failed == {("exits", 5.0), ("crashes", 5.0), ("raises", 5.0)}
+    assert failed == {("exits", 5.0), ("crashes", 5.0), ("stillborn", 0.0), ("raises", 5.0)}
     page = Path("all/report.html").read_text()
     assert "exits, sequence Car2: failed at frame 5" in html.unescape(page)
     assert "sequences Car1, Car2" in page
@@ -344,7 +346,7 @@ def test_trackers_that_end_their_process_cost_their_own_rows_alone(
 
 def test_a_tracker_without_its_package_has_no_rows(mortals: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert mortal_bench("out", "unequipped", "innocent", workers=0) == 1
-    assert "unequipped failed in real cars, sequence Car1, frame 0: ModuleNotFoundError" in capsys.readouterr().err
+    assert "unequipped failed in real cars, sequence Car1, frame 0: PackageNotFoundError" in capsys.readouterr().err
     assert {row["tracker"] for row in read_rows(Path("out"))} == {"innocent"}
     assert mortal_bench("alone", "unequipped", workers=0) == 2
     assert "error: trackers: expected some that can begin, got unequipped failed" in capsys.readouterr().err
@@ -383,10 +385,6 @@ def test_a_run_from_python_has_the_column_of_sequences_and_its_answers(mortals: 
     assert done == [(0, 2), (1, 2), (2, 2)]
     said = scan("out").to_table().to_pandas()
     assert sorted(said.groupby("seed").size().tolist()) == [12, 12]
-    with pytest.warns(UserWarning, match=r"^seeds: real recordings have none, and all of them run$"):
-        python_bench(
-            "frame-out", real=["cars"], trackers="fake_stays", out="out", workers=0, rate_hz=10.0, seeds=range(1)
-        )
     with pytest.raises(ValueError, match=r"^estimates: expected ones of simulated episodes, got those of real cars$"):
         rejudge(Path("out"), None, 0, (), lambda done, of: None)
 
@@ -395,6 +393,7 @@ def test_a_run_from_python_has_the_column_of_sequences_and_its_answers(mortals: 
     ("given", "message"),
     [
         ({"preset": "quick"}, r"^real: expected no scenario, preset or controller, got quick$"),
+        ({"seeds": range(3)}, r"^seeds: expected none with --real, which runs no episodes, got '0:3'$"),
         ({"renderer": "pybullet"}, r"^renderer: expected none with --real, which runs no episodes, got 'pybullet'$"),
         ({"data": "set"}, r"^data: expected none with --real, which runs no episodes, got 'set'$"),
         ({"real": ()}, r"^seeds: expected range\(A, B\), got None$"),
@@ -405,6 +404,30 @@ def test_a_run_from_python_has_the_column_of_sequences_and_its_answers(mortals: 
 def test_wrong_arguments_from_python_are_named(mortals: Path, given: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         python_bench("frame-out", **{"real": "cars", "trackers": "fake_stays", "out": "out", **given})
+
+
+def test_pictures_are_compared_with_rows_if_there_are_some_which_is_told(
+    mortals: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """To read all pictures of a large set takes minutes, in which nothing else is shown."""
+    pictures = [*mortals.rglob("*.png")]
+    read: list[Path] = []
+    at_first: list[int] = []
+    given: dict[str, Any] = {"real": "cars", "trackers": "fake_stays", "out": "out", "workers": 0}
+
+    @contextmanager
+    def progress(title: str) -> Iterator[Callable[[int, int], None]]:
+        read.clear()
+        yield lambda done, of: at_first.append(len(read)) if done in (0, 2) else None
+
+    monkeypatch.setattr("benchmarks.sequences.sequence._bytes_of", lambda path: read.append(path) or _bytes_of(path))
+    python_bench("frame-out", **given, progress=progress)
+    assert at_first[0] == 0
+    assert "comparing" not in capsys.readouterr().err
+    at_first.clear()
+    python_bench("frame-out", **given, progress=progress)
+    assert at_first == [len(pictures)]
+    assert capsys.readouterr().err.count("note: comparing 2 sequences with their rows …\n") == 1
 
 
 def test_a_stopped_run_keeps_what_it_has(mortals: Path) -> None:

@@ -1,10 +1,23 @@
-"""Which controllers steer by default."""
+"""Which controllers steer by default, and who is blamed for the end of a process."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from benchmarks.run.failures import ENDED_PROCESS
+from benchmarks.run.jobs import Job, run_job
+from benchmarks.run.notes import read_note
 from benchmarks.run.selection import Asked, parties
 from benchmarks.run.steering import default_controllers
 from benchmarks.suites.registry import suite
+from tests.benchmarks.run.fake_steering import NothingToSet, RaisingController
+from tests.fakes_scenario import FAKE_TOWN
+from trackers.controllers import catalogue
+from trackers.controllers.catalogue import ControllerEntry
+from trackers.types import CameraCommand, Estimate, Observation
 
 
 def test_all_controllers_of_the_carrier_steer_by_default() -> None:
@@ -17,3 +30,32 @@ def test_all_controllers_of_the_carrier_steer_by_default() -> None:
 def test_ablations_steer_only_if_they_are_asked_for() -> None:
     assert "centre_as_written" not in default_controllers("road-town")
     assert "centre_as_written" in default_controllers("road-town", variants=True)
+
+
+def test_the_note_names_a_controller_on_its_turns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else the tracker is taken for the one that ended the process."""
+    noted: list[tuple[str, int] | None] = []
+
+    class Reads(RaisingController):
+        def __init__(self, parameters: NothingToSet) -> None:
+            super().__init__(parameters)
+            noted.append(read_note(job.note_file))
+
+        def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+            noted.append(read_note(job.note_file))
+            return CameraCommand()
+
+    job = Job(
+        *("frame-out", FAKE_TOWN.id, "tiny-loop", "raster", 0, "reads", ("fake_still",)),
+        changes=("tiny-loop", {"frame_count": 4}),
+        notes=tmp_path,
+    )
+    monkeypatch.setitem(
+        catalogue._ENTRIES, ("helicopter", "reads"), ControllerEntry("reads", "helicopter", "external", "", Reads)
+    )
+    assert run_job(job).failures == []
+    assert noted == [("reads", frame) for frame in range(4)]
+    noted.clear()
+    (failure,) = run_job(replace(job, deadly={"reads": 2})).failures
+    assert (failure.tracker, failure.frame, failure.reason) == ("reads", 2, ENDED_PROCESS)
+    assert noted == [("reads", 0), ("reads", 1)]

@@ -140,6 +140,18 @@ def test_the_limit_holds_again_after_compiling() -> None:
     assert time.perf_counter() - began < 15
 
 
+def test_a_compilation_shortly_before_the_limit_leaves_the_time_between_alarms() -> None:
+    """Else one that cleans up after the first alarm has the next ones at once, and is ended with its process."""
+    with at_most(5.0) as watch:
+        signal.setitimer(signal.ITIMER_REAL, 0.5, 50.0)
+        watch.on_start(None)  # type: ignore[arg-type]
+        assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+        watch.on_end(None)  # type: ignore[arg-type]
+        left_s, every_s = signal.getitimer(signal.ITIMER_REAL)
+        assert 0.0 < left_s <= 0.5
+        assert every_s == 50.0
+
+
 @pytest.mark.heavy
 def test_a_compilation_outside_touches_no_clock() -> None:
     with at_most(1.0):

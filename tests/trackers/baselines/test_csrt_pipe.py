@@ -100,7 +100,7 @@ def test_a_tiny_picture_has_no_answer_and_no_child(tmp_path: Path, monkeypatch: 
 def test_the_time_of_the_child_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fake(tmp_path, monkeypatch, fault="all(iter(lambda: time.process_time() < began_s + 0.05, False))")
     episode, tracker = FakeEpisode(), entry("opencv_csrt").create(np.random.default_rng(0))
-    guard = guarded(FromPictures(tracker), 30.0)
+    guard = guarded(lambda: FromPictures(tracker), 30.0)
     guard.initialise(episode.step(), episode.start)
     for _ in range(3):
         guard.update(episode.step())

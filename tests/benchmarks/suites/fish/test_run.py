@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import weakref
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -17,10 +18,12 @@ from benchmarks.cli import main
 from benchmarks.report.results import Results
 from benchmarks.run.bench import bench as python_bench
 from benchmarks.run.outcome import ContestantWarning
+from benchmarks.run.process_state import ProcessState
 from benchmarks.scores.tracker_speed import TIMES
 from benchmarks.suites.registry import suite
 from benchmarks.track_files.table import TrackTable
 from benchmarks.track_files.writing import write_tracks
+from tests.benchmarks.suites.fish.fake_trackers import Holds, HoldsAlone
 from tests.benchmarks.suites.fish.gap_methods import swimming
 
 FAKES = "tests.benchmarks.suites.fish.fake_trackers"
@@ -157,6 +160,9 @@ def test_a_suite_without_recordings_and_trackers_without_gaps_are_refused(
     assert "real: expected recordings of different names, got two called pond" in capsys.readouterr().err
     assert main(["bench", "fish", "--trackers", "hold", *real]) == 2
     assert "trackers: expected some with a gap method, got hold" in capsys.readouterr().err
+    assert bench(tmp_path / "beside", *real[:2], trackers=("fake_holds", "hold")) == 0
+    assert capsys.readouterr().err.count("note: hold has no gap_method and so no row, in 1 episode\n") == 1
+    assert {row["tracker"] for row in rows_of(tmp_path / "beside")} == {"fake_holds"}
     assert bench(tmp_path, "--real", str(files[1][0]), "--keep-estimates") == 2
     assert "keep_estimates: expected none with tracks, on which no frame is judged" in capsys.readouterr().err
 
@@ -210,6 +216,27 @@ def test_a_recording_that_a_stopped_run_left_in_part_is_run_again(tmp_path: Path
     assert on_real(tmp_path / "out", path).outcome.episodes == 1
     again = rows_of(tmp_path / "out")
     assert [row | {"seconds": 0} for row in again] == [row | {"seconds": 0} for row in whole]
+
+
+def test_a_gap_method_is_dropped_before_what_it_has_left_is_looked_for(
+    short_files: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Else processes that end with it are told as left."""
+    methods: list[weakref.ref[Holds]] = []
+    left: list[int] = []
+
+    def init(self: HoldsAlone, *given: object) -> None:
+        self.gap_method = Holds()
+        methods.append(weakref.ref(self.gap_method))
+
+    def close(self: ProcessState) -> list[str]:
+        left.append(sum(each() is not None for each in methods))
+        return []
+
+    monkeypatch.setattr(HoldsAlone, "__init__", init)
+    monkeypatch.setattr(ProcessState, "close", close)
+    on_real(tmp_path / "out", short_files["monday"])
+    assert (len(methods), left) == (1, [0])
 
 
 @pytest.mark.heavy
