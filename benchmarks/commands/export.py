@@ -24,7 +24,8 @@ class Export(WithModules):
     Attributes:
         directory: folder or URL of the data set.
         format: one of those above.
-        out: the folder to write, or a URL such as s3://bucket/folder, new or empty; it appears whole or not at all.
+        out: the folder to write, or a URL such as s3://bucket/folder, new or empty. A folder appears whole or not at
+            all; to a store README.md is sent last, and after a failure what was sent is removed.
         allow_incomplete: export what there is of a data set in which episodes are missing. Otherwise it is refused, as
             is one whose files are not those that were written.
         classes: class = car, person, boat, fish …; kind = the scene's own kinds: models of cars, parts of people in the

@@ -8,7 +8,7 @@ from pathlib import Path
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.notes import COORDINATES, hub_head, split_of
 from benchmarks.data_sets.verifying import damaged
-from benchmarks.export.destination import whole_folder
+from benchmarks.export.destination import README, whole_folder
 from benchmarks.export.export_format import ExportFormat
 from benchmarks.export.objects import ClassLevel, Labels
 from benchmarks.report.numbers import ranges_text
@@ -29,7 +29,6 @@ _FORMATS = {
     "webdataset": "benchmarks.export.web_dataset:WEB_DATASET",
     "yolo": "benchmarks.export.yolo:YOLO",
 }
-README = "README.md"
 
 
 def format_names() -> tuple[str, ...]:
@@ -55,7 +54,7 @@ def export(
     min_visible: float = 0.0,
     min_size_px: float = 0.0,
 ) -> int:
-    """Write a data set into the folder or URL ``out`` in a format, wholly or not at all.
+    """Write a data set into the folder or URL ``out`` in a format, see ``whole_folder``.
 
     Args:
         allow_incomplete: also of a data set in which episodes are missing that were asked for.
