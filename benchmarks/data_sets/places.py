@@ -42,9 +42,9 @@ def reached(url: str, parameter: str) -> Iterator[None]:
     except Exception as error:
         is_remote = not isinstance(place_of(url)[0], LocalFileSystem)
         of_client = type(error).__module__.partition(".")[0] in _CLIENTS
-        if not is_remote or not (
-            of_client or (isinstance(error, OSError) and not isinstance(error, FileNotFoundError))
-        ):
+        # A worker that ended is an OSError too.
+        of_way = isinstance(error, OSError) and not isinstance(error, FileNotFoundError | ChildProcessError)
+        if not is_remote or not (of_client or of_way):
             raise
         told = " ".join(str(error).split())
         raise ValueError(f"{parameter}: expected a store that can be reached, got {url!r} ({told})") from None
