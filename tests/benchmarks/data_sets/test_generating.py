@@ -138,6 +138,30 @@ def test_more_seeds_are_added_and_whole_episodes_are_kept(tmp_path):
     assert mark.stat().st_mtime_ns == before
 
 
+def test_a_set_that_grew_has_no_manifest_and_card_of_before(tmp_path, monkeypatch):
+    """The run is killed after the last episode, or after the manifest."""
+    out = tmp_path / "set"
+    made(tiny(seeds=(3, 4)), out)
+    for seeds, stopped in (((3, 5), "_write_manifest"), ((3, 6), "write_card")):
+        with monkeypatch.context() as patch:
+            patch.setattr(f"benchmarks.data_sets.generating.{stopped}", lambda *_: (_ for _ in ()).throw(SystemExit))
+            with pytest.raises(SystemExit):
+                made(tiny(seeds=seeds), out)
+        data = made(tiny(seeds=seeds), out)
+        assert set(data.manifest()) == {f"{seed:06d}" for seed in range(*seeds)}
+        assert f"(seeds {seeds[0]}–{seeds[1] - 1})" in (out / "README.md").read_text()
+
+
+@pytest.mark.parametrize("is_whole", [True, False])
+def test_a_damaged_manifest_is_written_anew(data, tmp_path, is_whole):
+    shutil.copytree(data.root, tmp_path / "set")
+    (tmp_path / "set/manifest.json").write_text("{")
+    if not is_whole:
+        (tmp_path / "set/episodes/000004/episode.json").unlink()
+    made(tiny(), tmp_path / "set")
+    assert digests(tmp_path / "set") == digests(data.root)
+
+
 def test_a_folder_with_something_else_is_refused(tmp_path):
     made(tiny(), tmp_path / "set")
     with pytest.raises(ValueError, match=r"out: expected a data set with pictures 'png', got .* with 'blosc2'"):
