@@ -29,9 +29,9 @@ class Export(WithModules):
         allow_incomplete: export what there is of a data set in which episodes are missing. Otherwise it is refused, as
             is one whose files are not those that were written.
         classes: class = car, person, boat, fish …; kind = the scene's own kinds: models of cars, parts of people in the
-            script. Their numbers are the same for all data sets of a scene.
-        min_visible: least seen share (0 to 1) of an object's own pixels; labels of those below it are left out (yolo)
-            or marked iscrowd (coco), and counted.
+            script. Either has the same numbers for all data sets of a scene. Formats without classes have no choice.
+        min_visible: least share (0 to 1) of an object's own pixels that is seen and shows no mirror image of a lamp;
+            labels of those below it are left out (yolo) or marked iscrowd (coco), and counted.
         min_size: least shorter side of the box around what is seen, pixels; likewise.
     """
 
