@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 import cv2
 import numba
@@ -22,14 +22,13 @@ from benchmarks.data_sets.damage import damage_told
 from benchmarks.data_sets.data_set import LEFT_OUT, MANIFEST, REQUEST, DataSet
 from benchmarks.data_sets.episode_writer import MARK, clear, episode_folder, read_mark, write_background, write_episode
 from benchmarks.data_sets.places import lasting, new_folder, place_of, put, reached
-from benchmarks.data_sets.request import Request, first_episode, of_seed, request_of
+from benchmarks.data_sets.request import OnError, Request, first_episode, of_seed, request_of
 from benchmarks.run.alone import alone_in
 from benchmarks.run.own_modules import load_modules
 from scenarios.scenario import Episode
 from sim.checks import check
 
 Progress = Callable[[int, int], None]
-OnError = Literal["stop", "skip"]
 
 
 @dataclass(frozen=True)
@@ -161,12 +160,12 @@ def make_episode(request: Request, out: str, modules: tuple[str, ...], seed: int
     load_modules(modules)
     files, root = place_of(out)
     try:
-        with of_seed(seed):
-            live = request.episode(seed)
-            try:
+        live = request.episode(seed)
+        try:
+            with of_seed(seed):
                 write_episode(files, root, request, seed, live)
-            finally:
-                live.close()
+        finally:
+            live.close()
     except OSError:
         # Of the disk, not of the episode.
         raise
@@ -215,9 +214,9 @@ class FramesAlone:
         return getattr(self._episode, name)
 
 
-def forecast(request: Request, frames: int = 30) -> Forecast:
-    """Measure the first frames of the first episode, which are written to memory alone."""
-    live = first_episode(request)
+def forecast(request: Request, frames: int = 30, on_error: OnError = "stop") -> Forecast:
+    """Measure the first frames of the ``first_episode``, which are written to memory alone."""
+    live = first_episode(request, on_error)
     root = f"memory://forecast-{id(live)}"
     files, path = place_of(root)
     try:

@@ -19,6 +19,7 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.generating import Workers, forecast, generate
+from benchmarks.data_sets.request import first_episode
 from benchmarks.run.alone import alone_in
 from tests.benchmarks.data_sets.small import HERE, MODULES, made, tiny
 from tests.benchmarks.no_room import no_room
@@ -271,6 +272,43 @@ def test_where_no_episode_can_be_built_nothing_is_left_out(tmp_path):
         generate(tiny(seeds=(4, 5)), str(tmp_path / "set"), HERE, lambda done, of: None, "skip")
     with pytest.raises(ValueError, match="on_error: expected stop or skip, got 'ignore'"):
         generate(tiny(), str(tmp_path / "set"), HERE, lambda done, of: None, "ignore")
+
+
+@pytest.fixture
+def late(monkeypatch):
+    """Let the episodes of all seeds below 9 be some that cannot be built; return the seeds that were tried."""
+    build, tried = FAKE_TOWN.__class__.episode, []
+
+    def episode(scenario, preset, seed, **others):
+        tried.append(seed)
+        if seed < 9:
+            raise RuntimeError("no road")
+        return build(scenario, preset, seed, **others)
+
+    monkeypatch.setattr(FAKE_TOWN.__class__, "episode", episode)
+    return tried
+
+
+@pytest.mark.parametrize("dry", [["--dry-run"], []])
+def test_any_number_of_first_episodes_is_skipped_on_demand_alone(tmp_path, late, dry):
+    words = ["generate", "fake-town", "--preset", "tiny", "--seeds", "0:10", "--frame-count", "2", "--workers", "0"]
+    words += ["--out", str(tmp_path / "set"), "--modules", *MODULES, *dry]
+    with pytest.raises(RuntimeError, match="no road"):
+        main(words)
+    assert late == [0]
+    assert main([*words, "--on-error", "skip"]) == 0
+    assert (tmp_path / "set").exists() != bool(dry)
+    assert dry or DataSet(str(tmp_path / "set")).seeds == (9,)
+
+
+def test_an_error_of_the_disk_is_not_one_of_an_episode(monkeypatch):
+    def episode(*_, **others):
+        raise OSError(errno.ENOSPC, "no space")
+
+    monkeypatch.setattr(FAKE_TOWN.__class__, "episode", episode)
+    with pytest.raises(OSError, match="no space") as found:
+        first_episode(tiny(), "skip")
+    assert found.value.__notes__ == ["of seed 3"]
 
 
 def test_a_second_writer_is_refused_in_one_line(tmp_path):
