@@ -121,7 +121,7 @@ class Labels:
     def instances(self, stored: StoredFrame) -> Iterator[Instance]:
         """Yield all objects of a frame, then those that stand about."""
         truth = stored.frame.truth
-        states = states_of(stored.camera, truth.standing_box_xyxy, truth.standing_visible_fraction)
+        states = states_of(stored.frame.camera, truth.standing_box_xyxy, truth.standing_visible_fraction)
         # One that reaches behind the camera has no box, and is seen.
         states[np.isnan(truth.standing_box_xyxy).any(axis=1)] = PARTIAL
         asked = (
