@@ -18,7 +18,6 @@ TruthExtent = Literal["all", "target"]
 """How much truth an episode's frames hold, see ``Truth``."""
 
 _MEANING = "truth"
-_NO_WORDS = np.empty(0, dtype=str)
 _T = TypeVar("_T", bound="Truth")
 
 
@@ -49,23 +48,17 @@ class Meaning:
         return {"N": "objects", "S": "standing"}.get(str(self.shape[0]) if self.shape else "", "frames")
 
     @property
-    def per_object(self) -> bool:
-        """Whether it has an entry for each object."""
-        return self.shape[:1] == ("N",)
-
-    @property
-    def per_standing(self) -> bool:
-        """Whether it has an entry for each standing object."""
-        return self.shape[:1] == ("S",)
-
-    @property
     def per_pixel(self) -> bool:
         """Whether it has an entry for each pixel."""
         return self.shape[:2] == ("H", "W")
 
 
 def truth_field(
-    unit: str, *shape: str | int, coding: str = "", left_out: bool = False, unjudged: NDArray[Any] | None = None
+    unit: str,
+    *shape: str | int,
+    coding: str = "",
+    left_out: bool = False,
+    unjudged: NDArray[Any] | tuple[()] | None = None,
 ) -> Any:
     """Declare a field of truth, see ``Meaning``.
 
@@ -75,8 +68,7 @@ def truth_field(
     metadata = {_MEANING: Meaning(unit, shape, coding, left_out, unjudged is None)}
     if unjudged is None:
         return dataclasses.field(metadata=metadata)
-    empty = () if unit == "word" else unjudged
-    return dataclasses.field(default_factory=lambda: empty, kw_only=True, metadata=metadata)
+    return dataclasses.field(default_factory=lambda: unjudged, kw_only=True, metadata=metadata)
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,8 +145,8 @@ class Truth:
         "m", "N", 2, 3, coding="least and greatest x, y, z; NaN while absent", unjudged=np.empty((0, 2, 3))
     )
     glare_fraction: NDArray[np.float64] = truth_field("fraction", "N", unjudged=np.empty(0))
-    standing_names: tuple[str, ...] = truth_field("word", "S", left_out=True, unjudged=_NO_WORDS)
-    standing_kinds: tuple[str, ...] = truth_field("word", "S", left_out=True, unjudged=_NO_WORDS)
+    standing_names: tuple[str, ...] = truth_field("word", "S", left_out=True, unjudged=())
+    standing_kinds: tuple[str, ...] = truth_field("word", "S", left_out=True, unjudged=())
     standing_id: NDArray[np.int64] = truth_field("id", "S", left_out=True, unjudged=np.empty(0, np.int64))
     T_world_standing: NDArray[np.float64] = truth_field("m", "S", 4, 4, left_out=True, unjudged=np.empty((0, 4, 4)))
     standing_bounds_m: NDArray[np.float64] = truth_field(
@@ -194,7 +186,7 @@ def dtype_of(kind: type[Truth], name: str) -> np.dtype[Any]:
 def without_standing(truth: _T) -> _T:
     """Return a frame's truth without standing objects, which another camera would see elsewhere."""
     none: dict[str, Any] = {
-        name: getattr(truth, name)[:0] for name, meaning in meanings(truth).items() if meaning.per_standing
+        name: getattr(truth, name)[:0] for name, meaning in meanings(truth).items() if meaning.table == "standing"
     }
     return dataclasses.replace(truth, **none)
 

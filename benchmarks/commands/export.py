@@ -24,13 +24,14 @@ class Export(WithModules):
     Attributes:
         directory: folder or URL of the data set.
         format: one of those above.
-        out: the folder to write, or a URL such as s3://bucket/folder, new or empty; it appears whole or not at all.
+        out: the folder to write, or a URL such as s3://bucket/folder, new or empty. A folder appears whole or not at
+            all; to a store README.md is sent last, and after a failure what was sent is removed.
         allow_incomplete: export what there is of a data set in which episodes are missing. Otherwise it is refused, as
             is one whose files are not those that were written.
         classes: class = car, person, boat, fish …; kind = the scene's own kinds: models of cars, parts of people in the
-            script. Their numbers are the same for all data sets of a scene.
-        min_visible: least seen share (0 to 1) of an object's own pixels; labels of those below it are left out (yolo)
-            or marked iscrowd (coco), and counted.
+            script. Either has the same numbers for all data sets of a scene. Formats without classes have no choice.
+        min_visible: least share (0 to 1) of an object's own pixels that is seen and shows no mirror image of a lamp;
+            labels of those below it are left out (yolo) or marked iscrowd (coco), and counted.
         min_size: least shorter side of the box around what is seen, pixels; likewise.
     """
 

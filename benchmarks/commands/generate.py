@@ -89,7 +89,7 @@ class Generate(WithModules):
         """Make it; return the exit status."""
         needs_data()
         from benchmarks.data_sets.generating import Workers, forecast, generate
-        from benchmarks.data_sets.request import Request, channels_wanted, existing_channels
+        from benchmarks.data_sets.request import Request, existing_channels
 
         scenario, seeds = catalog.scenario(self.scenario), self._seeds()
         request = Request(
@@ -105,14 +105,14 @@ class Generate(WithModules):
             scene_edition(scenario.id, self.preset),
             package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )
-        existing, chosen = existing_channels(request), names(self.channels)
-        # ``channels_wanted`` knows those that some preset of the scenario has, not those of this one.
+        existing, chosen = existing_channels(request, self.on_error), names(self.channels)
         for channel in chosen:
             check("channels", channel in existing, f"some of {', '.join(existing)}", repr(channel))
-        request = dataclasses.replace(request, channels=channels_wanted(request, chosen or existing))
+        stored = tuple(channel for channel in existing if channel in chosen or not chosen)
+        request = dataclasses.replace(request, channels=stored)
         workers = cores(self.workers)
         if self.dry_run:
-            return self._say(forecast(request), max(workers, 1))
+            return self._say(forecast(request, on_error=self.on_error), max(workers, 1))
         began = time.perf_counter()
         with progress_bar(f"{request.scenario} {request.preset}") as progress:
             makers = Workers(workers, self.backend, self.address, self.modules)

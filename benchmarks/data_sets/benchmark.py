@@ -23,6 +23,8 @@ def benchmark_of(data: str) -> Request:
     check("data", not changes, wanted, f"a set that was made with {options}")
     lossy = [c for c in PICTURES if c in request.channels and not CODINGS[coding_of(c, request.pictures)].is_lossless]
     check("data", not lossy, "pictures without loss", f"{request.pictures} for {', '.join(lossy)}")
+    gone = sorted(set(range(*request.seeds)) - set(stored.seeds))
+    check("data", not gone, "a whole data set", f"one without {len(gone)} episodes; `frameout generate` makes them")
     # No judge reads normals; of the others, each may be read by one.
     missing = [channel for channel in request.left_out() if channel != NORMALS]
     check("data", not missing, "a set with all channels", f"one without {', '.join(missing)}")
@@ -30,6 +32,4 @@ def benchmark_of(data: str) -> Request:
     check("data", made == now, f"one of the scene's present edition, {now}", f"one of {made}")
     differ = [name for name, version in package_versions().items() if request.packages.get(name, version) != version]
     check("data", not differ, "one made with the installed packages", f"one with another {', '.join(differ)}")
-    gone = sorted(set(range(*request.seeds)) - set(stored.seeds))
-    check("data", not gone, "a whole data set", f"one without {len(gone)} episodes; `frameout generate` makes them")
     return request

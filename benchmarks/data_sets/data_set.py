@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
 from threading import Lock
 from typing import Any
 
@@ -35,7 +36,6 @@ class DataSet:
     Attributes:
         request: what it is of.
         seeds: of the episodes that exist.
-        left_out: seed -> why its episode could not be built, as the manifest says (``generate --on-error skip``).
     """
 
     def __init__(self, url: str) -> None:
@@ -47,12 +47,16 @@ class DataSet:
                 raise ValueError(f"directory: expected a data set with a file {REQUEST}, got none in {self.url}")
             self.request: Request = request_of(self.files.cat_file(f"{self.root}/{REQUEST}"), REQUEST)
             self.seeds = tuple(seed for seed in range(*self.request.seeds) if is_whole(self.files, self.root, seed))
-        listed = (self.manifest() or {}).get(LEFT_OUT, {})
-        self.left_out = {int(seed): str(why) for seed, why in listed.items() if int(seed) not in self.seeds}
         self._known = frozenset(self.seeds)
         self._episodes: dict[int, StoredEpisode] = {}
         self._lock = Lock()
         self._ends: np.ndarray | None = None
+
+    @cached_property
+    def left_out(self) -> dict[int, str]:
+        """Seed -> why its episode could not be built (``generate --on-error skip``). Raises as ``manifest``."""
+        listed = (self.manifest() or {}).get(LEFT_OUT, {})
+        return {int(seed): str(why) for seed, why in listed.items() if int(seed) not in self._known}
 
     def manifest(self) -> dict[str, Any] | None:
         """Return the list of all files, None if there is none yet. Raises ValueError if it is damaged."""

@@ -10,27 +10,25 @@ from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 import cv2
 import numba
-from fsspec import AbstractFileSystem
 from fsspec.implementations.local import LocalFileSystem
 
 from benchmarks.data_sets.backends import Unordered, working
 from benchmarks.data_sets.card import CARD, write_card
 from benchmarks.data_sets.damage import damage_told
-from benchmarks.data_sets.data_set import LEFT_OUT, MANIFEST, REQUEST, DataSet, is_whole
+from benchmarks.data_sets.data_set import LEFT_OUT, MANIFEST, REQUEST, DataSet
 from benchmarks.data_sets.episode_writer import MARK, clear, episode_folder, read_mark, write_background, write_episode
 from benchmarks.data_sets.places import lasting, new_folder, place_of, put, reached
-from benchmarks.data_sets.request import Request, first_episode, of_seed, request_of
+from benchmarks.data_sets.request import OnError, Request, first_episode, of_seed, request_of
 from benchmarks.run.alone import alone_in
 from benchmarks.run.own_modules import load_modules
 from scenarios.scenario import Episode
 from sim.checks import check
 
 Progress = Callable[[int, int], None]
-OnError = Literal["stop", "skip"]
 
 
 @dataclass(frozen=True)
@@ -74,15 +72,24 @@ def generate(request: Request, out: str, workers: Workers, progress: Progress, o
     check("workers", here or workers.count >= 1, f"at least 1 on a cluster of {workers.backend}", workers.count)
     out = lasting(out)
     with reached(out, "out"), _workers(workers) as unordered:
-        files, root = begin(request, out)
+        begin(request, out)
+        data = DataSet(out)
         whole = range(*request.seeds)
-        missing = [seed for seed in whole if not is_whole(files, root, seed)]
-        if missing or not all(files.exists(f"{root}/{name}") for name in (MANIFEST, CARD)):
+        missing = sorted(set(whole) - set(data.seeds))
+        if missing or not _is_told(data):
             # On a store nothing is held: what two processes write there is the same.
-            with alone_in(Path(root)) if isinstance(files, LocalFileSystem) else nullcontext():
+            with alone_in(Path(data.root)) if isinstance(data.files, LocalFileSystem) else nullcontext():
                 _fill(request, out, missing, workers, unordered, progress, on_error)
         progress(len(whole), len(whole))
     return DataSet(out)
+
+
+def _is_told(data: DataSet) -> bool:
+    """Return whether a data set has its manifest, which can be read, and its card."""
+    try:
+        return data.manifest() is not None and data.files.exists(f"{data.root}/{CARD}")
+    except ValueError:
+        return False
 
 
 def _fill(
@@ -101,8 +108,10 @@ def _fill(
     progress(before, len(whole))
     left_out: dict[int, str] = {}
     make = partial(make_episode, request, out, workers.modules, on_error=on_error)
-    for done, made in enumerate(unordered(make, missing), start=before + 1):
-        left_out |= {made.seed: made.why_not} if made.why_not else {}
+    result: Made
+    for done, result in enumerate(unordered(make, missing), start=before + 1):
+        if result.why_not:
+            left_out[result.seed] = result.why_not
         progress(done, len(whole))
     clear(files, root)
     data = DataSet(out)
@@ -115,8 +124,8 @@ def _fill(
         write_card(DataSet(out))
 
 
-def begin(request: Request, out: str) -> tuple[AbstractFileSystem, str]:
-    """Make the folder of a data set, or check that it is one of the same request; return its place.
+def begin(request: Request, out: str) -> None:
+    """Make the folder of a data set, or check that it is one of the same request.
 
     Raises:
         ValueError: if it is something else, or cannot be written.
@@ -132,13 +141,16 @@ def begin(request: Request, out: str) -> tuple[AbstractFileSystem, str]:
             why = "; made by another edition, whose frames may differ" if name == "scene" else ""
             check("out", kept == wanted, f"a data set with {name} {wanted!r}", f"{out!r} with {kept!r}{why}")
         if grows:
+            # Of the smaller set; a run that is killed just before it writes its own would leave them for ever.
+            for name in (MANIFEST, CARD):
+                if files.exists(f"{root}/{name}"):
+                    files.rm_file(f"{root}/{name}")
             put(files, path, found.as_json().encode())
-        return files, root
+        return
     new_folder(out)
     foreign = files.exists(root) and bool(files.ls(root))
     check("out", not foreign, "a new or empty folder, or a data set", f"{out!r} with other files")
     put(files, path, request.as_json().encode())
-    return files, root
 
 
 def make_episode(request: Request, out: str, modules: tuple[str, ...], seed: int, on_error: OnError = "stop") -> Made:
@@ -148,12 +160,12 @@ def make_episode(request: Request, out: str, modules: tuple[str, ...], seed: int
     load_modules(modules)
     files, root = place_of(out)
     try:
-        with of_seed(seed):
-            live = request.episode(seed)
-            try:
+        live = request.episode(seed)
+        try:
+            with of_seed(seed):
                 write_episode(files, root, request, seed, live)
-            finally:
-                live.close()
+        finally:
+            live.close()
     except OSError:
         # Of the disk, not of the episode.
         raise
@@ -202,9 +214,9 @@ class FramesAlone:
         return getattr(self._episode, name)
 
 
-def forecast(request: Request, frames: int = 30) -> Forecast:
-    """Measure the first frames of the first episode, which are written to memory alone."""
-    live = first_episode(request)
+def forecast(request: Request, frames: int = 30, on_error: OnError = "stop") -> Forecast:
+    """Measure the first frames of the ``first_episode``, which are written to memory alone."""
+    live = first_episode(request, on_error)
     root = f"memory://forecast-{id(live)}"
     files, path = place_of(root)
     try:

@@ -78,7 +78,7 @@ def table_configs(data: DataSet) -> dict[str, dict[str, list[str]]]:
             for split, patterns in found.items()
             if patterns
         }
-        for table in ("frames", "objects", "standing")
+        for table in data.tables
     }
 
 

@@ -42,36 +42,36 @@ def reached(url: str, parameter: str) -> Iterator[None]:
     except Exception as error:
         is_remote = not isinstance(place_of(url)[0], LocalFileSystem)
         of_client = type(error).__module__.partition(".")[0] in _CLIENTS
-        if not is_remote or not (
-            of_client or (isinstance(error, OSError) and not isinstance(error, FileNotFoundError))
-        ):
+        # A worker that ended is an OSError too.
+        of_way = isinstance(error, OSError) and not isinstance(error, FileNotFoundError | ChildProcessError)
+        if not is_remote or not (of_client or of_way):
             raise
         told = " ".join(str(error).split())
         raise ValueError(f"{parameter}: expected a store that can be reached, got {url!r} ({told})") from None
 
 
-def new_folder(url: str, parameter: str = "out") -> tuple[AbstractFileSystem, str]:
-    """Make a folder, or check the bucket that it is to lie in; return its file system and the path in it.
+def new_folder(url: str) -> None:
+    """Make the folder ``out``, or check the bucket that it is to lie in.
 
     Raises:
         ValueError: if it cannot be written, or there is no such bucket.
     """
     files, root = place_of(url)
     if isinstance(files, LocalFileSystem):
-        make_folder(Path(root), parameter)
+        make_folder(Path(root), "out")
     elif "memory" not in files.protocol:
         # A store makes a bucket of a name that was mistyped, for all the world to see.
         bucket = root.partition("/")[0]
-        with reached(url, parameter):
+        with reached(url, "out"):
             try:
                 files.info(bucket)
             except FileNotFoundError:
-                wanted = f"{parameter}: expected a bucket that exists"
-                raise ValueError(f"{wanted}, got {url!r} without a bucket {bucket!r}") from None
+                raise ValueError(
+                    f"out: expected a bucket that exists, got {url!r} without a bucket {bucket!r}"
+                ) from None
             except PermissionError:
                 # It is there, and who may write into it need not be one who may look at it.
                 pass
-    return files, root
 
 
 def lasting(url: str) -> str:

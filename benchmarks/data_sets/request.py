@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 from benchmarks.data_sets.channels import CODINGS, channels_of, value_of
 from scenarios import catalog
@@ -19,8 +19,8 @@ FORMAT = 3
 _READ_TOO = (2,)
 """Earlier formats that are read: 2 has no objects that stand about, and no bounds."""
 
-_TRIED = 5
-"""Episodes of which one must be built for a look at its first frame."""
+OnError = Literal["stop", "skip"]
+"""What becomes of the others at an episode that cannot be built."""
 
 
 @dataclass(frozen=True)
@@ -99,10 +99,7 @@ def of_seed(seed: int) -> Iterator[None]:
     try:
         yield
     except ValueError as error:
-        named = f"seed {seed}: "
-        if str(error).startswith(named):
-            raise
-        raise ValueError(f"{named}{error}") from error
+        raise ValueError(f"seed {seed}: {error}") from error
     except Exception as error:
         error.add_note(f"of seed {seed}")
         raise
@@ -120,30 +117,23 @@ def request_of(content: bytes | str, where: str) -> Request:
         raise ValueError(f"{where}: expected the description of a data set, got {error}") from None
 
 
-def first_episode(request: Request) -> Episode:
-    """Build the first episode that can be built. Raises what the last one of a few raises."""
-    first, end = request.seeds
-    for seed in range(first, min(end, first + _TRIED) - 1):
-        with suppress(Exception):
+def first_episode(request: Request, on_error: OnError = "stop") -> Episode:
+    """Build the first episode; with ``skip`` the first that can be built. Raises what the last one tried raises."""
+    *others, last = range(*request.seeds) if on_error == "skip" else request.seeds[:1]
+    for seed in others:
+        try:
             return request.episode(seed)
-    return request.episode(min(end, first + _TRIED) - 1)
+        except OSError:
+            # Of the disk, not of the episode.
+            raise
+        except Exception:
+            continue
+    return request.episode(last)
 
 
-def channels_wanted(request: Request, chosen: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the channels to store: those chosen, or, if none is, all that the first frame has.
-
-    Raises:
-        ValueError: for a channel that the scenario does not have.
-    """
-    known = channels_of(catalog.scenario(request.scenario))
-    for channel in chosen:
-        check("channels", channel in known, f"some of {', '.join(known)}", repr(channel))
-    return tuple(channel for channel in known if channel in chosen) if chosen else existing_channels(request)
-
-
-def existing_channels(request: Request) -> tuple[str, ...]:
-    """Return the channels that the first frame has, which is rendered for that; both of a pair, if one was lost."""
-    live = first_episode(request)
+def existing_channels(request: Request, on_error: OnError = "stop") -> tuple[str, ...]:
+    """Return the channels that the first frame of the ``first_episode`` has; both of a pair, if one was lost."""
+    live = first_episode(request, on_error)
     try:
         first = live.step()
         known = channels_of(catalog.scenario(request.scenario))

@@ -42,7 +42,7 @@ def problems(data: DataSet, progress: Progress, every: int = 1) -> Iterator[Prob
     Args:
         every: of how many frames one is decoded and compared with its truth.
     """
-    seeds, missing, known = range(*data.request.seeds), data.missing(), _manifest(data)
+    seeds, missing, known = range(*data.request.seeds), set(data.missing()), _manifest(data)
     for done, seed in enumerate(seeds, start=1):
         if seed in missing:
             yield Problem(seed, "is missing, or was not written to its end")

@@ -22,8 +22,8 @@ Format: https://cocodataset.org/#format-data. `annotations/instances.json` names
 An annotation is of one object in one picture of which at least one pixel is seen: `segmentation` is the run-length code
 of those pixels, `bbox` the box around them (left, top, width, height; the top left corner of the picture is 0, 0),
 `area` their number. Parked cars and moored boats have theirs too. Categories are the classes of the scene's own list,
-with the same numbers in every export of the scene. `iscrowd` is 1 for what shows less than was asked for
-(`--min-visible`, `--min-size`), which evaluation then ignores, else 0.
+with the same numbers in every export of the scene with the same `--classes`. `iscrowd` is 1 for what shows less than
+was asked for (`--min-visible`, `--min-size`), which evaluation then ignores, else 0.
 
 `attributes` holds more of each object:
 {ATTRIBUTES_NOTE.strip()}
@@ -60,13 +60,15 @@ def _write(data: DataSet, folder: Path, labels: Labels) -> None:
 def _annotations(stored: StoredFrame, labels: Labels) -> Iterator[dict[str, Any]]:
     for each in labels.instances(stored):
         if each.is_seen:
+            is_small = not labels.takes(each)
+            labels.left_out += is_small
             mask = stored.frame.truth.instance_map == each.instance_id
             yield {
                 "category_id": 1 + each.class_number,
                 "bbox": as_xywh(each.visible_xyxy),
                 "area": int(mask.sum()),
                 "segmentation": run_lengths(mask),
-                "iscrowd": int(not labels.takes(each)),
+                "iscrowd": int(is_small),
                 "attributes": each.attributes(),
             }
 
@@ -84,5 +86,6 @@ COCO = ExportFormat(
     packages=("pycocotools",),
     note=NOTE,
     write=_write,
+    has_classes=True,
     leaves_out=True,
 )

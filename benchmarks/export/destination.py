@@ -1,4 +1,4 @@
-"""A folder, of this machine or on a store, that appears whole or not at all."""
+"""The folder of an export: one of this machine appears whole or not at all, one on a store is whole with README.md."""
 
 from __future__ import annotations
 
@@ -14,13 +14,16 @@ from fsspec.implementations.local import LocalFileSystem
 from benchmarks.data_sets.places import new_folder, place_of, reached
 from sim.checks import check
 
+README = "README.md"
+
 
 @contextmanager
 def whole_folder(out: str) -> Iterator[Path]:
-    """Yield an empty folder of this machine that becomes ``out`` at the end; after a failure nothing is left.
+    """Yield an empty folder of this machine that becomes ``out`` at the end; after a failure nothing of it is left.
 
     Args:
-        out: a folder, or the URL of one on a store, to which the files are sent at the end.
+        out: a folder, or the URL of one on a store, to which the files are sent at the end, one by one, ``README``
+            last. After a failure they are removed, unless the process was killed or the store is out of reach.
 
     Raises:
         ValueError: if ``out`` is a file, holds something, or cannot be written.
@@ -60,18 +63,30 @@ def _sent(files: AbstractFileSystem, root: str, out: str) -> Iterator[Path]:
     """Yield a temporary folder whose files are sent to a store at the end."""
     new_folder(out)
     with reached(out, "out"):
-        _check_empty(out, files.exists(root) and bool(files.ls(root)))
+        _check_empty(out, _holds_files(files, root))
     with TemporaryDirectory(prefix="frameout-export-") as scratch:
         folder = Path(scratch)
         yield folder
+        made = (path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+        begun: list[str] = []
         try:
             with reached(out, "out"):
-                for path in sorted(path for path in folder.rglob("*") if path.is_file()):
-                    files.put_file(str(path), f"{root}/{path.relative_to(folder).as_posix()}")
+                # Others may have written there meanwhile.
+                _check_empty(out, _holds_files(files, root))
+                for name in sorted(made, key=lambda name: (name == README, name)):
+                    begun.append(f"{root}/{name}")
+                    files.put_file(str(folder / name), begun[-1])
         except BaseException:
-            with suppress(Exception):
-                files.rm(root, recursive=True)
+            for path in begun:
+                with suppress(Exception):
+                    files.rm_file(path)
             raise
+
+
+def _holds_files(files: AbstractFileSystem, root: str) -> bool:
+    """Return whether a store has a file at ``root`` or below; folders without files are none to most stores."""
+    files.invalidate_cache()
+    return files.exists(root) and any(names for *_, names in files.walk(root, on_error="raise"))
 
 
 def _check_empty(out: str, is_taken: bool) -> None:

@@ -22,6 +22,7 @@ class ExportFormat:
         write: writes a data set with labels into an empty folder. Raises ValueError for one that lacks what the format
             needs.
         data_files: pattern of the files of a ``{split}``, if the Hugging Face library ``datasets`` reads them; else ''.
+        has_classes: whether it labels objects with classes, those too that only stand about.
         leaves_out: whether labels of what shows too little can be left out, see ``Labels``.
     """
 
@@ -33,4 +34,5 @@ class ExportFormat:
     write: Callable[[DataSet, Path, Labels], None]
     extra: str = "data"
     data_files: str = ""
+    has_classes: bool = False
     leaves_out: bool = False

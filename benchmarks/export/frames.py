@@ -64,7 +64,7 @@ def frames(episode: StoredEpisode, channels: tuple[str, ...] = ()) -> Iterator[S
 
 
 def set_name(data: DataSet) -> str:
-    """Return a name for a data set, without dots: scenario, preset, and what was changed in that."""
+    """Return a name for a data set, without dots: scenario, preset, what was changed in that, and a renderer."""
     request = data.request
     changes = {
         "": None if request.size_px is None else "{}x{}".format(*request.size_px),
@@ -72,12 +72,14 @@ def set_name(data: DataSet) -> str:
         "frames": request.frame_count,
     }
     words = [request.scenario, request.preset, *(f"{value}{unit}" for unit, value in changes.items() if value)]
+    if request.renderer != "raster":
+        words.append(request.renderer)
     # Readers take what follows a dot for the ending of a file.
     return "-".join(words).replace(".", "_")
 
 
 def sequence_name(data: DataSet, seed: int) -> str:
-    """Return a name for an episode, which no other episode of any data set has: ``set_name`` and seed."""
+    """Return a name for an episode: ``set_name`` and seed. Two of one name and edition show the same."""
     return f"{set_name(data)}-{seed:06d}"
 
 

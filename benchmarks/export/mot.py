@@ -94,4 +94,5 @@ MOT = ExportFormat(
     packages=(),
     note=NOTE,
     write=_write,
+    has_classes=True,
 )

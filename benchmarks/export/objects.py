@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -28,7 +29,7 @@ class Instance:
         instance_id: in ``instance_map``.
         state: see ``Truth``; of those that stand about it follows from the box and what is seen.
         box_xyxy: (4,) amodal, visible_xyxy: (4,) around what is seen; NaN where there is none.
-        visible_fraction: seen share of its own pixels, less those that glare covers.
+        visible_fraction, glare_fraction: see ``Truth``; the second is 0 for those that stand about.
         T_world_object: (4, 4). bounds_m: (2, 3), see ``Truth``.
     """
 
@@ -40,6 +41,7 @@ class Instance:
     box_xyxy: NDArray[np.float64]
     visible_xyxy: NDArray[np.float64]
     visible_fraction: float
+    glare_fraction: float
     T_world_object: NDArray[np.float64]
     bounds_m: NDArray[np.float64]
 
@@ -55,29 +57,31 @@ class Instance:
 
     def attributes(self) -> dict[str, Any]:
         """Return what formats with free attributes say beside class and boxes, as JSON values."""
-        seen = round(self.visible_fraction, 5)
-        values = (self.name, self.kind, self.role, seen, seen < MOSTLY_SEEN, self.state == PARTIAL)
+        seen, covered = round(self.visible_fraction, 5), round(self.glare_fraction, 5)
+        values = (self.name, self.kind, self.role, seen, covered, seen < MOSTLY_SEEN, self.state == PARTIAL)
         return dict(zip(ATTRIBUTES, values, strict=True))
 
 
-ATTRIBUTES = ("name", "kind", "role", "visible_fraction", "occluded", "truncated")
+ATTRIBUTES = ("name", "kind", "role", "visible_fraction", "glare_fraction", "occluded", "truncated")
 """Keys of ``Instance.attributes``."""
 ATTRIBUTES_NOTE = """
 `name` is the same in all frames of an episode; `kind` is finer than the class (the model of a car, a person's part in
 the script); `role` says what it does (`target`, `traffic`, `parked`, `moored`, …). `visible_fraction` is the seen share
-of the object's own pixels, also of those beyond the border, 0 to 1; `occluded` says that it is less than half;
-`truncated` that the border cuts the whole object. Pixels that show the mirror image of a lamp do not count as seen.
+of the object's own pixels, also of those beyond the border, 0 to 1; `glare_fraction` the share of the seen ones where
+the picture shows the mirror image of a lamp instead; `occluded` says that less than half is seen; `truncated` that the
+border cuts the whole object.
 """
 
 
 class Labels:
     """Which number each class has, and what is left out.
 
-    Numbers are those of the scene's own full list, so that they are the same in all exports of its data sets.
+    Numbers are those of the scene's own full list of a level, so that they are the same in all exports with that level.
 
     Attributes:
+        level, min_visible, min_size_px: as given.
         names: of the classes, in the order of their numbers, which begin with 0.
-        left_out: instances that ``takes`` has refused so far.
+        left_out: number of instances that a format has left out or marked so far, since ``takes`` refuses them.
     """
 
     def __init__(
@@ -87,7 +91,7 @@ class Labels:
 
         Args:
             level: ``class`` (car, person, …) or ``kind``, see ``Scenario.classes``.
-            min_visible: least visible fraction of a label, 0 to 1.
+            min_visible: least share of a label's own pixels, 0 to 1, that is seen and that no glare covers.
             min_size_px: least shorter side of a label's visible box, pixels.
 
         Raises:
@@ -97,56 +101,59 @@ class Labels:
         check("min_visible", 0.0 <= min_visible <= 1.0, "a share of 0 to 1", min_visible)
         check("min_size", 0.0 <= min_size_px < np.inf, "a number of pixels >= 0", min_size_px)
         scenario = catalog.scenario(data.request.scenario)
-        self._classes: Mapping[str, str] = getattr(scenario, "classes", {})
-        self._scenario, self._level = scenario.id, level
+        self._classes: Mapping[str, str] = scenario.classes
+        self._scenario, self.level = scenario.id, level
         self.names = tuple(dict.fromkeys(self._classes.values() if level == "class" else self._classes))
-        self._min_visible, self._min_size_px = min_visible, min_size_px
+        self.min_visible, self.min_size_px = min_visible, min_size_px
         self.left_out = 0
 
     def class_of(self, kind: str) -> str:
         """Return the name of the class of a kind. Raises ValueError for a kind that the scene does not list."""
         check("kind", kind in self._classes, f"one that {self._scenario} lists in its classes", repr(kind))
-        return self._classes[kind] if self._level == "class" else kind
+        return self._classes[kind] if self.level == "class" else kind
 
     def takes(self, instance: Instance) -> bool:
-        """Return whether enough of an instance is seen for a label; one that is not is counted."""
+        """Return whether a seen instance shows enough for a label."""
         size_px = (instance.visible_xyxy[2:] - instance.visible_xyxy[:2]).min()
-        enough = instance.visible_fraction >= self._min_visible and size_px >= self._min_size_px
-        self.left_out += not enough
-        return bool(enough)
+        shown = instance.visible_fraction * (1.0 - instance.glare_fraction)
+        return bool(shown >= self.min_visible and size_px >= self.min_size_px)
 
     def instances(self, stored: StoredFrame) -> Iterator[Instance]:
         """Yield all objects of a frame, then those that stand about."""
         truth = stored.frame.truth
-        for k, kind in enumerate(truth.kinds):
-            yield Instance(
-                truth.names[k],
-                kind,
-                self.names.index(self.class_of(kind)),
-                int(truth.instance_id[k]),
-                str(truth.state[k]),
-                truth.box_xyxy[k],
-                stored.visible_xyxy[k],
-                float(truth.visible_fraction[k] * (1.0 - truth.glare_fraction[k])),
-                truth.T_world_object[k],
-                truth.bounds_m[k],
-            )
         states = states_of(stored.frame.camera, truth.standing_box_xyxy, truth.standing_visible_fraction)
         # One that reaches behind the camera has no box, and is seen.
         states[np.isnan(truth.standing_box_xyxy).any(axis=1)] = PARTIAL
-        for k, kind in enumerate(truth.standing_kinds):
-            yield Instance(
-                truth.standing_names[k],
-                kind,
-                self.names.index(self.class_of(kind)),
-                int(truth.standing_id[k]),
-                str(states[k]),
-                truth.standing_box_xyxy[k],
-                stored.standing_visible_xyxy[k],
-                float(truth.standing_visible_fraction[k]),
-                truth.T_world_standing[k],
-                truth.standing_bounds_m[k],
-            )
+        asked = (
+            truth.names,
+            truth.kinds,
+            truth.instance_id,
+            truth.state,
+            truth.box_xyxy,
+            stored.visible_xyxy,
+            truth.visible_fraction,
+            truth.glare_fraction,
+            truth.T_world_object,
+            truth.bounds_m,
+        )
+        standing = (
+            truth.standing_names,
+            truth.standing_kinds,
+            truth.standing_id,
+            states,
+            truth.standing_box_xyxy,
+            stored.standing_visible_xyxy,
+            truth.standing_visible_fraction,
+            np.zeros(len(states)),
+            truth.T_world_standing,
+            truth.standing_bounds_m,
+        )
+        for name, kind, number, state, box, visible, fraction, glare, pose, bounds in chain(
+            zip(*asked, strict=True), zip(*standing, strict=True)
+        ):
+            class_number = self.names.index(self.class_of(kind))
+            shares = (float(fraction), float(glare))
+            yield Instance(name, kind, class_number, int(number), str(state), box, visible, *shares, pose, bounds)
 
 
 def check_objects(data: DataSet) -> None:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.notes import COORDINATES, hub_head, split_of
+from benchmarks.data_sets.request import FORMAT
 from benchmarks.data_sets.verifying import damaged
-from benchmarks.export.destination import whole_folder
+from benchmarks.export.destination import README, whole_folder
 from benchmarks.export.export_format import ExportFormat
 from benchmarks.export.objects import ClassLevel, Labels
-from benchmarks.report.numbers import ranges_text
+from benchmarks.report.numbers import counted, ranges_text
 from benchmarks.run.packages import check_packages
 from sim.checks import check
 from sim.choices import check_choice
@@ -29,7 +30,6 @@ _FORMATS = {
     "webdataset": "benchmarks.export.web_dataset:WEB_DATASET",
     "yolo": "benchmarks.export.yolo:YOLO",
 }
-README = "README.md"
 
 
 def format_names() -> tuple[str, ...]:
@@ -55,7 +55,7 @@ def export(
     min_visible: float = 0.0,
     min_size_px: float = 0.0,
 ) -> int:
-    """Write a data set into the folder or URL ``out`` in a format, wholly or not at all.
+    """Write a data set into the folder or URL ``out`` in a format, see ``whole_folder``.
 
     Args:
         allow_incomplete: also of a data set in which episodes are missing that were asked for.
@@ -79,23 +79,31 @@ def export(
     whole = "all episodes (`frameout generate` makes those that are missing, --allow-incomplete does without)"
     check("data", allow_incomplete or not missing, whole, f"none of the seeds {missing}")
     labels = Labels(data, classes, min_visible, min_size_px)
+    new = f"a set of format {FORMAT}, with what only stands about (`frameout generate` into another folder makes it)"
+    check("data", not chosen.has_classes or "standing" in data.tables, new, f"format {data.request.format}")
+    check("classes", chosen.has_classes or classes == "class", f"class, since {name} has none", repr(classes))
     least = (min_visible, min_size_px)
     check("min_visible min_size", chosen.leaves_out or not any(least), f"0, since {name} holds all", least)
     with whole_folder(str(out)) as folder:
-        for problem in damaged(data):
-            raise ValueError(f"data: expected a whole data set (see frameout verify), got {problem}")
+        problem = next(damaged(data), None)
+        check("data", problem is None, "a whole data set (see frameout verify)", problem)
         chosen.write(data, folder, labels)
-        (folder / README).write_text(_readme(data, name, chosen), encoding="utf-8")
+        (folder / README).write_text(_readme(data, name, chosen, labels), encoding="utf-8")
     return labels.left_out
 
 
-def _readme(data: DataSet, name: str, chosen: ExportFormat) -> str:
+def _readme(data: DataSet, name: str, chosen: ExportFormat, labels: Labels) -> str:
     request, missing = data.request, data.missing()
     source = f"Episodes of {request.scenario}, preset {request.preset}, of the seeds {ranges_text(data.seeds)}."
     if missing:
         source += f" Missing, though asked for: the seeds {ranges_text(missing)}."
     if data.left_out:
         source += f" Left out, since they could not be built: the seeds {ranges_text(data.left_out)}."
+    if chosen.has_classes:
+        source += f"\n\nMade with `--classes {labels.level}`."
+    if chosen.leaves_out:
+        least = f"`--min-visible {labels.min_visible:g} --min-size {labels.min_size_px:g}`"
+        source += f" {counted(labels.left_out, 'object')} of single pictures below {least}."
     splits = {split_of(seed): [chosen.data_files.format(split=split_of(seed))] for seed in data.seeds}
     head = hub_head(data, {name: splits} if chosen.data_files else {})
     return f"{head}# {name}\n\n{source}\n\n{chosen.note.strip()}\n{COORDINATES}"

@@ -40,8 +40,8 @@ stands about, a parked car or a moored boat, has one where at least one pixel of
 
 Truth of what is seen is complete: `neg_category_ids` of a video are all categories that it does not show, and
 `not_exhaustive_category_ids` is empty; in the second file pictures have both as well. Categories are the classes of the
-scene's own list, with the same numbers in every export of the scene, the synset `unknown` and, in the second file, the
-frequency `f`. Annotations have `attributes` besides:
+scene's own list, with the same numbers in every export of the scene with the same `--classes`, the synset `unknown`
+and, in the second file, the frequency `f`. Annotations have `attributes` besides:
 {ATTRIBUTES_NOTE.strip()}
 """
 
@@ -153,4 +153,5 @@ TAO_AMODAL = ExportFormat(
     packages=(),
     note=NOTE,
     write=_write,
+    has_classes=True,
 )

@@ -42,21 +42,23 @@ _OF_STANDING = {
     "state": "state",
     "box_xyxy": "box_xyxy",
     "visible_fraction": "visible_fraction",
+    "glare_fraction": "glare_fraction",
     "T_world_object": "T_world_object",
     "bounds_m": "bounds_m",
 }
 """Field of objects -> what an ``Instance`` tells of it, also of one that only stands about."""
 NOTE = """
 Format: WebDataset, https://github.com/webdataset/webdataset: `SET-train-00000.tar` and so on, and `SET-test-…` for
-episodes of the test split (seeds 10,000 to 19,999). Files of one sample share a key, `SET-SEED_FRAME`, which no other
-data set has:
+episodes of the test split (seeds 10,000 to 19,999). Files of one sample share a key, `SET-SEED_FRAME`, which no data
+set of another scene, preset, size, rate, length or renderer has:
 
 - `png` or `jpg`: the picture; `right.png`: the right one of a stereo pair, black where `lost` in the JSON file says
   that there is none.
 - `json`: the frame's truth, `objects` with an entry each, and `observed`: what a tracker gets beside the pictures.
-  `class_number` (of `class`) is the same in every export of the scene. What only stands about, a parked car or a moored
-  boat, comes last, with `stands` true, and lacks what is told of the others. Units are in the names, boxes are x_min,
-  y_min, x_max, y_max in pixels. `visible_box_xyxy` is the box around the pixels that are seen.
+  `class_number` (of `class`) is the same in every export of the scene with the same `--classes`. What only stands
+  about, a parked car or a moored boat, comes last, with `stands` true, and lacks what is told of the others. Units are
+  in the names, boxes are x_min, y_min, x_max, y_max in pixels. `visible_box_xyxy` is the box around the pixels that are
+  seen.
 - `CHANNEL.npy`: each map with a value a pixel that the data set holds, and `counts.npy`: the raw counts of a thermal
   camera, uint16.
 
@@ -194,5 +196,6 @@ WEB_DATASET = ExportFormat(
     packages=(),
     note=NOTE,
     write=_write,
+    has_classes=True,
     data_files="*-{split}-*.tar",
 )

@@ -17,9 +17,9 @@ VALIDATION_SHARE = 0.2
 SIDECAR = "objects.csv"
 NOTE = f"""
 Format: https://docs.ultralytics.com/datasets/detect/. `data.yaml` names the classes, those of the scene's own list with
-the same numbers in every export of the scene, and the folders of pictures; `labels/` has a text file for each picture,
-empty where no object is seen. Parked cars and moored boats have lines too; what shows less than was asked for
-(`--min-visible`, `--min-size`) has none.
+the same numbers in every export of the scene with the same `--classes`, and the folders of pictures; `labels/` has a
+text file for each picture, empty where no object is seen. Parked cars and moored boats have lines too; what shows less
+than was asked for (`--min-visible`, `--min-size`) has none.
 
 A line is class, x and y of the centre, width and height of the box around the pixels that are seen, as shares of the
 picture's width and height. Whole episodes are for training or validation: of all seeds in order, the last
@@ -31,7 +31,7 @@ and more of each object.
 """
 
 
-def split_of(seeds: tuple[int, ...]) -> dict[int, str]:
+def parts_of(seeds: tuple[int, ...]) -> dict[int, str]:
     """Return ``train`` or ``val`` for each seed. Raises ValueError for fewer than two."""
     check("data", len(seeds) >= 2, "at least 2 episodes, to train on one and validate on the other", len(seeds))
     last = math.ceil(VALIDATION_SHARE * len(seeds))
@@ -40,7 +40,7 @@ def split_of(seeds: tuple[int, ...]) -> dict[int, str]:
 
 def _write(data: DataSet, folder: Path, labels: Labels) -> None:
     check_objects(data)
-    split = split_of(data.seeds)
+    parts = parts_of(data.seeds)
     for part in ("train", "val"):
         for name in ("images", "labels"):
             (folder / name / part).mkdir(parents=True)
@@ -48,11 +48,13 @@ def _write(data: DataSet, folder: Path, labels: Labels) -> None:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["file", "line", "class", *ATTRIBUTES])
         for episode in episodes(data):
-            part = split[episode.seed]
+            part = parts[episode.seed]
             for stored in frames(episode):
                 name = f"{sequence_name(data, episode.seed)}_{stored.index:06d}"
                 write_picture(stored, "image_rgb", folder / "images" / part / name)
-                shown = [each for each in labels.instances(stored) if each.is_seen and labels.takes(each)]
+                seen = [each for each in labels.instances(stored) if each.is_seen]
+                shown = [each for each in seen if labels.takes(each)]
+                labels.left_out += len(seen) - len(shown)
                 text = "".join(_line(stored, each) for each in shown)
                 (folder / "labels" / part / f"{name}.txt").write_text(text, encoding="utf-8")
                 for line, each in enumerate(shown, start=1):
@@ -76,5 +78,6 @@ YOLO = ExportFormat(
     packages=(),
     note=NOTE,
     write=_write,
+    has_classes=True,
     leaves_out=True,
 )

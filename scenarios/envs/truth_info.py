@@ -29,11 +29,11 @@ def truth_keys(kind: type[Truth]) -> dict[str, tuple[str, tuple[int, ...], str]]
     """Return the numeric fields of a kind of ``Truth`` about the frame and the target, in the form of ``INFO``."""
     keys = {}
     for name, meaning in meanings(kind).items():
-        if meaning.per_pixel or meaning.per_standing or meaning.unit == "word" or dtype_of(kind, name).hasobject:
+        if meaning.table in ("", "standing") or meaning.unit == "word" or dtype_of(kind, name).hasobject:
             continue
-        shape = tuple(int(size) for size in (meaning.shape[1:] if meaning.per_object else meaning.shape))
+        shape = tuple(int(size) for size in (meaning.shape[1:] if meaning.table == "objects" else meaning.shape))
         coding = meaning.coding.replace("NaN", "inf")
-        words = ("of the target" if meaning.per_object else "", meaning.unit.removeprefix("1"), coding)
+        words = ("of the target" if meaning.table == "objects" else "", meaning.unit.removeprefix("1"), coding)
         keys[name] = (dtype_of(kind, name).name, shape, ", ".join(filter(None, words)))
     return keys
 
@@ -99,7 +99,7 @@ def truth_info(
 
 @cache
 def _is_per_object(kind: Any) -> dict[str, bool]:
-    return {name: meanings(kind)[name].per_object for name in truth_keys(kind)}
+    return {name: meanings(kind)[name].table == "objects" for name in truth_keys(kind)}
 
 
 def _plain(value: Any) -> Any:

@@ -92,5 +92,6 @@ def _attention(frames: int, rate_hz: float, rng: np.random.Generator) -> NDArray
         begin += int(rng.uniform(*_ATTENDS_S) * rate_hz)
         end = begin + int(rng.uniform(*_LOOKS_AWAY_S) * rate_hz)
         attends[begin:end] = False
-        begin = end
+        # At few pictures a second both last less than one.
+        begin = max(end, begin + 1)
     return attends

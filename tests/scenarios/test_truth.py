@@ -246,7 +246,7 @@ def test_what_is_left_out_is_what_says_so_and_nothing_else_differs(kind: Kind) -
             elif meaning.per_pixel:
                 assert held.shape[:2] == whole.observation.image_rgb.shape[:2]
                 assert (left.shape, left.dtype) == ((0, 0, *held.shape[2:]), held.dtype)
-            elif meaning.per_standing:
+            elif meaning.table == "standing":
                 assert len(left) == 0
             else:
                 assert_equal(held[target], left[target], name)
@@ -327,7 +327,7 @@ def test_info_tells_every_number_of_every_truth_but_those_per_pixel(kind: Kind) 
         value = np.asarray(getattr(truth, field.name))
         if value.dtype.kind in "biuf" and meanings(truth)[field.name].table in ("objects", "frames"):
             meaning, words = meanings(truth)[field.name], keys[field.name][2]
-            expected[field.name] = value[target] if meaning.per_object else value
+            expected[field.name] = value[target] if meaning.table == "objects" else value
             assert (meaning.unit in words.split(", ")) == (meaning.unit != "1")
             assert meaning.coding.replace("NaN", "inf") in words
     assert set(keys) == set(held) == rest | set(expected)

@@ -19,6 +19,7 @@ import pytest
 from benchmarks.cli import main
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.generating import Workers, forecast, generate
+from benchmarks.data_sets.request import first_episode
 from benchmarks.run.alone import alone_in
 from tests.benchmarks.data_sets.small import HERE, MODULES, made, tiny
 from tests.benchmarks.no_room import no_room
@@ -138,6 +139,30 @@ def test_more_seeds_are_added_and_whole_episodes_are_kept(tmp_path):
     assert mark.stat().st_mtime_ns == before
 
 
+def test_a_set_that_grew_has_no_manifest_and_card_of_before(tmp_path, monkeypatch):
+    """The run is killed after the last episode, or after the manifest."""
+    out = tmp_path / "set"
+    made(tiny(seeds=(3, 4)), out)
+    for seeds, stopped in (((3, 5), "_write_manifest"), ((3, 6), "write_card")):
+        with monkeypatch.context() as patch:
+            patch.setattr(f"benchmarks.data_sets.generating.{stopped}", lambda *_: (_ for _ in ()).throw(SystemExit))
+            with pytest.raises(SystemExit):
+                made(tiny(seeds=seeds), out)
+        data = made(tiny(seeds=seeds), out)
+        assert set(data.manifest()) == {f"{seed:06d}" for seed in range(*seeds)}
+        assert f"(seeds {seeds[0]}–{seeds[1] - 1})" in (out / "README.md").read_text()
+
+
+@pytest.mark.parametrize("is_whole", [True, False])
+def test_a_damaged_manifest_is_written_anew(data, tmp_path, is_whole):
+    shutil.copytree(data.root, tmp_path / "set")
+    (tmp_path / "set/manifest.json").write_text("{")
+    if not is_whole:
+        (tmp_path / "set/episodes/000004/episode.json").unlink()
+    made(tiny(), tmp_path / "set")
+    assert digests(tmp_path / "set") == digests(data.root)
+
+
 def test_a_folder_with_something_else_is_refused(tmp_path):
     made(tiny(), tmp_path / "set")
     with pytest.raises(ValueError, match=r"out: expected a data set with pictures 'png', got .* with 'blosc2'"):
@@ -247,6 +272,43 @@ def test_where_no_episode_can_be_built_nothing_is_left_out(tmp_path):
         generate(tiny(seeds=(4, 5)), str(tmp_path / "set"), HERE, lambda done, of: None, "skip")
     with pytest.raises(ValueError, match="on_error: expected stop or skip, got 'ignore'"):
         generate(tiny(), str(tmp_path / "set"), HERE, lambda done, of: None, "ignore")
+
+
+@pytest.fixture
+def late(monkeypatch):
+    """Let the episodes of all seeds below 9 be some that cannot be built; return the seeds that were tried."""
+    build, tried = FAKE_TOWN.__class__.episode, []
+
+    def episode(scenario, preset, seed, **others):
+        tried.append(seed)
+        if seed < 9:
+            raise RuntimeError("no road")
+        return build(scenario, preset, seed, **others)
+
+    monkeypatch.setattr(FAKE_TOWN.__class__, "episode", episode)
+    return tried
+
+
+@pytest.mark.parametrize("dry", [["--dry-run"], []])
+def test_any_number_of_first_episodes_is_skipped_on_demand_alone(tmp_path, late, dry):
+    words = ["generate", "fake-town", "--preset", "tiny", "--seeds", "0:10", "--frame-count", "2", "--workers", "0"]
+    words += ["--out", str(tmp_path / "set"), "--modules", *MODULES, *dry]
+    with pytest.raises(RuntimeError, match="no road"):
+        main(words)
+    assert late == [0]
+    assert main([*words, "--on-error", "skip"]) == 0
+    assert (tmp_path / "set").exists() != bool(dry)
+    assert dry or DataSet(str(tmp_path / "set")).seeds == (9,)
+
+
+def test_an_error_of_the_disk_is_not_one_of_an_episode(monkeypatch):
+    def episode(*_, **others):
+        raise OSError(errno.ENOSPC, "no space")
+
+    monkeypatch.setattr(FAKE_TOWN.__class__, "episode", episode)
+    with pytest.raises(OSError, match="no space") as found:
+        first_episode(tiny(), "skip")
+    assert found.value.__notes__ == ["of seed 3"]
 
 
 def test_a_second_writer_is_refused_in_one_line(tmp_path):

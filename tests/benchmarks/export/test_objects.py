@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from benchmarks.data_sets.data_set import DataSet
+from benchmarks.data_sets.notes import table_configs
 from benchmarks.export.frames import episodes, frames
 from benchmarks.export.objects import Instance, Labels
 from benchmarks.export.registry import export
@@ -54,6 +55,7 @@ def test_what_stands_about_has_an_annotation_with_its_role_in_coco(parked: DataS
             "kind": "van",
             "role": "parked",
             "visible_fraction": 1.0,
+            "glare_fraction": 0.0,
             "occluded": False,
             "truncated": False,
         }
@@ -161,17 +163,17 @@ def test_a_kind_that_the_scene_does_not_list_is_refused(data: DataSet) -> None:
         Labels(data).class_of("tram")
 
 
-def instance(share: float, visible_xyxy: tuple[float, ...]) -> Instance:
+def instance(share: float, visible_xyxy: tuple[float, ...], glare: float = 0.0) -> Instance:
     box = np.array(visible_xyxy)
-    return Instance("target", "car", 1, 2, "in", box, box, share, np.eye(4), np.zeros((2, 3)))
+    return Instance("target", "car", 1, 2, "in", box, box, share, glare, np.eye(4), np.zeros((2, 3)))
 
 
-def test_least_values_are_inclusive_and_what_is_below_is_counted(data: DataSet) -> None:
+def test_least_values_are_inclusive(data: DataSet) -> None:
     labels = Labels(data, min_visible=0.25, min_size_px=4)
     assert labels.takes(instance(0.25, (0, 0, 9, 4)))
     assert not labels.takes(instance(0.24, (0, 0, 9, 4)))
     assert not labels.takes(instance(0.25, (0, 0, 9, 3)))
-    assert labels.left_out == 2
+    assert not labels.takes(instance(0.5, (0, 0, 9, 4), glare=0.6))
 
 
 def test_what_shows_too_little_is_left_out_or_ignored_and_counted(data: DataSet, tmp_path: Path) -> None:
@@ -184,6 +186,8 @@ def test_what_shows_too_little_is_left_out_or_ignored_and_counted(data: DataSet,
     assert len(annotations) == 2 * len(shares)
     assert all(each["iscrowd"] == (each["attributes"]["visible_fraction"] < 0.6) for each in annotations)
     assert export(data, "yolo", tmp_path / "yolo", min_visible=0.6) == few
+    told = f"Made with `--classes class`. {few} objects of single pictures below `--min-visible 0.6 --min-size 0`.\n"
+    assert all(told in (tmp_path / name / "README.md").read_text() for name in ("coco", "yolo"))
     lines = [line for path in (tmp_path / "yolo").rglob("labels/*/*.txt") for line in path.read_text().splitlines()]
     assert len(lines) == 2 * len(shares) - few
 
@@ -211,12 +215,30 @@ def test_formats_that_hold_all_leave_nothing_out(data: DataSet, tmp_path: Path) 
         export(data, "mot", tmp_path / "out", min_visible=0.5)
 
 
-def test_what_a_mirrored_lamp_covers_is_not_seen(data: DataSet) -> None:
+@pytest.mark.parametrize("name", ["otb", "rerun", "kitti-depth"])
+def test_formats_without_classes_have_no_choice_of_them(data: DataSet, tmp_path: Path, name: str) -> None:
+    with pytest.raises(ValueError, match=f"^classes: expected class, since {name} has none, got 'kind'$"):
+        export(data, name, tmp_path / "out", classes="kind")
+    assert "--classes" not in (written(data, "otb", tmp_path) / "README.md").read_text()
+
+
+def test_a_set_without_what_stands_about_has_single_targets_alone(tmp_path: Path) -> None:
+    """The episodes that canaries watch are of format 2."""
+    old = DataSet(str(Path(__file__).parents[2] / "canaries/episodes/road-town"))
+    told = r"^data: expected a set of format 3, with what only stands about \(`frameout generate` .*, got format 2$"
+    old.request = replace(old.request, channels=("image_rgb", "instance_map"))
+    for name in ("coco", "mot", "tao-amodal", "webdataset", "yolo"):
+        with pytest.raises(ValueError, match=told):
+            export(old, name, tmp_path / "out", allow_incomplete=True)
+    assert list(table_configs(old)) == ["frames", "objects"]
+
+
+def test_glare_has_a_field_of_its_own(data: DataSet) -> None:
     stored = next(frames(next(episodes(data)), ("instance_map",)))
     truth = stored.frame.truth
     covered = replace(truth, glare_fraction=np.array([0.0, 0.75, 1.0]))
-    before = [each.visible_fraction for each in Labels(data).instances(stored)]
     now = list(Labels(data).instances(replace(stored, frame=replace(stored.frame, truth=covered))))
-    assert before == truth.visible_fraction.tolist()
-    np.testing.assert_allclose([each.visible_fraction for each in now], truth.visible_fraction * (1.0, 0.25, 0.0))
-    assert now[1].attributes()["occluded"]
+    for k, each in enumerate(now):
+        assert each.visible_fraction == truth.visible_fraction[k]
+        assert each.attributes()["glare_fraction"] == covered.glare_fraction[k]
+        assert each.attributes()["occluded"] == (truth.visible_fraction[k] < 0.5)

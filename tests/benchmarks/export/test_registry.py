@@ -138,20 +138,41 @@ def test_a_store_gets_the_files_of_a_folder(data: DataSet, exported: Callable[[s
         export(data, name, f"memory://exports/{name}")
 
 
-def test_a_failure_on_the_way_to_a_store_leaves_nothing_there(data: DataSet, monkeypatch: pytest.MonkeyPatch) -> None:
-    files, root = place_of("memory://exports/broken")
-    put = type(files).put_file
+@pytest.mark.parametrize("out", ["memory://exports/broken", "memory://emptybucket"])
+def test_a_failure_on_the_way_to_a_store_removes_what_was_sent_alone(
+    data: DataSet, monkeypatch: pytest.MonkeyPatch, out: str
+) -> None:
+    files, root = place_of(out)
+    files.makedirs(root, exist_ok=True)
+    put, sent = type(files).put_file, []
 
     def fail(self: Any, source: str, target: str, **others: Any) -> None:
-        if target.endswith("list.txt"):
+        if target.endswith("README.md"):
+            self.pipe_file(f"{root}/theirs.txt", b"theirs")
             raise OSError("connection lost")
         put(self, source, target, **others)
+        sent.append(target)
 
-    monkeypatch.setattr(type(files), "put_file", fail)
-    message = r"out: expected a store that can be reached, got 'memory://exports/broken' \(connection lost\)"
-    with pytest.raises(ValueError, match=message):
-        export(data, "otb", "memory://exports/broken")
-    assert not files.exists(root)
+    with monkeypatch.context() as patch:
+        patch.setattr(type(files), "put_file", fail)
+        message = rf"out: expected a store that can be reached, got '{out}' \(connection lost\)"
+        with pytest.raises(ValueError, match=message):
+            export(data, "otb", out)
+    # README.md is the last, so that a reader who finds it finds all.
+    assert len(sent) > FRAMES
+    assert files.find(root) == [f"{root}/theirs.txt"]
+    files.rm_file(f"{root}/theirs.txt")
+    assert files.isdir(root)
+    export(data, "otb", out)
+    assert files.exists(f"{root}/README.md")
+
+
+def test_what_others_sent_while_an_export_was_made_is_kept() -> None:
+    files, root = place_of("memory://exports/shared")
+    told = "out: expected an empty folder or one that does not exist"
+    with pytest.raises(ValueError, match=told), whole_folder("memory://exports/shared"):
+        files.pipe_file(f"{root}/list.txt", b"theirs")
+    assert files.cat_file(f"{root}/list.txt") == b"theirs"
 
 
 def test_of_two_writers_the_second_is_told(data: DataSet, tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.export.yolo import split_of
+from benchmarks.export.yolo import parts_of
 from tests.benchmarks.export.painted_scene import FRAMES, HEIGHT_PX, IDS, KINDS, WIDTH_PX, truths
 
 yaml = pytest.importorskip("yaml")
@@ -43,7 +43,7 @@ def scaled(row: list[str]) -> np.ndarray:
 
 
 def test_whole_episodes_are_validated_on() -> None:
-    assert split_of((3, 4)) == {3: "train", 4: "val"}
-    assert list(split_of(tuple(range(10))).values()) == ["train"] * 8 + ["val"] * 2
+    assert parts_of((3, 4)) == {3: "train", 4: "val"}
+    assert list(parts_of(tuple(range(10))).values()) == ["train"] * 8 + ["val"] * 2
     with pytest.raises(ValueError, match=r"data: expected at least 2 episodes, .*, got 1"):
-        split_of((3,))
+        parts_of((3,))
