@@ -193,8 +193,8 @@ def _end_forked(process: int) -> None:
 
 
 def _is_of_loky(thread: threading.Thread) -> bool:
-    """Return whether a thread is one of the pool that joblib keeps for all of its callers."""
-    return "loky" in type(thread).__module__
+    """Return whether a thread is one of the pool that joblib keeps for all of its callers, or fills a queue for it."""
+    return "loky" in type(thread).__module__ or thread.name == "QueueFeederThread"
 
 
 def _children() -> set[int]:

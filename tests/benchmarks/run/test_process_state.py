@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import joblib
 import numpy as np
 import pytest
 
@@ -175,6 +176,16 @@ def test_threads_that_end_with_their_owner_are_none_that_are_left() -> None:
     del owner
     assert len(state._threads) == 1
     assert state.close() == []
+
+
+@pytest.mark.heavy
+@IN_FILES
+def test_the_pool_of_joblib_is_ended_and_is_there_again_for_the_next_one() -> None:
+    for _ in range(2):
+        state = ProcessState()
+        with state.applied():
+            assert joblib.Parallel(2, backend="loky")(joblib.delayed(abs)(k) for k in (-1, -2, -3)) == [1, 2, 3]
+        assert state.close() == ["left 2 processes running, ended with the episode (start anew in each)"]
 
 
 def test_a_thread_that_is_left_is_told() -> None:
