@@ -23,7 +23,7 @@ An annotation is of one object in one picture of which at least one pixel is see
 of those pixels, `bbox` the box around them (left, top, width, height; the top left corner of the picture is 0, 0),
 `area` their number. Parked cars and moored boats have theirs too. Categories are the classes of the scene's own list,
 with the same numbers in every export of the scene with the same `--classes`. `iscrowd` is 1 for what shows less than
-was asked for (`--min-visible`, `--min-size`), which evaluation then ignores, else 0.
+was asked for (`--min-visible`, without what glare covers, `--min-size`), which evaluation then ignores, else 0.
 
 `attributes` holds more of each object:
 {ATTRIBUTES_NOTE.strip()}

@@ -19,7 +19,7 @@ NOTE = f"""
 Format: https://docs.ultralytics.com/datasets/detect/. `data.yaml` names the classes, those of the scene's own list with
 the same numbers in every export of the scene with the same `--classes`, and the folders of pictures; `labels/` has a
 text file for each picture, empty where no object is seen. Parked cars and moored boats have lines too; what shows less
-than was asked for (`--min-visible`, `--min-size`) has none.
+than was asked for (`--min-visible`, without what glare covers, `--min-size`) has none.
 
 A line is class, x and y of the centre, width and height of the box around the pixels that are seen, as shares of the
 picture's width and height. Whole episodes are for training or validation: of all seeds in order, the last

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from urllib.request import Request, urlopen
+
 import pytest
 
 from benchmarks.data_sets.backends import working
 from benchmarks.data_sets.data_set import DataSet
 from benchmarks.data_sets.generating import Workers
+from benchmarks.data_sets.places import place_of
 from benchmarks.data_sets.verifying import problems
 from benchmarks.export.registry import export
 from tests.benchmarks.data_sets.small import MODULES, made, tiny
@@ -38,6 +41,8 @@ def bucket(monkeypatch):
     try:
         _, port = store.get_host_and_port()
         monkeypatch.setenv("AWS_ENDPOINT_URL", f"http://127.0.0.1:{port}")
+        # Servers of one process share what they hold.
+        urlopen(Request(f"http://127.0.0.1:{port}/moto-api/reset", method="POST")).close()
         files = s3fs.S3FileSystem(skip_instance_cache=True)
         files.mkdir("bucket")
         yield files
@@ -96,3 +101,30 @@ def test_unknown_and_unreachable_clusters_are_named(backend, address, message, m
     monkeypatch.setattr("benchmarks.data_sets.backends.PATIENCE_S", 1.0)
     with pytest.raises(ValueError, match=message), working(backend, address, 1):
         pass
+
+
+@pytest.mark.heavy
+@pytest.mark.filterwarnings("ignore")
+def test_a_set_grows_on_an_s3_store_and_a_failed_export_leaves_the_bucket_to_others(bucket, monkeypatch):
+    made(tiny(seeds=(3, 4)), "s3://bucket/set")
+    grown = made(tiny(), "s3://bucket/set")
+    assert set(grown.manifest()) == {"000003", "000004"}
+    bucket.mkdir("empty")
+    store, _ = place_of("s3://empty")
+    put = store.put_file
+
+    def fail(source, target):
+        if target.endswith("README.md"):
+            bucket.pipe_file("empty/theirs.txt", b"theirs")
+            raise ConnectionError("lost")
+        put(source, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(store, "put_file", fail)
+        with pytest.raises(ValueError, match=r"out: expected a store that can be reached, got 's3://empty' \(lost\)"):
+            export(grown, "webdataset", "s3://empty")
+    bucket.invalidate_cache()
+    assert bucket.find("empty") == ["empty/theirs.txt"]
+    bucket.rm_file("empty/theirs.txt")
+    export(grown, "webdataset", "s3://empty")
+    assert bucket.exists("empty/README.md")
