@@ -80,6 +80,8 @@ def test_a_file_that_is_gone_is_told_in_one_line(
     make = ["generate", "fake-town", "--preset", "tiny", "--seeds", "0:1", "--out", str(folder), *own]
     assert main(make) == 0
     (folder / "episodes" / "000000" / name).unlink()
+    # A set that has its card is not read again when it is generated.
+    (folder / "README.md").unlink()
     out = str(tmp_path / "out")
     bench = ["bench", "frame-out", "--data", str(folder), "--trackers", "hold", "--out", out, *own]
     capsys.readouterr()
