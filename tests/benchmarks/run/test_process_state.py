@@ -21,6 +21,7 @@ import cv2
 import joblib
 import numpy as np
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 from benchmarks.run import process_state
 from benchmarks.run.process_state import ProcessState
@@ -181,6 +182,8 @@ def test_threads_that_end_with_their_owner_are_none_that_are_left() -> None:
 @pytest.mark.heavy
 @IN_FILES
 def test_the_pool_of_joblib_is_ended_and_is_there_again_for_the_next_one() -> None:
+    # Of other tests, whose pool is not the contestant's.
+    get_reusable_executor().shutdown(wait=True)
     for _ in range(2):
         state = ProcessState()
         with state.applied():
