@@ -38,9 +38,7 @@ def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_
     """In a world without a renderer, with one episode of the four, in a folder whose name a shell would split."""
     monkeypatch.chdir(tmp_path)
     place = f"{stand_in.__name__}:FLOWN"
-    scenes = (
-        replace(each, place=place, largest={}) if each.id == stand_in.FLOWN.id else each for each in catalog._ENTRIES
-    )
+    scenes = (replace(each, place=place) if each.id == stand_in.FLOWN.id else each for each in catalog._ENTRIES)
     monkeypatch.setattr(catalog, "_ENTRIES", tuple(scenes))
     monkeypatch.setattr(judging, "SEEDS", range(9_999, 10_000))
     # Measured by a function with tests of its own.
