@@ -168,7 +168,7 @@ class Bench(WithModules):
 
     @property
     def _seeds(self) -> range | None:
-        """The seeds; None if nobody has named some for what is real, which has none."""
+        """The seeds; None with --real and without --seeds, as recordings have none."""
         unnamed = self.seeds == type(self).seeds
         if self.real and unnamed:
             return None

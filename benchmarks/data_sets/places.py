@@ -70,7 +70,7 @@ def new_folder(url: str) -> None:
                     f"out: expected a bucket that exists, got {url!r} without a bucket {bucket!r}"
                 ) from None
             except PermissionError:
-                # It is there, and who may write into it need not be one who may look at it.
+                # It is there: the right to write does not include the right to list.
                 pass
 
 

@@ -183,13 +183,14 @@ def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> It
     check("tracker", steerable, f"a name, as {job.controller!r} steers by one", "none")
     controller = link = None
     if job.controller is not None:
-        scenario = catalog.scenario(job.scenario)
-        create = controller_maker(job.controller, scenario.carrier.name, job.link, job.controller_values)
-        controller = GuardedController(create, job.limit_s, **_known_of(job, job.controller, note))
+        carrier = catalog.scenario(job.scenario).carrier
+        create = controller_maker(job.controller, carrier.name, job.link, job.controller_values)
     episode, watchers = episode_of(job, truth), list[_Watcher]()
     try:
-        if controller is not None and job.link is not None:
-            link = episode_link(scenario.carrier, episode.rate_hz, link_named(job.link), job.seed)
+        if job.controller is not None:
+            controller = GuardedController(create, job.limit_s, **_known_of(job, job.controller, note))
+            if job.link is not None:
+                link = episode_link(carrier, episode.rate_hz, link_named(job.link), job.seed)
         watchers += _watchers(job, episode, note)
         yield OpenJob(job, Loop(episode, [each.guard for each in watchers], link), watchers, controller)
     finally:

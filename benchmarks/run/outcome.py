@@ -30,7 +30,7 @@ class Outcome:
         oddities: of the answers in these episodes, which may be why a tracker does not score.
         episodes: number of (tracker, episode) pairs that were run; ``resumed``: those that existed already.
         moved: messages about rows that were moved to another file.
-        unusable: messages about real recordings that could not be used; nobody has rows of them.
+        unusable: messages about real recordings that could not be used and have no rows.
     """
 
     summary: list[dict[str, Any]] = field(default_factory=list, repr=False)

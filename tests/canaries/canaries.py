@@ -32,6 +32,7 @@ from benchmarks.data_sets.data_set import stored_episode
 from benchmarks.data_sets.stored_episode import StoredEpisode
 from benchmarks.papers import b1, b2
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture
+from benchmarks.run.arithmetic import draws_like_published
 from benchmarks.run.contestants import Entrant, entrants
 from benchmarks.run.editions import controller_edition, judge_edition, scene_edition, tracker_edition
 from benchmarks.suites.fish.real import FishRecording
@@ -510,7 +511,9 @@ def verdict(canary: Canary, known: Mapping[str, Mapping[str, Any]]) -> str:
     changed = [name for name, value in canary.values.items() if before["values"].get(name, value) != value]
     if changed:
         return f"{canary.name}: {', '.join(changed)} had other values in the edition {canary.edition!r}. {remedy}"
-    if before["digest"] != canary.digest():
+    # Of a few pictures AMD's processors have another one, see ``draws_like_published``.
+    expected = before["digest"] if draws_like_published() else before.get("digest_amd", before["digest"])
+    if expected != canary.digest():
         return f"{canary.name}: it does something else than the edition {canary.edition!r} did. {remedy}"
     return ""
 
@@ -522,8 +525,7 @@ def keep(found: Mapping[str, Canary]) -> None:
     for name, canary in found.items():
         old = before.get(name)
         same = old is not None and old["edition"] == canary.edition
-        made = old["digest"] if same else canary.digest()
         values = canary.values | (old["values"] if same else {})
-        now[name] = {"edition": canary.edition, "digest": made, "values": values}
+        now[name] = (old if same else {"edition": canary.edition, "digest": canary.digest()}) | {"values": values}
     lines = ",\n".join(f" {json.dumps(name)}: {json.dumps(now[name])}" for name in sorted(now))
     DIGESTS.write_text(f"{{\n{lines}\n}}\n")

@@ -44,11 +44,12 @@ def test_slow_work_is_stopped() -> None:
     assert time.perf_counter() - began < 5
 
 
-def test_the_limit_is_one_of_cpu_time() -> None:
-    """What waits for others, e.g. for a core, has longer than what computes."""
+def test_the_limit_is_one_of_cpu_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What waits for others, e.g. for a core, has longer than what computes: here much longer, for busy machines."""
+    monkeypatch.setattr(time_limit, "WALL", 600.0)
     with at_most(0.1):
         time.sleep(0.3)
-    with pytest.raises(TooSlow, match=r"^(0.1 s of CPU time|1 s)$"), at_most(0.1):
+    with pytest.raises(TooSlow, match=r"^0.1 s of CPU time$"), at_most(0.1):
         burn(5.0)
 
 
