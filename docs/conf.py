@@ -14,11 +14,11 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-from benchmarks.gallery.page import gallery_page
-from benchmarks.gallery.pictures import write_pictures
-from benchmarks.report.envs_page import envs_page
-from benchmarks.report.reference import reference_page
 from benchmarks.run.cores import cores
+from benchmarks.show.envs_page import envs_page
+from benchmarks.show.reference import reference_page
+from tools.gallery.page import gallery_page
+from tools.gallery.pictures import write_pictures
 
 _ROOT = Path(__file__).resolve().parents[1]
 

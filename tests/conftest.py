@@ -13,7 +13,7 @@ from hypothesis import settings
 
 from benchmarks.run.arithmetic import missing_settings
 
-# Before NumPy is imported, as `benchmarks.cli` does it: workers of the suite would wait for each other's threads.
+# Before NumPy is imported, as `benchmarks.cli.main` does it: workers of the suite would wait for each other's threads.
 os.environ.update(missing_settings(os.environ))
 # Tables have the width that they have without a terminal, whatever started the suite.
 os.environ.pop("COLUMNS", None)

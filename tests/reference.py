@@ -21,8 +21,8 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 
-from benchmarks.cli import main as frameout
-from benchmarks.scores.tracker_speed import TIMES
+from benchmarks.cli.main import main as frameout
+from benchmarks.judges.tracker_speed import TIMES
 from scenarios import catalog
 from scenarios.truth import Truth
 from trackers.types import CameraCommand

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.cli import main
+from benchmarks.cli.main import main
 from benchmarks.learning import playing
 from tests.documents import RESULTS, ROOT, blocks_of, commands, in_one_process, succeeds
 
@@ -98,7 +98,7 @@ def test_files_that_the_documents_point_to_exist() -> None:
         text = (ROOT / name).read_text()
         for target in re.findall(r"\]\(([^)#:]+)", text):
             assert (ROOT / name).parent.joinpath(target).is_file(), target
-        for path in re.findall(r"`((?:sim|trackers|scenarios|benchmarks|tests)/[\w/.]+)`", text):
+        for path in re.findall(r"`((?:sim|trackers|scenarios|benchmarks|tools|tests)/[\w/.]+)`", text):
             assert "NAME" in path or (ROOT / path).exists(), path
 
 
@@ -106,5 +106,5 @@ def test_the_documents_have_the_blocks_that_are_followed() -> None:
     assert len(commands("README.md", "")) >= 5
     assert "frameout train frameout/RoadTownFollow-v2" in commands("README.md", "long")
     long = {each for page in RESULTS for each in commands(page, "long")}
-    assert {"frameout paper A2 --renderer pybullet", "frameout speed"} <= long
+    assert {"frameout paper A2 --renderer pybullet", "python -m tools speed"} <= long
     assert len((ROOT / "README.md").read_text().splitlines()) <= 150

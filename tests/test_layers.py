@@ -38,7 +38,7 @@ def write_tree(folder: Path, module: str, source: str) -> None:
         "trackers/protocols.py": "",
     }
     files |= {"trackers/registry.py": "", "scenarios/town.py": "import sim.world\nimport trackers.types\n"}
-    files |= {"benchmarks/cli.py": "import scenarios.town\nimport trackers.registry\n"}
+    files |= {"benchmarks/cli/main.py": "import scenarios.town\nimport trackers.registry\n"}
     files |= {f"{Path(module).parent}/__init__.py": "", module: source}
     for name, text in files.items():
         path = folder / name
@@ -60,9 +60,9 @@ def test_the_contracts_hold() -> None:
         ("trackers/cheat.py", "import sim.world", "trackers imports nothing of ours"),
         ("trackers/cheat.py", "from scenarios import town", "trackers imports nothing of ours"),
         ("scenarios/env.py", "import trackers.registry", "scenarios sees sim and, of trackers"),
-        ("scenarios/env.py", "import benchmarks.cli", "nobody imports benchmarks"),
+        ("scenarios/env.py", "import benchmarks.cli.main", "nobody imports benchmarks"),
         ("scenarios/env.py", "import pybullet", "only sim.bullet imports pybullet"),
-        ("benchmarks/speed/rendering.py", "import pybullet", "only sim.bullet imports pybullet"),
+        ("tools/speed/rendering.py", "import pybullet", "only sim.bullet imports pybullet"),
         ("scenarios/env.py", "import gymnasium", "gymnasium is imported by envs"),
         ("trackers/env.py", "import gymnasium", "gymnasium is imported by envs"),
     ],
@@ -75,7 +75,7 @@ def test_a_contract_can_fail(tmp_path: Path, module: str, source: str, contract:
 
 
 def test_a_tree_that_keeps_them_passes(tmp_path: Path) -> None:
-    write_tree(tmp_path, "benchmarks/speed/rendering.py", "import sim.world\n")
+    write_tree(tmp_path, "tools/speed/rendering.py", "import sim.world\n")
     result = lint_imports(tmp_path)
     assert result.returncode == 0, result.stdout + result.stderr
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.suites import registry as suite_registry
+from benchmarks.contract import suite as suite_registry
 from scenarios import catalog
 from trackers import registry as tracker_registry
 from trackers.controllers import catalogue
@@ -20,10 +20,10 @@ GENERAL = tuple(f"trackers/controllers/{name}.py" for name in ("catalogue", "pol
 """Modules in these rooms that serve all of their kind."""
 LISTS = {
     "scenarios/catalog.py": ("_ENTRIES", "SUCCESSORS"),
-    "benchmarks/suites/registry.py": ("_MODULES",),
+    "benchmarks/contract/suite.py": ("_MODULES",),
     "trackers/registry.py": ("_MODULES",),
     "trackers/controllers/catalogue.py": ("_MODULES",),
-    "benchmarks/results/published.py": ("TABLES", "_OF_INTRUDERS"),
+    "tools/publishing/published.py": ("TABLES", "_OF_INTRUDERS"),
 }
 """The one list of each registry, those of the published tables, and that of what took the place of deleted ids."""
 
@@ -127,8 +127,8 @@ def test_general_rooms_name_no_scene_no_suite_and_no_carrier() -> None:
     [
         "from scenarios.road_town.scenario import ROAD_TOWN",
         "from scenarios import stereo_follow as scene",
-        "import benchmarks.suites.follow.suite",
-        "from benchmarks.suites import stereo",
+        "import benchmarks.judges.follow.suite",
+        "from benchmarks.judges import stereo",
         "def f(env='frameout/RoadTownFollow-v2'): pass",
         "x = scenario.id == 'stereo-follow-v2'",
         "x = rows['frame_out']",
@@ -160,7 +160,7 @@ def test_what_names_nothing_passes() -> None:
 def test_a_list_of_a_registry_is_one(place: str) -> None:
     empty = "".join(f"{name} = ()\n" for name in LISTS[place])
     for name in LISTS[place]:
-        full = empty.replace(f"{name} = ()", f"{name} = ('road-town', 'benchmarks.suites.follow.suite')")
+        full = empty.replace(f"{name} = ()", f"{name} = ('road-town', 'benchmarks.judges.follow.suite')")
         assert not named_in(place, full)
         assert named_in(place, f"{full}{name} += ('stereo-follow',)")
     assert named_in(place, f"{empty}OTHERS = ('road-town',)")

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.cli import main
+from benchmarks.cli.main import main
 from tests.documents import ROOT, blocks_of, commands, in_one_process, succeeds
 
 

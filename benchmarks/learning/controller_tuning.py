@@ -10,6 +10,7 @@ from typing import Any
 
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
+from benchmarks.contract.suite import controllers_suite
 from benchmarks.learning.fresh_scores import ScoresOn, fresh_scores
 from benchmarks.learning.search import Progress, announce_check, search
 from benchmarks.learning.tracker_tuning import LIMIT_S, Tuned, chosen, rows_of, score_of
@@ -21,7 +22,6 @@ from benchmarks.run.jobs import Job
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import in_processes
 from benchmarks.run.steering import link_in
-from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
 from scenarios.envs.pictureless.error_model import error_model

@@ -7,11 +7,11 @@ import shlex
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.contract.suite import controllers_suite
 from benchmarks.learning.settings import Training
-from benchmarks.results.episode_time import seconds_of_episode
 from benchmarks.run.cores import cores
+from benchmarks.run.episode_time import seconds_of_episode
 from benchmarks.run.jobs import Job
-from benchmarks.suites.registry import controllers_suite
 
 SEEDS = range(9_996, 10_000)
 """Development episodes; a training without pictures reaches them only if it plans nearly all there are."""

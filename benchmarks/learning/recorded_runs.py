@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.suite import controllers_suite
 from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import editions_of
-from benchmarks.suites.registry import controllers_suite
 from scenarios import catalog
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.watched_episode import watched_episode

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from benchmarks.report.numbers import counted
+from benchmarks.contract.text import counted
 from trackers.atomic_file import atomic_file
 
 _BATCH = 8

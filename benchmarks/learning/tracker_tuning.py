@@ -13,19 +13,19 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.contract.rows import Row
+from benchmarks.contract.suite import suite
+from benchmarks.contract.text import counted
 from benchmarks.learning.fresh_scores import FreshScores, ScoresOn, fresh_entries, fresh_scores
 from benchmarks.learning.search import Found, Progress, announce_check, search
-from benchmarks.report.numbers import counted
 from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import judge_edition, package_versions, tracker_edition
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.processes import results
-from benchmarks.run.records import Row
 from benchmarks.run.steering import link_in
-from benchmarks.scores import pooling
-from benchmarks.scores.summary import grouped
-from benchmarks.suites.registry import suite
+from benchmarks.statistics import pooling
+from benchmarks.statistics.summary import grouped
 from scenarios import catalog
 from scenarios.scenario import Scenario
 from sim.checks import check

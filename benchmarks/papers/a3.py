@@ -6,18 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.contract.rows import Row
+from benchmarks.contract.text import number_text
 from benchmarks.papers.claims import Claim, Matrix
 from benchmarks.papers.ground_colours import CLASSES
 from benchmarks.papers.ground_confusion import confusion
 from benchmarks.papers.ground_figures import figures_of_town
 from benchmarks.papers.tracker_experiment import TrackerExperiment
-from benchmarks.report.numbers import number_text
-from benchmarks.run.records import Row
-from benchmarks.video.contact_sheet import picture_sheet
+from benchmarks.show.video.contact_sheet import picture_sheet
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.scenario import RendererName
-from trackers.paper_a.background_pf import BackgroundParameters
-from trackers.paper_a.ground_classes import load_class_statistics
+from trackers.road_shape.background_pf import BackgroundParameters
+from trackers.road_shape.ground_classes import load_class_statistics
 
 _COUNTED = "of the frame-outs {}, those after which it is on the car again and still is one second later"
 

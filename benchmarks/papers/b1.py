@@ -10,18 +10,18 @@ from matplotlib.ticker import FuncFormatter
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
+from benchmarks.contract.rows import LAST_METRIC, Row
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, Values, photograph
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
 from benchmarks.papers.robustness import Sensitivity
-from benchmarks.report.palette import line_styles
-from benchmarks.report.plots import drawn_as, new_figure, svg
-from benchmarks.run.records import LAST_METRIC, Row
-from benchmarks.video.contact_sheet import picture_sheet
+from benchmarks.show.palette import line_styles
+from benchmarks.show.plots import drawn_as, new_figure, svg
+from benchmarks.show.video.contact_sheet import picture_sheet
 from scenarios.scenario import RendererName
 from trackers.kernels.boxes import box_centre, box_size
 from trackers.kernels.histogram import hs_bins, rectangle_histogram
-from trackers.paper_b.light_change import (
+from trackers.light_adaptive_stereo.light_change import (
     LARGEST_GAIN_STEP,
     LARGEST_SHUTTER_STEP,
     LARGEST_WHITE_BALANCE,
@@ -31,7 +31,7 @@ from trackers.paper_b.light_change import (
     shutter_and_gain,
     white_balance_change,
 )
-from trackers.paper_b.stereo_colour import StereoColourParameters
+from trackers.light_adaptive_stereo.stereo_colour import StereoColourParameters
 
 CURVES = {
     "dissimilarity": "colour dissimilarity",

@@ -9,15 +9,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.rows import LAST_METRIC, Row
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, Values, photograph
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
-from benchmarks.report.palette import GRID, line_styles
-from benchmarks.report.plots import count_frames, drawn_as, new_figure, svg
-from benchmarks.run.records import LAST_METRIC, Row
-from benchmarks.video.contact_sheet import picture_sheet
+from benchmarks.show.palette import GRID, line_styles
+from benchmarks.show.plots import count_frames, drawn_as, new_figure, svg
+from benchmarks.show.video.contact_sheet import picture_sheet
 from scenarios.scenario import RendererName
-from trackers.paper_b.light_change import LightTrend
+from trackers.light_adaptive_stereo.light_change import LightTrend
 
 _HSV = ("hue", "saturation", "value")
 _CEILING_LIGHT_FRAMES = 300

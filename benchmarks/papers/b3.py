@@ -5,8 +5,8 @@ from __future__ import annotations
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
-from trackers.paper_b.light_change import LARGEST_WHITE_BALANCE
-from trackers.paper_b.stereo_colour import StereoColourParameters
+from trackers.light_adaptive_stereo.light_change import LARGEST_WHITE_BALANCE
+from trackers.light_adaptive_stereo.stereo_colour import StereoColourParameters
 
 _COUNTED = {
     "precision": "frames with the target found, of those with anything found",

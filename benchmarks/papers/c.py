@@ -6,20 +6,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.contract.rows import Row
+from benchmarks.contract.suite import suite
+from benchmarks.judges.fish.gap_scores import GAP_FRAMES
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
 from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.swim_figures import measured_tank, turning_gap, usual_gap
 from benchmarks.papers.tracker_experiment import TrackerExperiment
-from benchmarks.report.palette import line_styles
-from benchmarks.run.records import Row
-from benchmarks.scores.summary import grouped
-from benchmarks.suites.fish.gap_scores import GAP_FRAMES
-from benchmarks.suites.registry import suite
-from benchmarks.video.contact_sheet import picture_sheet
+from benchmarks.show.palette import line_styles
+from benchmarks.show.video.contact_sheet import picture_sheet
+from benchmarks.statistics.summary import grouped
 from scenarios.scenario import RendererName
 from trackers import registry
-from trackers.paper_c.ca_kalman import CaKalmanParameters
+from trackers.gap_kalman.ca_kalman import CaKalmanParameters
 
 _WRITTEN, _OURS = "ca_kalman", "shoal_chain"
 _PRINTED_PX = {50: 0.60, 100: 1.05, 200: 2.81}

@@ -12,14 +12,14 @@ import joblib
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.judging import Score, truth_as
+from benchmarks.contract.rows import BlockKey, MadeNow, Row, append_block, tidy, up_to_date
+from benchmarks.contract.suite import Metric
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.run.blocks import as_row
 from benchmarks.run.editions import Editions, package_versions, scene_edition
 from benchmarks.run.experiment import Progress, make_folder
-from benchmarks.run.records import BlockKey, MadeNow, Row, append_block, tidy, up_to_date
-from benchmarks.suites.judging import Score, truth_as
-from benchmarks.suites.registry import Metric
-from benchmarks.video import marks
+from benchmarks.show.video import marks
 from scenarios.paper_sheet.scenario import PAPER_SHEET
 from scenarios.paper_sheet.sheet import region_of_sheet
 from scenarios.scenario import RendererName

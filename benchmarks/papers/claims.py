@@ -9,8 +9,8 @@ from typing import Literal, NamedTuple
 from rich import box
 from rich.table import Table
 
-from benchmarks.commands.console import console_of
-from benchmarks.report.numbers import interval_text, number_text, ranges_text, unit_sign
+from benchmarks.cli.console import console_of
+from benchmarks.contract.text import interval_text, number_text, ranges_text, unit_sign
 
 
 @dataclass(frozen=True, slots=True)

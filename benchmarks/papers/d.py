@@ -6,17 +6,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.contract.rows import Row
+from benchmarks.contract.suite import Metric, suite
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
 from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
-from benchmarks.report.palette import line_styles
-from benchmarks.run.records import Row
-from benchmarks.scores.summary import grouped
-from benchmarks.suites.registry import Metric, suite
+from benchmarks.show.palette import line_styles
+from benchmarks.statistics.summary import grouped
 from scenarios.scenario import RendererName
 from trackers import registry
-from trackers.paper_d.tracker import EigenSwarmParameters
+from trackers.eigen_swarm.tracker import EigenSwarmParameters
 
 _WRITTEN, _OURS = "eigen_swarm", "harbour_watch"
 _FOUND = {"person": (12, 15), "car": (2, 3), "boat": (1, 1)}

@@ -11,12 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.rows import MadeNow, Row, read_rows
+from benchmarks.contract.suite import Condition, Metric
 from benchmarks.papers.claims import Claim, Matrix
 from benchmarks.papers.robustness import Sensitivity
-from benchmarks.report.pictures import write_picture
 from benchmarks.run.experiment import Progress
-from benchmarks.run.records import MadeNow, Row, read_rows
-from benchmarks.suites.registry import Condition, Metric
+from benchmarks.show.pictures import write_picture
 from scenarios.scenario import RendererName
 
 

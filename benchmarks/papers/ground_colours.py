@@ -28,7 +28,7 @@ from scenarios.scenario import Frame, RendererName
 from sim.optics import rays
 from trackers.atomic_file import write_atomic
 
-MODEL_PATH = Path(__file__).resolve().parents[2] / "trackers" / "paper_a" / "road_town_classes.json"
+MODEL_PATH = Path(__file__).resolve().parents[2] / "trackers" / "road_shape" / "road_town_classes.json"
 CLASSES = ("road", "other", "building")
 LIGHTS = {"road": 3, "other": 12}
 """Class → number of lights. The paper has no statistics of buildings."""

@@ -8,19 +8,19 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from benchmarks.commands.progress import progress_bar
+from benchmarks.cli.progress import progress_bar
+from benchmarks.contract.rows import Row
+from benchmarks.contract.text import ranges_text
 from benchmarks.papers.claims import Claim, Finding, print_findings, print_matrix
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.robustness import print_sensitivity
-from benchmarks.report.numbers import ranges_text
-from benchmarks.report.page import page_style
-from benchmarks.report.pictures import read_pictures
-from benchmarks.report.templates import page_environment
 from benchmarks.run.outcome import WHY_MOVED
-from benchmarks.run.records import Row
-from benchmarks.scores.pooling import pooled
-from benchmarks.scores.statistics import bootstrap_interval
-from benchmarks.scores.summary import paired
+from benchmarks.show.page import page_style
+from benchmarks.show.pictures import read_pictures
+from benchmarks.show.templates import page_environment
+from benchmarks.statistics.bootstrap import bootstrap_interval
+from benchmarks.statistics.pooling import pooled
+from benchmarks.statistics.summary import paired
 from scenarios.scenario import RendererName
 from trackers.atomic_file import write_atomic
 from trackers.papers import PAPERS
@@ -56,7 +56,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
         print_matrix(matrix)
     again = "" if renderer == "raster" else f" --renderer {renderer}"
     page = (
-        page_environment("papers")
+        page_environment(__file__)
         .get_template("paper.html.jinja")
         .render(
             style=Markup(page_style()),

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from benchmarks.contract.rows import Row
+from benchmarks.contract.suite import Metric
+from benchmarks.contract.text import interval_text, number_text, ranges_text, unit_sign
 from benchmarks.papers.claims import print_table
-from benchmarks.report.numbers import interval_text, number_text, ranges_text, unit_sign
-from benchmarks.run.records import Row
-from benchmarks.scores.pooling import pooled
-from benchmarks.scores.statistics import bootstrap_interval
-from benchmarks.suites.registry import Metric
+from benchmarks.statistics.bootstrap import bootstrap_interval
+from benchmarks.statistics.pooling import pooled
 
 FOLDER = "robustness"
 """Of its rows, in the experiment's folder."""

@@ -10,11 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.judges.fish.gap_protocol import PAST_FRAMES, BridgedGap, Gap, Tracks, bridge_gaps, turn_rad
+from benchmarks.judges.fish.gap_scores import GAP_FRAMES, GapTask
+from benchmarks.judges.fish.judge import FishJudge
 from benchmarks.run.jobs import Job, episode_of
-from benchmarks.suites.fish.gap_protocol import PAST_FRAMES, BridgedGap, Gap, Tracks, bridge_gaps, turn_rad
-from benchmarks.suites.fish.gap_scores import GAP_FRAMES, GapTask
-from benchmarks.suites.fish.judge import FishJudge
-from benchmarks.video import marks
+from benchmarks.show.video import marks
 from scenarios import catalog
 from scenarios.loop import Loop, tracker_stream
 from scenarios.scenario import RendererName

@@ -6,18 +6,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from benchmarks.contract.rows import MadeNow, Row, read_rows
+from benchmarks.contract.suite import Metric, suite
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import PaperExperiment, Plots
 from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity
 from benchmarks.run.experiment import Experiment, Progress, made_now_of
 from benchmarks.run.experiment import run as run_experiment
 from benchmarks.run.jobs import Job, opened
-from benchmarks.run.records import MadeNow, Row, read_rows
-from benchmarks.run.replay import replay
 from benchmarks.run.steering import link_in
-from benchmarks.scores.summary import grouped
-from benchmarks.suites.registry import Metric, suite
-from benchmarks.video.contact_sheet import contact_sheet
+from benchmarks.show.replay import replay
+from benchmarks.show.video.contact_sheet import contact_sheet
+from benchmarks.statistics.summary import grouped
 from scenarios.scenario import RendererName
 
 _SCALE = 3.0

@@ -1,9 +1,9 @@
-"""Scores as a block of rows, see ``benchmarks.run.records``."""
+"""Scores as a block of rows, see ``benchmarks.contract.rows``."""
 
 from __future__ import annotations
 
-from benchmarks.run.records import LAST_METRIC, Row, rounded
-from benchmarks.suites.judging import Score
+from benchmarks.contract.judging import Score
+from benchmarks.contract.rows import LAST_METRIC, Row, rounded
 
 CONTROLLER_FAILED_AT = "controller_failed_at_frame"
 

@@ -8,10 +8,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from benchmarks.contract.suite import DEFAULT, Scene, Suite, suites
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
 from benchmarks.run.own_inputs import own
 from benchmarks.run.stale_kernels import forget_stale_kernels
-from benchmarks.suites.registry import DEFAULT, Scene, Suite, suites
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
 from scenarios.scenario import Episode, Scenario
 from sim.choices import check_choice, suggestion

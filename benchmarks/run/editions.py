@@ -35,8 +35,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from benchmarks.contract.suite import Suite, suite
 from benchmarks.run.imports import imported_files
-from benchmarks.suites.registry import Suite, suite
 from scenarios import catalog
 from scenarios.scenario import Scenario
 from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry

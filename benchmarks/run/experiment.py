@@ -9,6 +9,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast, get_args
 
+from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, MadeNow, append_block, tidy, up_to_date
+from benchmarks.contract.suite import suite, suites
+from benchmarks.data.real import RealEpisode, trackers_on_pictures, up_to_date_on
 from benchmarks.run.alone import alone_in
 from benchmarks.run.contestants import entrant, entrants, entrants_of
 from benchmarks.run.editions import Editions, editions_of, editions_on_recordings
@@ -17,11 +20,8 @@ from benchmarks.run.known_failures import earlier, read_failures, write_failures
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import results
-from benchmarks.run.real import RealEpisode, trackers_on_pictures, up_to_date_on
-from benchmarks.run.records import ESTIMATES, FILE_NAME, REAL, BlockKey, MadeNow, append_block, tidy, up_to_date
 from benchmarks.run.steering import default_controllers, link_in
-from benchmarks.scores.summary import write_summary
-from benchmarks.suites.registry import suite, suites
+from benchmarks.statistics.summary import write_summary
 from scenarios import catalog
 from scenarios.command_link import LINKS
 from scenarios.scenario import RendererName
@@ -55,7 +55,7 @@ class Experiment:
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
         data: folder or URL of a data set with the episodes; None = they are rendered.
-        keep_estimates: whether all answers are kept beside the rows, see ``benchmarks.estimates``.
+        keep_estimates: whether all answers are kept beside the rows, see ``benchmarks.data.estimates``.
         real: what takes the place of simulated episodes, of which scenario, presets, seeds and renderer are then those
             of ``rows``; () = nothing.
     """
@@ -175,7 +175,7 @@ def jobs_of(experiment: Experiment) -> list[Job]:
 def _with_estimates(out: Path, have: set[BlockKey], made_now: MadeNow) -> set[BlockKey]:
     """Return those blocks that have whole estimates of the same ``editions``."""
     # An extra, which runs that keep no estimates do without.
-    from benchmarks.estimates.block_file import is_kept
+    from benchmarks.data.estimates.block_file import is_kept
 
     return {key for key in have if is_kept(out / ESTIMATES, key, made_now(key))}
 

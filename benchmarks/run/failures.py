@@ -8,8 +8,8 @@ from pathlib import Path
 
 import cv2
 
+from benchmarks.contract.rows import REAL
 from benchmarks.run.own_inputs import COPY_IT
-from benchmarks.run.records import REAL
 
 _ROOT = Path(__file__).parents[2]
 _PACKAGES = ("benchmarks", "scenarios", "sim", "trackers")

@@ -11,12 +11,12 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from benchmarks.contract.judging import Ending, Score
 from benchmarks.run.failures import ENDED_PROCESS, place_of, reason_of
 from benchmarks.run.oddities import AnswerWatch
 from benchmarks.run.own_inputs import check_unchanged, own
 from benchmarks.run.process_state import ProcessState
 from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most
-from benchmarks.suites.judging import Ending, Score
 from scenarios.loop import Contestant, ManyContestant, OutsourcingContestant, given
 from scenarios.scenario import Frame
 from trackers.estimate_check import check_estimate, check_probability, check_tracks

@@ -15,6 +15,12 @@ from typing import TYPE_CHECKING, Any, Literal
 import cv2
 import numba
 
+from benchmarks.contract.judging import Ending, Judge, Recording, Score, ScoreSheet
+from benchmarks.contract.rows import REAL, Row
+from benchmarks.contract.suite import suite
+from benchmarks.data.real import RealEpisode
+from benchmarks.data.sequences.episode import SequenceEpisode
+from benchmarks.data.sequences.sequence import BoxedSequence, UnreadableSequence
 from benchmarks.run.blocks import as_block
 from benchmarks.run.contestants import Entrant, contestant_of_one, entrant, gap_method_of
 from benchmarks.run.failures import Failure
@@ -22,13 +28,7 @@ from benchmarks.run.guards import Guard, GuardedContestant, GuardedController, G
 from benchmarks.run.notes import Note, note_at
 from benchmarks.run.oddities import AnswerWatch, Oddities
 from benchmarks.run.own_modules import load_modules
-from benchmarks.run.real import RealEpisode
-from benchmarks.run.records import REAL, Row
 from benchmarks.run.steering import controller_maker
-from benchmarks.sequences.episode import SequenceEpisode
-from benchmarks.sequences.sequence import BoxedSequence, UnreadableSequence
-from benchmarks.suites.judging import Ending, Judge, Recording, Score, ScoreSheet
-from benchmarks.suites.registry import suite
 from scenarios import catalog
 from scenarios.command_link import episode_link, link_named
 from scenarios.loop import Contestant, Loop, tracker_stream
@@ -38,7 +38,7 @@ from sim.checks import check
 from trackers.controllers import catalogue
 
 if TYPE_CHECKING:
-    from benchmarks.estimates.keeping import KeepingJudge
+    from benchmarks.data.estimates.keeping import KeepingJudge
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Job:
         settings: label in ``trackers`` → the tracker's name and its parameter values.
         changes: the preset that ``preset`` is a change of, and its changed fields; None = ``preset`` as it is.
         data: folder or URL of a data set whose stored episode is used; None = it is rendered.
-        estimates: folder where all answers are kept, see ``benchmarks.estimates``; None = they are not.
+        estimates: folder where all answers are kept, see ``benchmarks.data.estimates``; None = they are not.
         deadly: tracker that ended its process in this episode → frame.
         real: what takes the episode's place; None = it is simulated. Scenario and renderer are then ``REAL``.
     """
@@ -210,7 +210,7 @@ def episode_of(job: Job, truth: TruthExtent) -> Episode:
         return SequenceEpisode(job.real.content)
     if job.data is not None:
         # An extra, which rendered episodes do without.
-        from benchmarks.data_sets.data_set import stored_episode
+        from benchmarks.data.sets.data_set import stored_episode
 
         return stored_episode(job.data, job.seed)
     assert job.renderer != REAL
@@ -330,7 +330,7 @@ def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
 
 def _keeping(judge: Judge) -> KeepingJudge:
     # An extra, which runs that keep no estimates do without.
-    from benchmarks.estimates.keeping import KeepingJudge
+    from benchmarks.data.estimates.keeping import KeepingJudge
 
     return KeepingJudge(judge)
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 
+from benchmarks.contract.rows import BlockKey
 from benchmarks.run.failures import ENDED_PROCESS, Failure
-from benchmarks.run.records import BlockKey
 from trackers.atomic_file import write_atomic
 
 _EARLIER = "(in an earlier run, whose rows are kept; to run it again, choose another folder)"

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.report.numbers import counted
+from benchmarks.contract.text import counted
 from scenarios.scenario import Frame
 from trackers.types import Answer, Estimate, Track
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from benchmarks.report.numbers import counted
+from benchmarks.contract.text import counted
 from benchmarks.run.failures import Failure
 from benchmarks.run.oddities import Oddities
 

@@ -28,7 +28,7 @@ import numba
 import numpy as np
 from joblib.externals.loky.backend import resource_tracker as resource_tracker_of_loky
 
-from benchmarks.report.numbers import counted
+from benchmarks.contract.text import counted
 
 _JOIN_S = 0.1
 """Time for a thread that has been told to end."""

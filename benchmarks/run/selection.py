@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from benchmarks.contract.suite import Scene, Suite
 from benchmarks.run.contestants import entrants_of
 from benchmarks.run.steering import default_controllers
-from benchmarks.suites.registry import Scene, Suite
 from scenarios import catalog
 from sim.choices import check_choice
 from trackers.controllers.catalogue import controller_entry

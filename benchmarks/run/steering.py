@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
-from benchmarks.suites.registry import suite, suites
+from benchmarks.contract.suite import suite, suites
 from scenarios import catalog
 from trackers import registry
 from trackers.controllers.catalogue import controller_entry, controllers

@@ -38,7 +38,7 @@ from sim.pose import rotation_by
 from sim.rng import generator
 from sim.sensors.thermal_config import ThermalConfig
 from sim.sensors.thermal_sensor import ThermalSensor
-from sim.shaders.thermal import ThermalShader
+from sim.shaders.thermal.shader import ThermalShader
 from sim.world import World
 from trackers.types import CameraCommand, CameraModel, EgoPose, Observation, Start, SteeredCamera
 

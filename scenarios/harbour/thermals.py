@@ -10,8 +10,8 @@ from scenarios.harbour.conditions import DAYS_BEFORE, Conditions
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.scenery import Surface
 from scenarios.harbour.warmth import DayWarmth, gull_kelvins, wet_wall
-from sim.shaders.thermal import ThermalShader
-from sim.shaders.thermal_sea import Sea
+from sim.shaders.thermal.sea import Sea
+from sim.shaders.thermal.shader import ThermalShader
 from sim.thermal.waves import SeaWaves
 from sim.world import Body, World
 

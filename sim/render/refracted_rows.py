@@ -30,7 +30,7 @@ from sim.render.visibility import (
     U,
     V,
 )
-from sim.render.water_ends import Endings
+from sim.render.water.ends import Endings
 
 _DEPTH, _NORMAL, _COLUMN, _ROW, _LINES = 0, 1, 4, 5, 6
 """Lines of the scratch."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sim.render.attributes import SurfaceRow
 from sim.render.compilation import row_kernel
 from sim.render.runs import PITCH, new_lines
-from sim.render.water_rays import (
+from sim.render.water.rays import (
     ALONG_X,
     ALONG_Y,
     REFLECTANCE,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.render.water_rays import MIRROR_X, MIRROR_Y, STEP_PX, SURFACE_DEPTH, ZERO, WaterRays
+from sim.render.water.rays import MIRROR_X, MIRROR_Y, STEP_PX, SURFACE_DEPTH, ZERO, WaterRays
 
 _FARTHEST_M, _ASIDE = np.float32(1e4), np.float32(9.0)
 _NEAR = np.float32(0.7)

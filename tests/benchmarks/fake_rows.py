@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.run.records import Row, append_block
+from benchmarks.contract.rows import Row, append_block
 
 TRACKERS = {
     "sharp": ("ours", 0.95, 0.05),

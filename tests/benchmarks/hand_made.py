@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from benchmarks.suites.frame_out.metrics.series import EstimateSeries, TruthSeries
+from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
 
 CAMERA = PinholeCamera(100, 80, 100.0)

@@ -28,17 +28,17 @@ from unittest import mock
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data_sets.data_set import stored_episode
-from benchmarks.data_sets.stored_episode import StoredEpisode
+from benchmarks.contract.judging import Ending, Judge
+from benchmarks.contract.suite import Suite, suite
+from benchmarks.data.sets.data_set import stored_episode
+from benchmarks.data.sets.stored_episode import StoredEpisode
+from benchmarks.data.tracks.table import TrackTable
+from benchmarks.judges.fish.real import FishRecording
 from benchmarks.papers import b1, b2
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture
 from benchmarks.run.arithmetic import draws_like_published
 from benchmarks.run.contestants import Entrant, entrants
 from benchmarks.run.editions import controller_edition, judge_edition, scene_edition, tracker_edition
-from benchmarks.suites.fish.real import FishRecording
-from benchmarks.suites.judging import Ending, Judge
-from benchmarks.suites.registry import Suite, suite
-from benchmarks.track_files.table import TrackTable
 from scenarios import catalog
 from scenarios.catalog import unversioned
 from scenarios.command_link import LINKS, episode_link

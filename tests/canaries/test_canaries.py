@@ -58,15 +58,15 @@ CONSTANTS = {
     "scenarios.fish_tank.episode._AMBIENT_LX": (255.0, "scene fish-tank-v1 quick"),
     "scenarios.harbour.moorings._ROPE_M": (0.3, "scene harbour-v1 quick"),
     "trackers.mosaic_graph.registration._CORNER_DISTANCE_PX": (12, "tracker mosaic_graph_pf"),
-    "trackers.paper_b.person_kalman._WALKING_MPS": (2.0, "tracker stereo_wb"),
+    "trackers.light_adaptive_stereo.person_kalman._WALKING_MPS": (2.0, "tracker stereo_wb"),
     "trackers.fish_chain.chain._FIRST_LESSON": (10, "tracker shoal_chain"),
-    "trackers.paper_d.eigenspaces._ROUNDING_VARIANCE": (1.0, "tracker eigen_swarm"),
+    "trackers.eigen_swarm.eigenspaces._ROUNDING_VARIANCE": (1.0, "tracker eigen_swarm"),
     "trackers.follow_one._SIDES_PER_S": (0.1, "suite follow"),
-    "benchmarks.suites.frame_out.episode_scores.NEES_CAP": (1.0, "suite frame-out"),
-    "benchmarks.suites.stereo.metrics.people.RIGHT_WITHIN_M": (0.4, "suite stereo"),
-    "benchmarks.scores.identities.THRESHOLD": (0.9, "suite fish"),
+    "benchmarks.judges.frame_out.episode_scores.NEES_CAP": (1.0, "suite frame-out"),
+    "benchmarks.judges.stereo.metrics.people.RIGHT_WITHIN_M": (0.4, "suite stereo"),
+    "benchmarks.judges.identities.THRESHOLD": (0.9, "suite fish"),
     "benchmarks.papers.b1.LARGEST_WHITE_BALANCE": (500, "paper B1"),
-    "benchmarks.suites.harbour.identity_scores.ZERO_M": (1.0, "suite harbour"),
+    "benchmarks.judges.harbour.identity_scores.ZERO_M": (1.0, "suite harbour"),
 }
 """Constant -> another value, and the canary that notices it."""
 

@@ -18,9 +18,9 @@ import pytest
 from bs4 import BeautifulSoup
 from sphinx.cmd.build import build_main
 
-from benchmarks.gallery import pictures
-from benchmarks.gallery.pictures import ShownPreset, shown_presets, write_pictures
 from scenarios import catalog
+from tools.gallery import pictures
+from tools.gallery.pictures import ShownPreset, shown_presets, write_pictures
 
 ROOT = Path(__file__).parents[2]
 DRAWN = ShownPreset("fish-tank-v1", "quick", seed=2)

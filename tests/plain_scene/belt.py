@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.suites.judging import Ending, Score, truth_as
-from benchmarks.suites.registry import Metric, Scene, Suite, register_suite
+from benchmarks.contract.judging import Ending, Score, truth_as
+from benchmarks.contract.suite import Metric, Scene, Suite, register_suite
 from scenarios import catalog
 from scenarios.camera_rig import SingleCamera
 from scenarios.envs.ids import register_envs
@@ -204,7 +204,7 @@ CONVEYOR = Conveyor()
 
 
 class OutsideJudge:
-    """See ``benchmarks.suites.judging.Judge``. Asks where the target is while it is outside the picture."""
+    """See ``benchmarks.contract.judging.Judge``. Asks where the target is while it is outside the picture."""
 
     def __init__(self, episode: Any, scenario: Scenario) -> None:
         self._target = scenario.target
@@ -221,7 +221,7 @@ class OutsideJudge:
 
 
 class OutsideSheet:
-    """See ``benchmarks.suites.judging.ScoreSheet``."""
+    """See ``benchmarks.contract.judging.ScoreSheet``."""
 
     def __init__(self, judge: OutsideJudge) -> None:
         self._judge = judge

@@ -11,8 +11,8 @@ import gymnasium as gym
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from benchmarks.cli import main
-from benchmarks.suites.registry import Scene, add_metric, add_scene, register_suite, suite
+from benchmarks.cli.main import main
+from benchmarks.contract.suite import Scene, add_metric, add_scene, register_suite, suite
 from scenarios import catalog
 from scenarios.loop import Loop
 from scenarios.truth import check_truth

@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 from sim.mesh import Texture, TexturedMesh
 from sim.optics import PinholeCamera
 from sim.pose import pose_on_ground
-from sim.shaders.thermal import ThermalShader
-from sim.shaders.thermal_sea import Sea
+from sim.shaders.thermal.sea import Sea
+from sim.shaders.thermal.shader import ThermalShader
 from sim.thermal.heat import Surface, course
 from sim.thermal.materials import MATERIALS
 from sim.thermal.waves import SeaState, SeaWaves

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from benchmarks.suites.judging import Ending, Score
+from benchmarks.contract.judging import Ending, Score
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.visibility import MOSTLY_SEEN
 from trackers.types import CameraCommand, Track
@@ -27,12 +27,12 @@ class Stay:
     length_frames: int
 
     def attributes(self) -> dict[str, Any]:
-        """See ``benchmarks.suites.judging.Event``."""
+        """See ``benchmarks.contract.judging.Event``."""
         return {"index": self.index, "kind": "crate", "name": self.name, "length_frames": self.length_frames}
 
 
 class ManyJudge:
-    """See ``benchmarks.suites.judging.Judge``. Targets are all objects; one is there while half of it is seen."""
+    """See ``benchmarks.contract.judging.Judge``. Targets are all objects; one is there while half of it is seen."""
 
     def __init__(self, episode: Episode, scenario: Scenario) -> None:
         self.names: tuple[str, ...] = ()
@@ -49,7 +49,7 @@ class ManyJudge:
 
 
 class ManySheet:
-    """See ``benchmarks.suites.judging.ScoreSheet``. Tracks are assigned to crates so that distances add up to least."""
+    """See ``benchmarks.contract.judging.ScoreSheet``. Tracks are assigned to crates by the least sum of distances."""
 
     def __init__(self, judge: ManyJudge) -> None:
         self._judge = judge

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from benchmarks.report.dot_plot import plot_groups
-from benchmarks.report.palette import LineStyle
-from benchmarks.run.records import Row
-from benchmarks.scores import pooling
-from benchmarks.scores.statistics import bootstrap_interval
-from benchmarks.suites.registry import EventWords, Metric, Plot, Scene, Suite, add_scene, register_suite
+from benchmarks.contract.rows import Row
+from benchmarks.contract.suite import EventWords, Metric, Plot, Scene, Suite, add_scene, register_suite
+from benchmarks.show.dot_plot import plot_groups
+from benchmarks.show.palette import LineStyle
+from benchmarks.statistics import pooling
+from benchmarks.statistics.bootstrap import bootstrap_interval
 from tests.toy_scene.judge import ManyJudge, ManySheet
 
 FOUND = Metric("found_rate", "crates that are there and have a track on them", "fraction", "higher", ("found_rate",))

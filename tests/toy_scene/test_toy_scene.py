@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from benchmarks.cli import main
+from benchmarks.cli.main import main
+from benchmarks.contract.rows import read_rows
+from benchmarks.contract.suite import Scene, add_scene, suite
+from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.jobs import Job, opened
-from benchmarks.run.records import read_rows
-from benchmarks.run.replay import replay
 from benchmarks.run.steering import suite_watching
-from benchmarks.scores.tracker_speed import TIMES
-from benchmarks.suites.registry import Scene, add_scene, suite
+from benchmarks.show.replay import replay
 from scenarios import catalog
 from scenarios.loop import Loop
 from scenarios.truth import check_truth
@@ -80,7 +80,7 @@ def test_bench_ranks_trackers_of_many(results: Path) -> None:
 def test_rows_are_the_same_bytes_whatever_the_workers(results: Path, tmp_path: Path) -> None:
     """Workers import the modules themselves."""
     command = ["bench", "toy-many", *MODULES, "--preset", "quick", "--seeds", "0:2", "--out", str(tmp_path)]
-    shell = [sys.executable, "-m", "benchmarks.cli", *command, "--workers", "2"]
+    shell = [sys.executable, "-m", "benchmarks.cli.main", *command, "--workers", "2"]
     done = subprocess.run(
         shell, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
     )
@@ -114,7 +114,7 @@ def test_compare_report_and_list_take_the_modules_too(results: Path, capsys: pyt
 
 @pytest.mark.heavy
 def test_commands_in_another_process_know_the_suite_by_the_modules_alone(results: Path) -> None:
-    shell = [sys.executable, "-m", "benchmarks.cli"]
+    shell = [sys.executable, "-m", "benchmarks.cli.main"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     for command in (["report", str(results)], ["compare", "warm_bodies", "warm_bodies", "--directory", str(results)]):
         done = [

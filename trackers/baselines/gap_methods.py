@@ -19,7 +19,7 @@ from trackers.registry import NoParameters, register, tunable
 
 DECAY_FILE = "velocity_decay.json"
 _DECAY = json.loads(resources.files("trackers.baselines").joinpath(DECAY_FILE).read_text())
-"""Learnt from development swims by ``frameout learn-swims``."""
+"""Learnt from development swims by ``python -m tools learn-swims``."""
 _LESSON_FRAMES = 50
 """``DampedVelocity`` learns from its errors after so many frames."""
 _DECAYS_FRAMES = np.geomspace(2.0, 500.0, 30)

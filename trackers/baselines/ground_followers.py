@@ -11,7 +11,7 @@ from trackers.baselines.ground_looks import ColourLook, Look, Patch
 from trackers.baselines.ground_search import CELLS, GroundSearch, SearchParameters
 from trackers.baselines.template_look import TemplateLook
 from trackers.kernels.boxes import box_centre
-from trackers.paper_b.person_kalman import PersonKalman
+from trackers.light_adaptive_stereo.person_kalman import PersonKalman
 from trackers.registry import register, tunable
 from trackers.types import Estimate, Observation
 

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre, box_size
 from trackers.kernels.histogram import bhattacharyya, histogram_of, hs_bins
-from trackers.paper_b.candidates import Candidate, CandidateParameters, candidate_in_box
-from trackers.paper_b.first_mounting import first_mounting, usual_depth_m
-from trackers.paper_b.matching import StereoMatcher, baseline_m
-from trackers.paper_b.person_kalman import PersonKalman
-from trackers.paper_b.stereo_view import see
+from trackers.light_adaptive_stereo.candidates import Candidate, CandidateParameters, candidate_in_box
+from trackers.light_adaptive_stereo.first_mounting import first_mounting, usual_depth_m
+from trackers.light_adaptive_stereo.matching import StereoMatcher, baseline_m
+from trackers.light_adaptive_stereo.person_kalman import PersonKalman
+from trackers.light_adaptive_stereo.stereo_view import see
 from trackers.registry import register, tunable
 from trackers.types import Estimate, Observation
 

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre, box_size
-from trackers.paper_b.candidates import Candidate, CandidateParameters
-from trackers.paper_b.robot_frame import Mounting
-from trackers.paper_b.stereo_view import StereoView
+from trackers.light_adaptive_stereo.candidates import Candidate, CandidateParameters
+from trackers.light_adaptive_stereo.robot_frame import Mounting
+from trackers.light_adaptive_stereo.stereo_view import StereoView
 from trackers.stereo_people.look import Look, LookParameters, look_at
 from trackers.stereo_people.tracks import Sighting
 from trackers.types import Observation

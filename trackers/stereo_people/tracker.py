@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre
-from trackers.paper_b.candidates import CandidateParameters, candidate_in_box
-from trackers.paper_b.first_mounting import first_mounting
-from trackers.paper_b.matching import StereoMatcher, baseline_m
-from trackers.paper_b.occlusion import OcclusionParameters, share_before
-from trackers.paper_b.registers import camera_registers
-from trackers.paper_b.stereo_view import StereoView, see
+from trackers.light_adaptive_stereo.candidates import CandidateParameters, candidate_in_box
+from trackers.light_adaptive_stereo.first_mounting import first_mounting
+from trackers.light_adaptive_stereo.matching import StereoMatcher, baseline_m
+from trackers.light_adaptive_stereo.occlusion import OcclusionParameters, share_before
+from trackers.light_adaptive_stereo.registers import camera_registers
+from trackers.light_adaptive_stereo.stereo_view import StereoView, see
 from trackers.registry import register, register_variant, tunable
 from trackers.stereo_people.look import log_levels
 from trackers.stereo_people.nearby import points_of_body

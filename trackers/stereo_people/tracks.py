@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from trackers.paper_b.person_kalman import PersonKalman
+from trackers.light_adaptive_stereo.person_kalman import PersonKalman
 from trackers.stereo_people.look import Look, LookModel, LookParameters
 
 _GATE = 16.0

@@ -17,7 +17,7 @@ from torch import Tensor, nn
 from torch.nn.functional import logsigmoid, max_pool2d
 from torch.utils.data import DataLoader, RandomSampler
 
-from benchmarks.data_sets.data_set import DataSet, Samples
+from benchmarks.data.sets.data_set import DataSet, Samples
 from benchmarks.learning.examples.detections import average_precision, cars_seen
 from scenarios.scenario import Frame
 

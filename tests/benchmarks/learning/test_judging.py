@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.cli import main
+from benchmarks.cli.main import main
+from benchmarks.contract.rows import read_rows
 from benchmarks.learning import judging
 from benchmarks.learning.judging import SEEDS, Judging
 from benchmarks.learning.settings import Training
 from benchmarks.run.cores import cores
-from benchmarks.run.records import read_rows
 from scenarios import catalog
 from tests.scenarios.envs import stand_in
 from trackers.controllers.catalogue import controllers

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.cli import main
+from benchmarks.cli.main import main
+from benchmarks.contract.rows import read_rows
 from benchmarks.learning import playing
 from benchmarks.learning.playing import Play, key_combinations, play
-from benchmarks.run.records import read_rows
-from benchmarks.scores.summary import write_summary
+from benchmarks.statistics.summary import write_summary
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.fish_tank import head as tank_head

@@ -12,9 +12,9 @@ from benchmarks.learning.error_models import model_of
 from benchmarks.learning.model_check import Compared, as_table, fitted_seeds, model_check
 from benchmarks.learning.recorded_runs import RUN, Disturbed, read_run, run_of, write_runs
 from benchmarks.learning.without_pictures import scores_without_pictures
-from benchmarks.speed.pictureless import measure_pictureless
 from scenarios.envs.settings import FollowSettings
 from scenarios.road_town.flight import HELICOPTER
+from tools.speed.pictureless import measure_pictureless
 from trackers.controllers.hold import HoldController
 from trackers.registry import NoParameters
 from trackers.types import CameraCommand, CameraModel, Estimate, Observation

@@ -9,6 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.contract.suite import Scene
+from benchmarks.contract.suite import suite as registered
+from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.learning import tracker_tuning as tuning
 from benchmarks.learning.controller_tuning import ControllerBudget, controller_scores
 from benchmarks.learning.fresh_scores import NO_VALUES, FreshScores, fresh_entries, fresh_scores, scored_anew
@@ -24,9 +27,6 @@ from benchmarks.learning.tracker_tuning import (
 )
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
-from benchmarks.suites.frame_out.suite import FRAME_OUT
-from benchmarks.suites.registry import Scene
-from benchmarks.suites.registry import suite as registered
 from tests import fakes_scenario, fakes_trackers
 from trackers.controllers.catalogue import controller_entry
 from trackers.registry import entry, register, tunable, tuned_file

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.cli import main
+from benchmarks.cli.main import main
 from benchmarks.learning.checkpoint import checkpointed_settings, save_checkpoint
 from benchmarks.learning.settings import Training
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv

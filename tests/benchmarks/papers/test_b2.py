@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.contract.rows import read_blocks
 from benchmarks.papers import b2
 from benchmarks.papers.b2 import EXPERIMENT
 from benchmarks.papers.camera_experiment import SheetPicture
 from benchmarks.papers.repeat import findings, repeat
-from benchmarks.run.records import read_blocks
 from scenarios.paper_sheet.scenario import PAPER_SHEET
 from trackers.types import CameraRegisters
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from benchmarks.contract.suite import suite
 from benchmarks.papers.c import EXPERIMENT, GapExperiment
 from benchmarks.papers.repeat import findings
-from benchmarks.suites.registry import suite
 from scenarios import catalog
 from trackers import registry
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.contract.rows import read_rows
 from benchmarks.papers.d import EXPERIMENT
 from benchmarks.papers.repeat import findings
 from benchmarks.run.experiment import run
-from benchmarks.run.records import read_rows
-from benchmarks.scores import froc
+from benchmarks.statistics import froc
 from scenarios import catalog
 from trackers import registry
 

@@ -19,7 +19,7 @@ from benchmarks.papers.ground_confusion import confusion
 from scenarios import catalog
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.scenario import ROAD_TOWN
-from trackers.paper_a.ground_classes import load_class_statistics
+from trackers.road_shape.ground_classes import load_class_statistics
 
 
 @pytest.mark.heavy
@@ -70,8 +70,8 @@ def test_moments_are_numpys_and_the_model_is_what_trackers_read(
         np.testing.assert_allclose(learnt["mean_rgb"], colours[light == k].mean(axis=0), atol=1e-3)
         np.testing.assert_allclose(learnt["variance_rgb"], colours[light == k].var(axis=0), atol=1e-2)
         assert learnt["pixels"] == (light == k).sum()
-    path = write_model(model, "frameout learn-colours")
-    assert json.loads(path.read_text())["command"] == "frameout learn-colours"
+    path = write_model(model, "python -m tools learn-colours")
+    assert json.loads(path.read_text())["command"] == "python -m tools learn-colours"
     read = load_class_statistics(str(path))
     np.testing.assert_allclose(read.mean_rgb, [each["mean_rgb"] for each in model["road"] + model["other"]])
     assert read.of_road.tolist() == [True] * len(model["road"]) + [False] * len(model["other"])

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.contract.rows import Row, read_rows
 from benchmarks.papers import b3, c, d
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.repeat import repeat
@@ -16,7 +17,6 @@ from benchmarks.papers.robustness import FOLDER, Robustness, alias, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import check_names
-from benchmarks.run.records import Row, read_rows
 from scenarios import catalog
 from tests import fakes_scenario
 from trackers import registry

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.cli import main
-from benchmarks.run.records import read_blocks
+from benchmarks.cli.main import main
+from benchmarks.contract.rows import read_blocks
 from scenarios.paper_sheet.scenario import PAPER_SHEET
 from trackers import registry
 from trackers.types import Estimate, Observation

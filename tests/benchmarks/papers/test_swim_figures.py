@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.judges.fish.gap_protocol import Gap, Tracks
+from benchmarks.judges.fish.gap_scores import GapTask
 from benchmarks.papers.swim_figures import Tank, turning_gap, usual_gap
-from benchmarks.suites.fish.gap_protocol import Gap, Tracks
-from benchmarks.suites.fish.gap_scores import GapTask
-from benchmarks.video import marks
+from benchmarks.show.video import marks
 
 FRAMES = 420
 

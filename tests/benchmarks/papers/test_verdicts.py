@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.judges.fish.gap_scores import GAP_FRAMES
 from benchmarks.papers import a2, a3, c
 from benchmarks.papers.swim_figures import measured_tank
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.run.experiment import run
-from benchmarks.suites.fish.gap_scores import GAP_FRAMES
 
 
 def kept(experiment: TrackerExperiment, seeds: range, out: Path) -> dict[tuple[str, str], tuple[int, int]]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from benchmarks.suites.follow.suite import FOLLOW
-from benchmarks.suites.registry import Scene, Suite
+from benchmarks.contract.suite import Scene, Suite
+from benchmarks.judges.follow.suite import FOLLOW
 from tests.fakes_scenario import FAKE_TOWN
 from trackers.controllers.catalogue import ControllerEntry
 from trackers.controllers.centre import CentreController

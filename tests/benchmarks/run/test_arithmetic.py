@@ -70,7 +70,7 @@ def test_libraries_follow_the_settings_of_a_command() -> None:
     """As each library itself tells, so that a variable that it no longer reads is noticed."""
     script = """
 import sys
-from benchmarks.cli import main
+from benchmarks.cli.main import main
 sys.argv = ["frameout", "--version"]
 main()
 import cv2, numba, threadpoolctl

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.contract.suite import register_suite, suite, suites
 from benchmarks.run import imports
 from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import digest_of, editions_of, judge_edition, own_code
-from benchmarks.suites.registry import register_suite, suite, suites
 from scenarios import catalog
 from trackers.controllers.catalogue import controller_entry
 
@@ -68,7 +68,7 @@ def test_who_steers_shows_beside_what_tracks() -> None:
 
 def test_a_new_suite_leaves_rows_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
     before = editions_of(*ROW, entrant("colour_pf"))
-    monkeypatch.setattr("benchmarks.suites.registry._SUITES", dict(suites()))
+    monkeypatch.setattr("benchmarks.contract.suite._SUITES", dict(suites()))
     register_suite(replace(suite("frame-out"), name="other", edition=3))
     assert editions_of(*ROW, entrant("colour_pf")) == before
     assert differing(before, editions_of("other", *ROW[1:], entrant("colour_pf"))) == {"judge"}

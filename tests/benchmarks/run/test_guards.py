@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.failures import ENDED_PROCESS
 from benchmarks.run.guards import Guard, GuardedController, guarded, times
 from benchmarks.run.time_limit import Taken, at_most
-from benchmarks.scores.tracker_speed import TIMES
 from scenarios.command_link import CommandLink, Link
 from scenarios.loop import FromPictures, Loop
 from scenarios.road_town.flight import HELICOPTER

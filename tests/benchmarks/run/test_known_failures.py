@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.report.page import write_report
+from benchmarks.contract.rows import BlockKey
 from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import run
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import guarded
 from benchmarks.run.known_failures import FILE_NAME, ended_processes, read_failures, write_failures
-from benchmarks.run.records import BlockKey
-from benchmarks.suites.frame_out import picture
+from benchmarks.show.frame_out import picture
+from benchmarks.show.page import write_report
 from tests.benchmarks.fake_episode import FakeEpisode
 from tests.benchmarks.run.test_experiment import TINY, mean_of
 from tests.fakes_scenario import FAKE_TOWN

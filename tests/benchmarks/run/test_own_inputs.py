@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.contract.rows import Row
+from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.jobs import Job, JobResult, run_job
 from benchmarks.run.own_inputs import check_unchanged, own
-from benchmarks.run.records import Row
-from benchmarks.scores.tracker_speed import TIMES
 from tests import fakes_offenders, fakes_scenario
 from trackers.types import CameraModel, EgoPose, Observation, SiteSurvey, Start
 

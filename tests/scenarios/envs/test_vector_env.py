@@ -15,7 +15,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
-from benchmarks import cli
+from benchmarks.cli import main as cli
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.ids import register_envs
 from scenarios.envs.processes import EnvProcesses

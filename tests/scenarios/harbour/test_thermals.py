@@ -17,7 +17,7 @@ from scenarios.harbour.scenery import build_scenery
 from scenarios.harbour.thermals import Thermals
 from scenarios.harbour.warmth import heated_k
 from sim.rng import generator
-from sim.shaders.thermal import ThermalShader
+from sim.shaders.thermal.shader import ThermalShader
 from sim.world import Body, World
 
 QUICK = PRESETS["quick"]

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from benchmarks.data_sets.request import Request
+from benchmarks.data.sets.request import Request
 from benchmarks.learning.settings import Training
 from scenarios.catalog import SUCCESSORS, envs, names, scenario
 from scenarios.envs.follow_env import FollowEnv

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.suites.stereo.metrics.people import RIGHT_WITHIN_M
+from benchmarks.judges.stereo.metrics.people import RIGHT_WITHIN_M
 from scenarios.stereo_follow.crowd import draw_crowd
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.presets import PRESETS, StereoFollow

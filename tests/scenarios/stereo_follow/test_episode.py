@@ -28,7 +28,7 @@ from sim.render.protocol import create_renderer
 from sim.sensors.camera_sensor import CameraSensor
 from sim.shaders.baked.shader import BakedLightShader
 from tests.scenarios.stereo_follow.conftest import SEED, Recorded
-from trackers.paper_b.matching import StereoMatcher
+from trackers.light_adaptive_stereo.matching import StereoMatcher
 from trackers.registry import entry
 from trackers.types import CameraCommand
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.render.water_rays import STEP_PX
+from sim.render.water.rays import STEP_PX
 from sim.shaders.water import Panel, Water, WaterShader
 from tests.sim.water_scene import looking, surface, tank
 

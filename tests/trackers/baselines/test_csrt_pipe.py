@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.contract.suite import suite
 from benchmarks.run.guards import guarded
 from benchmarks.run.selection import Asked, parties
 from benchmarks.run.time_limit import TooSlow, at_most
-from benchmarks.suites.registry import suite
 from scenarios.loop import FromPictures
 from tests.benchmarks.fake_episode import FakeEpisode
 from tests.benchmarks.run.test_time_limit import burn

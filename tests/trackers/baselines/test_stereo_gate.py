@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from tests.trackers.drawn_people import BLUE, CAMERA, CAMERA_HEIGHT_M, GREEN, RED, Board, observation, person_box
 from trackers.estimate_check import check_estimate
-from trackers.paper_b.robot_frame import Mounting
+from trackers.light_adaptive_stereo.robot_frame import Mounting
 from trackers.protocols import Tracker
 from trackers.registry import entry
 from trackers.types import EgoPose, Estimate, Observation

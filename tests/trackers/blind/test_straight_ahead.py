@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from trackers.blind.straight_ahead import AheadParameters, StraightAhead
-from trackers.paper_b.robot_frame import Mounting
+from trackers.light_adaptive_stereo.robot_frame import Mounting
 from trackers.types import CameraModel, Observation
 
 

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.trackers.drawn_people import BLUE, CALM, CAMERA, CAMERA_HEIGHT_M, RED, Board, observation, person_box
-from trackers.paper_b.robot_frame import Mounting
+from trackers.light_adaptive_stereo.robot_frame import Mounting
 from trackers.protocols import Tracker
 from trackers.registry import entry
 from trackers.stereo_people import tracker as tracker_module

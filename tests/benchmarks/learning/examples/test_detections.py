@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scenarios.scenario import Frame
-from tests.benchmarks.data_sets.hand_made import FRAMES, HandMadeEpisode
+from tests.benchmarks.data.sets.hand_made import FRAMES, HandMadeEpisode
 
 pytest.importorskip("pycocotools", reason="pycocotools is not installed")
 

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.data_sets.data_set import DataSet
-from benchmarks.data_sets.generating import Workers, generate
-from benchmarks.data_sets.request import Request
+from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.generating import Workers, generate
+from benchmarks.data.sets.request import Request
 
 pytest.importorskip("torch", reason="torch is not installed")
 pytest.importorskip("pycocotools", reason="pycocotools is not installed")

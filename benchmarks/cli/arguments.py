@@ -1,0 +1,58 @@
+"""Arguments shared by commands: lists of names, ranges of seeds."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+import tyro
+
+from benchmarks.contract.rows import TEST_SPLIT
+from sim.checks import check
+
+# The help texts of these name the default themselves.
+COUNT = tyro.conf.arg(metavar="N", help_behavior_hint="")
+FILES = tyro.conf.arg(metavar="FILE …", help_behavior_hint="")
+FILE = tyro.conf.arg(metavar="FILE", help_behavior_hint="")
+ONE_NAME = tyro.conf.arg(metavar="NAME", help_behavior_hint="")
+RATE = tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")
+SIZE = tyro.conf.arg(metavar="INT INT", help_behavior_hint="")
+VALUES = tyro.conf.arg(metavar="NAME VALUE …", help_behavior_hint="")
+WORKERS = tyro.conf.arg(metavar="N", help_behavior_hint="(default: one per core)")
+WORDS = tyro.conf.arg(metavar="WORDS …", help_behavior_hint="")
+NAMES = tyro.conf.arg(metavar="NAME …", help_behavior_hint="")
+SEEDS = tyro.conf.arg(metavar="A:B")
+USUAL_SEEDS = tyro.conf.arg(metavar="A:B", help_behavior_hint="")
+FOLDER = tyro.conf.arg(metavar="FOLDER", help_behavior_hint="")
+
+
+def check_unset(command: object, parameters: Iterable[str], why: str) -> None:
+    """Raise ValueError if one of a command's parameters is not left at its default; ``why`` comes after "none"."""
+    for name in parameters:
+        mine, default = getattr(command, name), getattr(type(command), name)
+        check(name, mine == default, f"none {why}", repr(mine))
+
+
+def names(given: Sequence[str]) -> tuple[str, ...]:
+    """Return names given as separate words or with commas between them, each once."""
+    return tuple(dict.fromkeys(name for word in given for name in word.split(",") if name))
+
+
+def seed_range(text: str, parameter: str = "seeds") -> range:
+    """Return the half-open range of ``A:B``, or of one seed ``A``.
+
+    Raises:
+        ValueError: for anything else.
+    """
+    match = re.fullmatch(r"(\d+)(?::(\d+))?", text)
+    first, end = (0, 0) if match is None else (int(match[1]), int(match[2] or int(match[1]) + 1))
+    if first >= end:
+        raise ValueError(f"{parameter}: expected A:B with 0 <= A < B, or one seed, got {text!r}")
+    return range(first, end)
+
+
+def development_seeds(text: str, parameter: str = "seeds") -> range:
+    """Return development seeds A:B. Raises ValueError for others."""
+    seeds = seed_range(text, parameter)
+    check(parameter, seeds.stop <= TEST_SPLIT.start, f"development seeds, below {TEST_SPLIT.start}", repr(text))
+    return seeds

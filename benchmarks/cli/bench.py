@@ -1,0 +1,241 @@
+"""``frameout bench``: run a suite and rank the trackers."""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.cli.arguments import (
+    COUNT,
+    FILE,
+    FILES,
+    FOLDER,
+    NAMES,
+    ONE_NAME,
+    SEEDS,
+    WORDS,
+    WORKERS,
+    names,
+    seed_range,
+)
+from benchmarks.cli.bench_function import bench, check_suites, stored_seeds
+from benchmarks.cli.leaderboard import print_leaderboard
+from benchmarks.cli.printing import contestants_print_to_stderr
+from benchmarks.cli.progress import progress_bar
+from benchmarks.cli.with_modules import WithModules
+from benchmarks.contract.printable import printable
+from benchmarks.contract.rows import REAL, read_rows
+from benchmarks.contract.suite import DEFAULT, Suite, check_metrics, suite
+from benchmarks.data.sequences.sequence import USUAL_RATE_HZ
+from benchmarks.run.experiment import check_file
+from benchmarks.run.outcome import ContestantWarning, Outcome
+from benchmarks.run.selection import Asked
+from benchmarks.show.page import write_report
+from benchmarks.show.provenance import sequences_in_words
+from benchmarks.statistics.rank_agreement import rank_agreement
+from benchmarks.statistics.summary import read_summary
+from sim.checks import check
+from trackers.atomic_file import write_atomic
+
+_QUICK_SEEDS = "0:3"
+_STDOUT = "-"
+
+
+@dataclass(frozen=True)
+class Bench(WithModules):
+    """Run a suite, rank the trackers, write rows, summary and report.
+
+    A run that was stopped continues with the same command. A tracker that fails counts as giving no answer for the
+    rest of the episode, and the exit status is 1; the results of the others are not affected.
+
+    Attributes:
+        suites: names of the suites to run, see `frameout list`.
+        scenario: one or more of the suite's scenarios (default: all that have the preset).
+        preset: one or more presets of the scenarios (default: standard; with --quick: quick).
+        trackers: names of trackers, see `frameout list` (default: all of the suite; with --quick all but variants;
+            in the suite follow ours and one other for each scenario).
+        controllers: names of controllers that steer the camera by the tracker's estimate, see `frameout list`;
+            `policy:FILE` is a trained policy; `set-path` moves the camera on a fixed path, so that all trackers get
+            the same pictures (default: given by the preset; in the suite follow all controllers of `frameout list`).
+        link: how commands reach the carrier: prompt, delayed or noisy; for the suite follow only.
+        seeds: episodes A to B - 1, or A alone; 0 to 9,999 are for development, 10,000 to 19,999 are the test split,
+            later ones belong to neither; with --quick 0:3 by default.
+        renderer: raster, or pybullet for PyBullet's own renderer, which is slower.
+        data: folder or URL of a data set of `frameout generate` (`frameout[data]`): its stored episodes take the place
+            of rendered ones and give the same scores; it also sets scenario, preset, renderer and, unless you name
+            fewer, seeds.
+        keep_estimates: also leave all answers of all trackers as tables, in the folder `estimates` beside the rows
+            (`frameout[data]`); `frameout report --from-estimates` judges them again, but for those of --real.
+        real: what is real in place of episodes; what cannot be used is named, and the rest is scored. For the suite
+            fish files of tracks, of TRex (npz, csv), idtracker.ai (csv, h5, parquet), idTracker and Tracktor; gaps are
+            cut out of the tracks and bridged, and pieces of tracks linked; intervals are over blocks of time. For the
+            suite frame-out folders of pictures with the boxes of one target, see --layout: each folder, of one sequence
+            or many, gets a leaderboard, in pixels alone; intervals are over its sequences.
+        layout: of the folders of --real, which is recognised unless you choose it. otb: NAME/img/0001.jpg … and
+            NAME/groundtruth_rect.txt, as `frameout export --format otb` writes it; uav123: data_seq/UAV123/NAME/ and
+            anno/UAV123/NAME.txt, or one of either; uavdt: NAME/img000001.jpg … and anno/NAME_gt.txt, or
+            GT/NAME_gt_whole.txt with many targets. Boxes are left,top,width,height in pixels. Where the target is
+            outside the picture or hidden they are NaN, infinite, -1,-1,-1,-1 or of no width or height, or the line is
+            empty; trackers start on the first picture that shows it.
+        target: with --layout uavdt, id of the target to follow in files of many (default: the one seen most).
+        rate_hz: frames a second of the pictures of --real, which no layout tells.
+        beside: with --real, folder of results in simulated episodes: also prints both orders of the trackers and
+            their rank correlation, Kendall's tau.
+        quick: run a few small, short episodes as a trial.
+        out: folder for records.jsonl, summary.json, comparisons.json and report.html (default: results/SUITE, with
+            --quick results/quick, with --real results/SUITE-real).
+        workers: number of worker processes; 0 = run in this process.
+        limit_s: most CPU time in seconds for one frame of a tracker, of all its threads; it may wait, e.g. sleep or
+            be kept from a core by others, until ten times as many seconds went by.
+        backend: joblib backend; the default starts processes on this machine.
+        metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
+        plot: words of the titles of the plots in the report, e.g. found again (default: all).
+        json: print the summary as JSON instead of tables.
+        csv: also write all numbers of the rows as a table, a line for each condition, seed, tracker, event and metric,
+            to this file; `-` prints the table instead of everything else. Lists, e.g. the error on each frame, stay in
+            records.jsonl. In Python: `benchmarks.bench(…).rows()`.
+    """
+
+    suites: Annotated[tuple[str, ...], tyro.conf.Positional] = (DEFAULT,)
+    scenario: Annotated[tuple[str, ...], NAMES] = ()
+    preset: Annotated[tuple[str, ...], NAMES] = ()
+    trackers: Annotated[tuple[str, ...], NAMES] = ()
+    controllers: Annotated[tuple[str, ...], NAMES] = ()
+    link: str = "prompt"
+    seeds: Annotated[str, SEEDS] = "10000:10050"
+    renderer: str = "raster"
+    data: Annotated[str | None, FOLDER] = None
+    keep_estimates: bool = False
+    real: Annotated[tuple[Path, ...], FILES] = ()
+    layout: Annotated[str, ONE_NAME] = ""
+    target: Annotated[int | None, COUNT] = None
+    rate_hz: float = USUAL_RATE_HZ
+    beside: Annotated[Path | None, FOLDER] = None
+    quick: bool = False
+    out: Annotated[Path | None, FOLDER] = None
+    workers: Annotated[int | None, WORKERS] = None
+    limit_s: float = 60.0
+    backend: str = "loky"
+    metric: Annotated[tuple[str, ...], NAMES] = ()
+    plot: Annotated[tuple[str, ...], WORDS] = ()
+    json: bool = False
+    csv: Annotated[str, FILE] = ""
+    resumes = True
+
+    def run(self) -> int:
+        """Run it; return the exit status."""
+        check_metrics(names(self.metric), names(self.suites))
+        check("csv", not (self.json and self.csv == _STDOUT), "a file beside --json, which prints too", repr(self.csv))
+        if self.csv not in ("", _STDOUT):
+            check_file(Path(self.csv), "csv")
+        if not self.real:
+            asked = Asked(
+                scenarios=names(self.scenario),
+                presets=names(self.preset),
+                trackers=names(self.trackers),
+                controllers=names(self.controllers),
+            )
+            check_suites(map(suite, names(self.suites)), asked, link=self.link, data=self.data, quick=self.quick)
+        made = [self._run_suite(name) for name in names(self.suites)]
+        if self.csv:
+            self._write_table([out for out, _, _ in made])
+        if all(unknown_plot for _, _, unknown_plot in made):
+            raise ValueError(made[-1][2])
+        return 1 if any(failed for _, failed, _ in made) else 0
+
+    def _write_table(self, folders: Sequence[Path]) -> None:
+        from benchmarks.show.long_table import numbers_table
+
+        rows = [row for folder in dict.fromkeys(folders) for row in read_rows(folder)]
+        text = numbers_table(rows).to_csv(index=False)
+        if self.csv == _STDOUT:
+            sys.stdout.write(text)
+        else:
+            write_atomic(Path(self.csv), text)
+
+    @property
+    def _seeds(self) -> range | None:
+        """The seeds; None with --real and without --seeds, as recordings have none."""
+        unnamed = self.seeds == type(self).seeds
+        if self.real and unnamed:
+            return None
+        if self.data is not None and unnamed:
+            return stored_seeds(self.data)
+        return seed_range(_QUICK_SEEDS if self.quick and unnamed else self.seeds)
+
+    def _run_suite(self, name: str) -> tuple[Path, bool, str]:
+        """Return the folder, whether a contestant failed, and which plot is unknown, in words."""
+        wanted = suite(name)
+        pictures = bool(self.real) and wanted.on_sequences is not None
+        beside = pictures or self.beside is None
+        check("beside", beside, "none but with --real and a suite that judges pictures", repr(str(self.beside)))
+        simulated = read_summary(self.beside) if self.beside is not None else []
+        out, outcome = self._rows_of(wanted)
+        # The folder may hold rows of other suites.
+        summary = [entry for entry in outcome.summary if entry["suite"] == wanted.name]
+        shows = not self.json and self.csv != _STDOUT
+        if shows:
+            print_leaderboard(summary, names(self.metric))
+        print("making the report, whose pictures take another run of a tracker …", file=sys.stderr)
+        report, unknown_plot = self._report(out)
+        if self.json:
+            told = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
+            print(json.dumps(told, indent=1))
+        elif shows:
+            for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
+                print(line)
+            for line in sequences_in_words(read_rows(out)) if pictures else ():
+                print(line)
+            for line in rank_agreement(wanted, summary, simulated) if self.beside is not None else ():
+                print(line)
+            print(printable(f"rows: {out / 'records.jsonl'}\nreport: {report}"))
+        for line in outcome.problems_in_words(wanted.silence_in(REAL if self.real else "")):
+            print(line, file=sys.stderr)
+        return out, outcome.failed, unknown_plot
+
+    @contestants_print_to_stderr()
+    def _report(self, out: Path) -> tuple[Path, str]:
+        """Write the report; return its path. It has all plots if one that is asked for is unknown, then told second."""
+        try:
+            return write_report(out, names(self.metric), self.plot), ""
+        except ValueError as error:
+            if not self.plot:
+                raise
+            report = write_report(out, names(self.metric))
+            return report, f"{error}; {report} has all plots"
+
+    @contestants_print_to_stderr()
+    def _rows_of(self, wanted: Suite) -> tuple[Path, Outcome]:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ContestantWarning)  # Told after the leaderboard.
+            results = bench(
+                wanted,
+                seeds=self._seeds,
+                scenario=names(self.scenario) or None,
+                preset=names(self.preset) or None,
+                trackers=names(self.trackers) or None,
+                controllers=names(self.controllers) or None,
+                link=self.link,
+                renderer=self.renderer,
+                quick=self.quick,
+                out=self.out,
+                workers=self.workers,
+                limit_s=self.limit_s,
+                modules=self.modules,
+                backend=self.backend,
+                data=self.data,
+                keep_estimates=self.keep_estimates,
+                real=self.real,
+                layout=self.layout,
+                target=self.target,
+                rate_hz=self.rate_hz,
+                progress=progress_bar,
+            )
+        return results.directory, results.outcome

@@ -1,0 +1,307 @@
+"""Runs a suite from Python, as ``frameout bench`` does: the command calls this function.
+
+In a notebook or a script::
+
+    from benchmarks import bench
+
+    results = bench("frame-out", preset="quick", seeds=range(2), trackers=["mosaic_graph_pf", "hold"])
+    results.rows()  # a DataFrame, one line for each number
+    results.plot("recovery_rate")  # a matplotlib Figure
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from benchmarks.contract import suite as registry
+from benchmarks.contract.rows import REAL
+from benchmarks.contract.suite import DEFAULT, Suite
+from benchmarks.contract.text import counted
+from benchmarks.data.real import check_no_layout, real_episodes, trackers_on_pictures
+from benchmarks.data.sequences.sequence import USUAL_RATE_HZ
+from benchmarks.run.contestants import Entrant, entrants
+from benchmarks.run.cores import cores
+from benchmarks.run.experiment import Experiment, Progress, check_limits, check_names, check_renderer, run
+from benchmarks.run.outcome import ContestantWarning, Outcome
+from benchmarks.run.own_modules import load_modules
+from benchmarks.run.packages import needs_data
+from benchmarks.run.selection import Asked, Party, parties
+from benchmarks.show.results import Results
+from sim.checks import check
+from trackers.registry import entries
+
+if TYPE_CHECKING:
+    from benchmarks.data.sets.request import Request
+
+ShowProgress = Callable[[str], AbstractContextManager[Progress | None]]
+"""Takes a title and opens what shows progress, e.g. ``benchmarks.cli.progress.progress_bar``."""
+
+
+def no_progress(title: str) -> AbstractContextManager[None]:
+    """See ``ShowProgress``: shows nothing."""
+    return nullcontext()
+
+
+def bench(
+    suite: str | Suite = DEFAULT,
+    *,
+    seeds: range | None = None,
+    scenario: str | Sequence[str] | None = None,
+    preset: str | Sequence[str] | None = None,
+    trackers: str | Sequence[str] | None = None,
+    controllers: str | Sequence[str] | None = None,
+    link: str = "prompt",
+    renderer: str = "raster",
+    quick: bool = False,
+    out: Path | str | None = None,
+    workers: int | None = None,
+    limit_s: float = 60.0,
+    modules: str | Sequence[str] = (),
+    backend: str = "loky",
+    data: str | None = None,
+    keep_estimates: bool = False,
+    real: Path | str | Sequence[Path | str] = (),
+    layout: str = "",
+    target: int | None = None,
+    rate_hz: float = USUAL_RATE_HZ,
+    progress: ShowProgress = no_progress,
+) -> Results:
+    """Run trackers in the episodes of a suite and return the results; what exists already is not run again.
+
+    Args:
+        suite: name, see ``frameout list``.
+        seeds: of the episodes, ``range(A, B)``; 0 to 9,999 are for development, 10,000 to 19,999 are the test split.
+            They must be given, but for ``real``, which has none: all of it runs.
+        scenario, preset, trackers, controllers: a name or several; None = as ``frameout bench --help`` says.
+        link: how commands reach the carrier where controllers are contestants: prompt, delayed or noisy.
+        renderer: raster or pybullet.
+        quick: small presets, no variants, one repeat.
+        out: folder of the results; None = ``results/SUITE``, ``results/quick``, or ``results/SUITE-real``.
+        workers: processes; None = one per core, 0 = this process.
+        limit_s: most CPU time in seconds for one frame of a tracker; it may wait, e.g. sleep, ten times as long.
+        modules: modules of yours to import first, also in the workers; they register trackers, metrics and so on.
+        backend: joblib's backend.
+        data: folder or URL of a data set with the episodes, whose scenario, preset and renderer are given.
+        keep_estimates: whether all answers are kept as tables, see ``benchmarks.data.estimates.reading``.
+        real: files of tracks or folders of pictures with boxes in place of episodes, see ``frameout bench --help``.
+        layout, target, rate_hz: of such folders, see ``benchmarks.data.sequences.reading.read_collections``.
+        progress: shows progress, see ``ShowProgress``.
+
+    Raises:
+        ValueError: for unknown names and values out of range, before any run; names the argument.
+        ChildProcessError: if a worker process ends outside of any tracker; the same call continues.
+
+    A tracker that fails, or gave no answer or odd ones on frames of this run, is scored as such and told by a
+    ``ContestantWarning``; ``outcome.failures`` of the results has every failure. So is a sequence or recording that
+    cannot be used, of which there are no rows; the others are scored.
+    """
+    check("suite", isinstance(suite, str | Suite), "a name or a Suite; each suite has results of its own", repr(suite))
+    paths = (real,) if isinstance(real, Path | str) else tuple(real)
+    given_seeds = isinstance(seeds, range) or (bool(paths) and seeds is None)
+    check("seeds", given_seeds, "range(A, B)", repr(seeds))
+    own_modules = (modules,) if isinstance(modules, str) else tuple(modules)
+    load_modules(own_modules)
+    wanted = registry.suite(suite) if isinstance(suite, str) else suite
+    asked = Asked(
+        scenarios=_several("scenario", scenario),
+        presets=_several("preset", preset),
+        trackers=_several("trackers", trackers),
+        controllers=_several("controllers", controllers),
+    )
+    if paths:
+        _check_real(wanted, asked, seeds, renderer=renderer, link=link, data=data, keep_estimates=keep_estimates)
+    else:
+        _check_steering(wanted, link, data)
+    seeds = range(0) if seeds is None else seeds
+    if keep_estimates:
+        needs_data()
+    if data is not None:
+        stored = _stored(data, seeds, renderer, asked)
+        asked = Asked(scenarios=(stored.scenario,), presets=(stored.preset,), trackers=asked.trackers)
+        renderer = stored.renderer
+    common = Experiment(
+        suite=wanted.name,
+        scenario="",
+        presets=(),
+        trackers=(),
+        seeds=seeds,
+        renderer=check_renderer(renderer),
+        link=link,
+        workers=cores(workers),
+        repeats=1 if quick else 3,
+        limit_s=limit_s,
+        modules=own_modules,
+        backend=backend,
+        data=data,
+        keep_estimates=keep_estimates,
+    )
+    if paths:
+        check_limits(common)
+        made, unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)
+        experiments = [_on_real(replace(common, real=made), wanted, asked.trackers, quick=quick)]
+        name, outcome = f"{wanted.name}-real", Outcome(unusable=unusable)
+    else:
+        check_no_layout(layout, target, rate_hz)
+        experiments = _experiments(common, wanted, asked, quick=quick)
+        name, outcome = "quick" if quick else wanted.name, Outcome()
+    folder = Path(out or Path("results") / name)
+    for experiment in experiments:
+        with progress(_title(wanted, experiment)) as report, _damage_told(data):
+            outcome = outcome.followed_by(run(experiment, folder, report))
+    silence = wanted.silence_in(REAL if paths else "")
+    for line in (*outcome.unusable, *outcome.failures_in_words(), *outcome.oddities_in_words(silence)):
+        warnings.warn(line, ContestantWarning, stacklevel=2)
+    return Results(folder, outcome)
+
+
+def check_suites(suites: Iterable[Suite], asked: Asked, *, link: str, data: str | None, quick: bool) -> None:
+    """Raise ValueError for what one of several suites would refuse, before the first one runs for hours.
+
+    Args:
+        suites: those that are to run one after the other.
+        asked: in each; stored scenarios and presets are checked where they are read.
+        link, data, quick: see ``bench``.
+    """
+    for wanted in suites:
+        _check_steering(wanted, link, data)
+        if data is None:
+            common = Experiment(suite=wanted.name, scenario="", presets=(), trackers=(), seeds=range(1))
+            _experiments(common, wanted, asked, quick=quick)
+
+
+def _check_steering(wanted: Suite, link: str, data: str | None) -> None:
+    linked = link == "prompt" or wanted.judges_controllers
+    check("link", linked, f"prompt, since suite {wanted.name} knows no other", repr(link))
+    stored = data is not None and wanted.judges_controllers
+    check("data", not stored, f"none with suite {wanted.name}, as stored pictures cannot be steered", data)
+
+
+def _experiments(common: Experiment, wanted: Suite, asked: Asked, *, quick: bool) -> list[Experiment]:
+    """Return an experiment for each scenario. Raises ValueError for unknown names."""
+    shown = asked.presets or ((wanted.quick_preset,) if quick else ())
+    found = parties(wanted, replace(asked, presets=shown), variants=not quick)
+    experiments = [_of_party(common, party) for party in found]
+    for experiment in experiments:
+        check_names(experiment)
+        _check_usable(experiment.trackers)
+    return experiments
+
+
+def _check_real(
+    wanted: Suite,
+    asked: Asked,
+    seeds: range | None,
+    *,
+    renderer: str,
+    link: str,
+    data: str | None,
+    keep_estimates: bool,
+) -> None:
+    """Raise ValueError for arguments of simulated episodes."""
+    steered = (*asked.scenarios, *asked.presets, *asked.controllers)
+    check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
+    text = None if seeds is None else f"{seeds.start}:{seeds.stop}"
+    given = (("seeds", text, None), ("renderer", renderer, "raster"), ("link", link, "prompt"), ("data", data, None))
+    for name, mine, default in given:
+        check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
+    kept = keep_estimates and wanted.on_sequences is None
+    check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)
+
+
+def _registered(wanted: Suite) -> dict[str, Entrant]:
+    """Return the trackers of a suite without its references, which know the truth."""
+    return {name: each for name, each in entrants(wanted.name).items() if name in entries()}
+
+
+def _on_real(common: Experiment, wanted: Suite, trackers: tuple[str, ...], *, quick: bool) -> Experiment:
+    """Return the experiment on what is real. Raises ValueError for unknown names."""
+    on_pictures = wanted.on_sequences is not None
+    known = trackers_on_pictures(wanted) if on_pictures else _registered(wanted)
+    able = (name for name, each in known.items() if each.available() and not (quick and each.role == "variant"))
+    experiment = replace(
+        common,
+        scenario=REAL,
+        presets=tuple(dict.fromkeys(each.preset for each in common.real)),
+        trackers=trackers or tuple(able),
+    )
+    check_names(experiment)
+    _check_usable(experiment.trackers)
+    return experiment
+
+
+def _of_party(common: Experiment, party: Party) -> Experiment:
+    return replace(
+        common,
+        scenario=party.scenario,
+        presets=party.presets,
+        trackers=party.trackers,
+        controllers=party.controllers or None,
+    )
+
+
+def _damage_told(data: str | None) -> AbstractContextManager[None]:
+    if data is None:
+        return nullcontext()
+    # Here, since they import the packages of the extra.
+    from benchmarks.data.sets.damage import damage_told
+    from benchmarks.data.sets.places import place_of
+
+    return damage_told(place_of(data)[1], "data")
+
+
+def stored_seeds(data: str) -> range:
+    """Return the seeds of a data set, by its folder or URL."""
+    return range(*_request(data).seeds)
+
+
+def _request(data: str) -> Request:
+    needs_data()
+    from benchmarks.data.sets.benchmark import benchmark_of
+
+    return benchmark_of(data)
+
+
+def _stored(data: str, seeds: range, renderer: str, asked: Asked) -> Request:
+    """Return what a data set is of. Raises ValueError for arguments that contradict it."""
+    request = _request(data)
+    check("renderer", renderer == "raster", "none with data, which sets it", renderer)
+    given = {"scenario": asked.scenarios, "preset": asked.presets, "controllers": asked.controllers}
+    for name, mine in given.items():
+        check(name, not mine, "none with data, which sets it", ", ".join(mine))
+    first, end = request.seeds
+    within = set(seeds) <= set(range(first, end))
+    check("seeds", within, f"some of {first}:{end}, which the data set has", f"{seeds.start}:{seeds.stop}")
+    return request
+
+
+def _several(parameter: str, names: str | Sequence[str] | None) -> tuple[str, ...]:
+    """Return each name once, none for None. Raises ValueError for an empty list, which would run everything."""
+    if names is None:
+        return ()
+    check(parameter, len(names) > 0, "a name or several, or None for the default", repr(names))
+    return (names,) if isinstance(names, str) else tuple(dict.fromkeys(names))
+
+
+def _check_usable(trackers: Sequence[str]) -> None:
+    """Raise ValueError for trackers of a cell or a script, which no worker can import and no version tells the code of,
+    and for those that need what is not installed.
+    """
+    known = entrants()
+    for name in trackers:
+        importable = known[name].module != "__main__"
+        check("trackers", importable, "ones that a module of their own registers (modules=…)", f"{name!r} of __main__")
+        needs = known[name].missing()
+        check("trackers", not needs, "ones of which all that they need is installed", f"{name}: {needs}")
+
+
+def _title(wanted: Suite, experiment: Experiment) -> str:
+    if experiment.real:
+        real = "real sequences" if experiment.real[0].sequence else "real tracks"
+        return f"{wanted.name}, {real}, {counted(len(experiment.trackers), 'tracker')}"
+    steering = f" × {counted(len(experiment.controllers or ()), 'controller')}" if wanted.judges_controllers else ""
+    return f"{wanted.name}, {counted(len(experiment.trackers), 'tracker')}{steering}"

@@ -1,0 +1,152 @@
+"""``frameout compare``: paired differences of two trackers, by kind of frame-out or other event."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+from rich import box
+from rich.table import Table
+
+from benchmarks.cli.arguments import NAMES, ONE_NAME, names
+from benchmarks.cli.console import console_of
+from benchmarks.cli.ignored_rows import report_ignored_rows
+from benchmarks.cli.with_modules import WithModules
+from benchmarks.contract.rows import REAL, Row, read_rows
+from benchmarks.contract.suite import DEFAULT, EventWords, Metric, suite
+from benchmarks.contract.text import interval_text, number_text, unit_sign
+from benchmarks.show.tables import NO_NUMBER
+from benchmarks.statistics.attributes import by_attribute
+from benchmarks.statistics.bootstrap import Comparison
+from benchmarks.statistics.summary import label_of
+from sim.checks import check
+from sim.choices import check_choice, suggestion
+from trackers.controllers.catalogue import POLICY
+
+
+@dataclass(frozen=True)
+class Compare(WithModules):
+    """Paired differences of two trackers with 95 % intervals: by kind, side, turn and length of the frame-out; in other
+    suites by kind of event, e.g. after a lamp goes off, or over whole episodes.
+
+    A tracker is named as in `frameout list`, or as FOLDER:NAME to take it from another result folder (the same tracker
+    with two renderers, or before and after a change). In the suite follow the two are pairs, CONTROLLER+TRACKER. Only
+    episodes that both have run are compared. p-values are corrected for the number of comparisons (Holm).
+
+    Attributes:
+        first: name of a tracker, or FOLDER:NAME; in the suite follow CONTROLLER+TRACKER.
+        second: name of another; differences are first minus second.
+        directory: result folder of names without one.
+        suite: use rows of this suite only; needed where both have rows of several.
+        preset: use rows of this preset only.
+        metric: of those that the table shows, show these alone; p-values stay corrected for all.
+        json: print JSON instead of a table.
+    """
+
+    first: Annotated[str, tyro.conf.Positional]
+    second: Annotated[str, tyro.conf.Positional]
+    directory: Path = Path("results") / DEFAULT
+    suite: Annotated[str | None, ONE_NAME] = None
+    preset: Annotated[str | None, ONE_NAME] = None
+    metric: Annotated[tuple[str, ...], NAMES] = ()
+    json: bool = False
+    resumes = False
+
+    def run(self) -> int:
+        """Print it; return the exit status."""
+        for directory in dict.fromkeys(self._place_of(name)[0] for name in (self.first, self.second)):
+            report_ignored_rows(directory)
+        first, second = (self._rows(name) for name in (self.first, self.second))
+        judged = self._suite_of_both(first, second)
+        first, second = ([row for row in rows if row["suite"] == judged] for rows in (first, second))
+        self._check_alike(first, second)
+        found = by_attribute(first, second)
+        check("second", bool(found), f"a tracker with episodes that {self.first} ran on", repr(self.second))
+        compared = list(dict.fromkeys(metric.name for _, metric, _, _ in found))
+        for name in names(self.metric):
+            check_choice("metric", name, compared)
+        found = [each for each in found if not self.metric or each[1].name in names(self.metric)]
+        words = suite(judged).events
+        if self.json:
+            print(json.dumps([_as_data(words, *each) for each in found], indent=1))
+            return 0
+        console_of().print(self._table(words, found))
+        return 0
+
+    def _suite_of_both(self, first: list[Row], second: list[Row]) -> str:
+        """Return the suite to compare in. Raises ValueError for none in common, and for several with none named."""
+        suites = sorted({row["suite"] for row in first} & {row["suite"] for row in second})
+        check("second", bool(suites), f"a tracker of a suite that {self.first} has rows of", repr(self.second))
+        if self.suite is not None:
+            check_choice("suite", self.suite, suites)
+            return self.suite
+        check("suite", len(suites) == 1, f"one of {', '.join(suites)}, as both have rows of them", "none")
+        return suites[0]
+
+    def _check_alike(self, first: list[Row], second: list[Row]) -> None:
+        """Raise ValueError for controllers' rows of several scenarios or links, for simulated beside real ones, and for
+        recordings of one name that differ.
+        """
+        kinds = {row["scenario"] == REAL for row in (*first, *second)}
+        check("preset", len(kinds) == 1, "one of rows that are all real or all simulated", repr(self.preset))
+        scenes: dict[tuple[str, int], set[str]] = {}
+        for row in (*first, *second) if kinds == {True} else ():
+            scenes.setdefault((row["preset"], row["seed"]), set()).add(row.get("editions", {}).get("scene", ""))
+        other = sorted({preset for (preset, _), found in scenes.items() if len(found) > 1})
+        check("directory", not other, "results on the same recordings", f"others called {', '.join(other)}")
+        for key in ("scenario", "link"):
+            values = sorted({row[key] for row in (*first, *second) if key in row})
+            if len(values) > 1 and suite(first[0]["suite"]).judges_controllers:
+                raise ValueError(f"directory: expected results of one {key}, got {', '.join(values)}")
+
+    def _rows(self, name: str) -> list[Row]:
+        directory, tracker = self._place_of(name)
+        rows = read_rows(directory)
+        known = sorted({label_of(row) for row in rows})
+        if tracker not in known:
+            near = suggestion(tracker, known)
+            raise ValueError(
+                f"tracker: expected one of {', '.join(known)} in {str(directory)!r}; got {tracker!r}{near}"
+            )
+        presets = sorted({row["preset"] for row in rows})
+        if self.preset is not None and self.preset not in presets:
+            raise ValueError(f"preset: expected one of {', '.join(presets)} in {str(directory)!r}; got {self.preset!r}")
+        return [row for row in rows if label_of(row) == tracker and self.preset in (None, row["preset"])]
+
+    def _place_of(self, name: str) -> tuple[Path, str]:
+        """Return the folder and the contestant's name, which may contain a colon too (a policy's file)."""
+        folder, colon, tracker = name.partition(":")
+        return (Path(folder), tracker) if colon and not name.startswith(POLICY) else (self.directory, name)
+
+    def _table(self, words: EventWords, found: list[tuple[str, Metric, Comparison, float]]) -> Table:
+        table = Table(title=f"{self.first} minus {self.second}, paired over episodes", box=box.SIMPLE_HEAD)
+        for column in (words.name, "metric", "unit"):
+            table.add_column(column, overflow="fold")
+        for column in ("difference", "95 % interval", "p (Holm)", "episodes"):
+            table.add_column(column, justify="right", no_wrap=column != "95 % interval")
+        previous = None
+        for attribute, metric, comparison, p_holm in found:
+            clear = comparison.ci_low > 0 or comparison.ci_high < 0
+            table.add_row(
+                attribute if attribute != previous else "",
+                f"{metric.name} ({'↑' if metric.better == 'higher' else '↓'})",
+                "points" if metric.unit == "fraction" else unit_sign(metric.unit),
+                number_text(comparison.difference, metric.unit, signed=True),
+                interval_text(comparison.ci_low, comparison.ci_high, metric.unit, signed=True) or NO_NUMBER,
+                f"{p_holm:.4f}",
+                str(comparison.n),
+                style="bold" if clear else "",
+            )
+            previous = attribute
+        return table
+
+
+def _as_data(
+    words: EventWords, attribute: str, metric: Metric, comparison: Comparison, p_holm: float
+) -> dict[str, Any]:
+    numbers = {name: value if math.isfinite(value) else None for name, value in asdict(comparison).items()}
+    return {f"{words.key}s": attribute, "metric": metric.name, **numbers, "p_holm": p_holm}

@@ -1,0 +1,69 @@
+"""``frameout export``: write a data set in the file layout of another benchmark."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import tyro
+
+from benchmarks.cli.arguments import FOLDER, ONE_NAME
+from benchmarks.cli.with_modules import WithModules
+from benchmarks.contract.text import counted
+from benchmarks.run.packages import needs_data
+
+
+@dataclass(frozen=True)
+class Export(WithModules):
+    """Write a data set in a format that other programs read (pip install 'frameout[data]').
+
+    Formats: coco, kitti-depth, kitti-flow, kitti-stereo, mot, otb, rerun (pip install 'frameout[rerun]'), tao-amodal,
+    vot, webdataset, yolo. Each says in the README.md that it writes where its axes begin, what its boxes enclose, and
+    where the format is defined. Pictures that are stored as PNG or JPEG are copied, others become PNG.
+
+    Attributes:
+        directory: folder or URL of the data set.
+        format: one of those above.
+        out: the folder to write, or a URL such as s3://bucket/folder, new or empty. A folder appears whole or not at
+            all; to a store README.md is sent last, and after a failure what was sent is removed.
+        allow_incomplete: export what there is of a data set in which episodes are missing. Otherwise it is refused, as
+            is one whose files are not those that were written.
+        classes: class = car, person, boat, fish …; kind = the scene's own kinds: models of cars, parts of people in the
+            script. Either has the same numbers for all data sets of a scene. Formats without classes have no choice.
+        min_visible: least share (0 to 1) of an object's own pixels that is seen and shows no mirror image of a lamp;
+            labels of those below it are left out (yolo) or marked iscrowd (coco), and counted.
+        min_size: least shorter side of the box around what is seen, pixels; likewise.
+    """
+
+    directory: Annotated[str, tyro.conf.Positional]
+    format: Annotated[str, ONE_NAME]
+    out: Annotated[str, FOLDER]
+    allow_incomplete: bool = False
+    classes: Literal["class", "kind"] = "class"
+    min_visible: float = 0.0
+    min_size: float = 0.0
+    resumes = False
+
+    def run(self) -> int:
+        """Write it; return the exit status."""
+        needs_data()
+        # After the check, since they import these packages.
+        from benchmarks.data.exports.registry import export
+        from benchmarks.data.sets.damage import damage_told
+        from benchmarks.data.sets.data_set import DataSet
+
+        data = DataSet(self.directory)
+        with damage_told(data.root):
+            left_out = export(
+                data,
+                self.format,
+                self.out,
+                allow_incomplete=self.allow_incomplete,
+                classes=self.classes,
+                min_visible=self.min_visible,
+                min_size_px=self.min_size,
+            )
+        print(self.out)
+        if left_out:
+            print(f"{counted(left_out, 'object')} of single pictures below --min-visible or --min-size")
+        return 0

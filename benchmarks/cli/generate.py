@@ -1,0 +1,147 @@
+"""``frameout generate``: make a data set."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.metadata
+import json
+import sys
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from benchmarks.cli.arguments import (
+    COUNT,
+    NAMES,
+    ONE_NAME,
+    RATE,
+    SIZE,
+    USUAL_SEEDS,
+    WORKERS,
+    names,
+    seed_range,
+)
+from benchmarks.cli.progress import progress_bar
+from benchmarks.cli.with_modules import WithModules
+from benchmarks.contract.text import counted
+from benchmarks.run.cores import cores
+from benchmarks.run.editions import package_versions, scene_edition
+from benchmarks.run.experiment import check_renderer
+from benchmarks.run.packages import needs_data
+from scenarios import catalog
+from sim.checks import check
+
+if TYPE_CHECKING:
+    from benchmarks.data.sets.generating import Forecast
+
+
+@dataclass(frozen=True)
+class Generate(WithModules):
+    """Make a data set: pictures with all their truth, resumable, on all cores or on a cluster.
+
+    The same command continues after a stop; episodes are written whole or not at all. The bytes do not depend on the
+    number of workers or on where they run. Needs `pip install 'frameout[data]'`.
+
+    Attributes:
+        scenario: catalogue id, see `frameout list`; without a version the latest.
+        out: folder, or URL such as s3://bucket/folder.
+        preset: one of the scenario's, on a set path or with a camera at rest.
+        seeds: episodes A to B - 1, or A alone (default: 0:EPISODES).
+        episodes: number of episodes from seed 0 on, in place of `--seeds`.
+        channels: names of the pictures and maps to store (default: all that the scenario has).
+        pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless) or jpeg (quality 95).
+        size: width and height of the pictures in pixels (default: the preset's). With another size, rate or number of
+            frames the set is no longer that of the preset, and `frameout bench --data` refuses it.
+        rate_hz: frames a second (default: the preset's).
+        frame_count: frames of an episode (default: the preset's).
+        renderer: raster or pybullet.
+        workers: processes; 0 = run in this process. On a cluster: episodes under way at once.
+        backend: loky for processes of this machine; dask or ray for a cluster (`frameout[dask]`, `frameout[ray]`).
+        address: of the cluster (default: a new one on this machine).
+        on_error: stop at the first episode that cannot be built, or skip it: the others are made, and the seeds that
+            are left out are named at the end, in the data card and in manifest.json.
+        dry_run: say how large the data set will be and how long it takes; make nothing.
+        json: print what was made as JSON.
+    """
+
+    scenario: Annotated[str, tyro.conf.Positional]
+    out: str
+    preset: str = "standard"
+    seeds: Annotated[str | None, USUAL_SEEDS] = None
+    episodes: Annotated[int | None, COUNT] = None
+    channels: Annotated[tuple[str, ...], NAMES] = ()
+    pictures: str = "blosc2"
+    size: Annotated[tuple[int, int] | None, SIZE] = None
+    rate_hz: Annotated[float | None, RATE] = None
+    frame_count: Annotated[int | None, COUNT] = None
+    renderer: str = "raster"
+    workers: Annotated[int | None, WORKERS] = None
+    backend: str = "loky"
+    address: Annotated[str | None, ONE_NAME] = None
+    on_error: Literal["stop", "skip"] = "stop"
+    dry_run: bool = False
+    json: bool = False
+    resumes = True
+
+    def run(self) -> int:
+        """Make it; return the exit status."""
+        needs_data()
+        from benchmarks.data.sets.generating import Workers, forecast, generate
+        from benchmarks.data.sets.request import Request, existing_channels
+
+        scenario, seeds = catalog.scenario(self.scenario), self._seeds()
+        request = Request(
+            scenario.id,
+            self.preset,
+            (seeds.start, seeds.stop),
+            (),
+            self.pictures,
+            check_renderer(self.renderer),
+            self.size,
+            self.rate_hz,
+            self.frame_count,
+            scene_edition(scenario.id, self.preset),
+            package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
+        )
+        existing, chosen = existing_channels(request, self.on_error), names(self.channels)
+        for channel in chosen:
+            check("channels", channel in existing, f"some of {', '.join(existing)}", repr(channel))
+        stored = tuple(channel for channel in existing if channel in chosen or not chosen)
+        request = dataclasses.replace(request, channels=stored)
+        workers = cores(self.workers)
+        if self.dry_run:
+            return self._say(forecast(request, on_error=self.on_error), max(workers, 1))
+        began = time.perf_counter()
+        with progress_bar(f"{request.scenario} {request.preset}") as progress:
+            makers = Workers(workers, self.backend, self.address, self.modules)
+            data = generate(request, self.out, makers, progress, self.on_error)
+        made: dict[str, Any] = {"episodes": len(data.seeds), "frames": len(data), "bytes": data.files.du(data.root)}
+        seconds = time.perf_counter() - began
+        size = f"{made['frames']} frames, {made['bytes'] / 2**30:.2f} GiB"
+        said = f"{self.out}: {counted(made['episodes'], 'episode')}, {size}, {seconds:.0f} s"
+        made |= {"left_out": data.left_out} if data.left_out else {}
+        print(json.dumps({"out": self.out} | made | {"seconds": seconds}) if self.json else said)
+        for seed, why in data.left_out.items():
+            print(f"left out: seed {seed}: {why}", file=sys.stderr)
+        if data.left_out:
+            print(f"{counted(len(data.left_out), 'episode')} could not be built", file=sys.stderr)
+        return 0
+
+    def _seeds(self) -> range:
+        if (self.seeds is None) == (self.episodes is None):
+            raise ValueError("seeds: expected either --seeds A:B or --episodes N, got both or neither")
+        check("episodes", self.episodes is None or self.episodes > 0, "a whole number > 0", self.episodes)
+        return seed_range(f"0:{self.episodes}" if self.seeds is None else self.seeds)
+
+    def _say(self, told: Forecast, workers: int) -> int:
+        """Print a forecast."""
+        seconds = told.seconds / workers
+        if self.json:
+            print(json.dumps({"frames": told.frames, "bytes": told.bytes, "seconds": seconds}))
+            return 0
+        for name, size in told.bytes_a_frame.items():
+            print(f"{name:>20} {size / 1024:9.1f} KiB a frame")
+        print(f"{told.frames} frames, {told.bytes / 2**30:.2f} GiB, about {seconds / 60:.1f} minutes")
+        return 0

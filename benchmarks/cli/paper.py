@@ -1,0 +1,70 @@
+"""``frameout paper``: repeat a paper's experiment."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.cli.arguments import FOLDER, USUAL_SEEDS, WORKERS, seed_range
+from benchmarks.contract.rows import FILE_NAME, read_rows
+from benchmarks.papers.experiment import PaperExperiment
+from benchmarks.papers.repeat import repeat
+from benchmarks.run.cores import cores
+from benchmarks.run.experiment import check_renderer
+from sim.checks import check
+from sim.choices import check_choice
+
+_EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3", "C", "D")
+
+
+@dataclass(frozen=True)
+class Paper:
+    """Repeat a paper's experiment over many episodes; show its table beside ours, with pictures at the paper's frames.
+
+    The methods have the parameters of the paper, as under their own names in `frameout bench`, where NAME_tuned has the
+    tuned ones. B1 and B2 measure a camera and run no method.
+
+    Attributes:
+        experiment: A2: a car is tracked by the shape of the road, the helicopter's motion is measured; A3: by pixel
+            classes, the motion is unknown; B1: colours and camera settings under a dimmed lamp; B2: when colour can be
+            learnt; B3: a person is followed by stereo under changing light; C: lost pieces of a fish's track; D:
+            intruders before a thermal camera.
+        seeds: episodes A to B - 1, or A alone (default: 10000:10050; for B3 10000:10010, as many frames as in the
+            paper; for D 10000:10010, each as long as the paper's).
+        renderer: raster or pybullet.
+        out: folder for rows, pictures and page of this experiment alone (default: results/paper-a2 …).
+        workers: number of worker processes.
+    """
+
+    experiment: Annotated[str, tyro.conf.Positional]
+    seeds: Annotated[str | None, USUAL_SEEDS] = None
+    renderer: str = "raster"
+    out: Annotated[Path | None, FOLDER] = None
+    workers: Annotated[int | None, WORKERS] = None
+    resumes = True
+
+    def run(self) -> int:
+        """Run it; return the exit status. Raises ValueError for wrong arguments and a folder of something else."""
+        name = self.experiment.upper()
+        if name not in _EXPERIMENTS:
+            check_choice("experiment", self.experiment, _EXPERIMENTS)
+        renderer = check_renderer(self.renderer)
+        experiment = importlib.import_module(f"benchmarks.papers.{name.lower()}").EXPERIMENT
+        out = self.out or Path("results") / f"paper-{name.lower()}"
+        seeds = seed_range(self.seeds) if self.seeds else experiment.seeds
+        _check_folder(out, experiment)
+        repeat(experiment, out, seeds, renderer, cores(self.workers))
+        return 0
+
+
+def _check_folder(out: Path, experiment: PaperExperiment) -> None:
+    """Raise ValueError for a folder with rows of something else: it would keep them below this experiment's page."""
+    rows = read_rows(out) if (out / FILE_NAME).is_file() else []
+    mine = {(experiment.suite, experiment.scenario, preset) for preset in experiment.presets}
+    others = {(row["suite"], row["scenario"], row["preset"]) for row in rows} - mine
+    held = "{!r}, which holds rows of suite {}, scenario {}, preset {}".format(str(out), *min(others or mine))
+    check("out", not others, f"a folder of paper {experiment.name} alone, e.g. an empty one", held)

@@ -1,0 +1,95 @@
+"""``frameout render``: write an episode as a video."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.cli.arguments import COUNT, FILE, ONE_NAME
+from benchmarks.cli.progress import progress_bar
+from benchmarks.cli.with_modules import WithModules
+from benchmarks.contract.suite import suites
+from benchmarks.run.contestants import entrants, entrants_of
+from benchmarks.run.experiment import check_renderer
+from benchmarks.run.jobs import Job
+from benchmarks.run.steering import link_in, suite_shown, suite_watching
+from benchmarks.show.video.episode_video import render_episode
+from scenarios import catalog
+from sim.checks import check
+
+
+@dataclass(frozen=True)
+class Render(WithModules):
+    """Write one episode as an MP4: the camera's picture, the truth, and a tracker's estimate.
+
+    A road town is shown in a larger view; a followed person with both pictures, disparity and a view from above. Of a
+    tracker of many targets all tracks are drawn, with their identities; with a controller only the one that it steers
+    by. With --controller the video is of what the suite follow scores: the controller is tuned, and its commands go
+    through the link. In a preset in closed loop (see `frameout list`) it is of what `bench` scores trackers on: the
+    controller is as written and has no link, unless you name a link.
+
+    Attributes:
+        scenario: catalogue id, see `frameout list`; without a version the latest.
+        preset: one of the scenario's (default: standard, or its first).
+        seed: of the episode, a whole number >= 0.
+        tracker: name of the tracker to draw (default: truth only).
+        controller: name of the controller that steers by the tracker's estimate (default: a set path).
+        link: how the controller's commands reach the carrier: prompt, delayed or noisy (default: prompt; on a preset
+            in closed loop none).
+        renderer: raster or pybullet.
+        frames: number of frames (default: the whole episode).
+        scale: size of the larger view over that of the camera's picture, >= 1; 16,777,216 pixels at most.
+        out: the file (default: results/SCENARIO-PRESET-SEED.mp4).
+    """
+
+    scenario: Annotated[str, tyro.conf.Positional] = catalog.DEFAULT
+    preset: Annotated[str | None, ONE_NAME] = None
+    seed: int = 0
+    tracker: Annotated[str | None, ONE_NAME] = None
+    controller: Annotated[str | None, ONE_NAME] = None
+    link: Annotated[str | None, ONE_NAME] = None
+    renderer: str = "raster"
+    frames: Annotated[int | None, COUNT] = None
+    scale: float = 2.0
+    out: Annotated[Path | None, FILE] = None
+    resumes = False
+
+    def run(self) -> int:
+        """Write it; return the exit status."""
+        scenario = catalog.scenario(self.scenario)
+        check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
+        preset = self.preset or ("standard" if "standard" in scenario.presets else next(iter(scenario.presets)))
+        out = self.out or Path("results") / f"{scenario.id}-{preset}-{self.seed}.mp4"
+        job = self._job(scenario.id, preset)
+        with progress_bar(f"{scenario.id} {preset}, frames") as progress:
+            failures = render_episode(job, out, frames=self.frames, scale=self.scale, progress=progress)
+        print(out)
+        self._say_if_not_scored(job)
+        for failure in failures:
+            print(f"error: {failure}", file=sys.stderr)
+        return 1 if failures else 0
+
+    def _job(self, scenario: str, preset: str) -> Job:
+        if self.link is not None and self.controller is None:
+            raise ValueError(f"controller: expected a name, whose commands take the link {self.link!r}; got none")
+        trackers = () if self.tracker is None else (self.tracker,)
+        if self.controller is None:
+            shown = suite_watching(scenario, self.tracker)
+        else:
+            shown = suite_shown(scenario, preset, self.link)
+        link = None if self.controller is None else link_in(shown, self.link or "prompt")
+        episode = (shown, scenario, preset, check_renderer(self.renderer), self.seed)
+        return Job(*episode, self.controller, trackers, link=link, repeats=1)
+
+    def _say_if_not_scored(self, job: Job) -> None:
+        """Print a note where the tracker was made for another scene: it is drawn, but no suite scores it here."""
+        known, about = entrants(), [each for each in suites().values() if each.is_about(job.scenario)]
+        scored = {name for each in about for name in entrants_of(each, each.scene(job.scenario))}
+        for name in job.trackers:
+            if about and name in known and name not in scored:
+                of = f"of suite {', '.join(known[name].suites)}"
+                print(f"note: {name} is {of}; `frameout bench` does not score it on {job.scenario}", file=sys.stderr)

@@ -1,0 +1,76 @@
+"""``frameout report``: make the report of a result folder again from its rows."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.cli.arguments import FOLDER, NAMES, WORDS, WORKERS, names
+from benchmarks.cli.ignored_rows import report_ignored_rows
+from benchmarks.cli.leaderboard import print_leaderboard
+from benchmarks.cli.progress import progress_bar
+from benchmarks.cli.with_modules import WithModules
+from benchmarks.contract.suite import check_metrics
+from benchmarks.contract.text import counted
+from benchmarks.run.cores import cores
+from benchmarks.run.packages import needs_data
+from benchmarks.show.page import write_report
+from benchmarks.statistics.summary import write_summary
+from sim.checks import check
+
+
+@dataclass(frozen=True)
+class Report(WithModules):
+    """Make summary.json, comparisons.json and report.html of a result folder again, from its records.jsonl.
+
+    With --from-estimates the rows in records.jsonl are first made again from the kept answers, without running a
+    tracker; they differ from those of the run only where the judge has changed since.
+
+    Attributes:
+        directory: folder written by `frameout bench`.
+        from_estimates: judge what `frameout bench --keep-estimates` kept (`frameout[data]`); the episodes are
+            simulated again.
+        data: with --from-estimates, folder or URL of a data set with the episodes, which are then not simulated.
+        workers: with --from-estimates, number of worker processes; 0 = this process.
+        markdown: also print the leaderboard as a Markdown table.
+        metric: names of the metrics on the leaderboard, see `frameout list --metrics`; the first one ranks (default:
+            the suite's own).
+        plot: words of the titles of the plots to draw, e.g. found again (default: all).
+    """
+
+    directory: Annotated[Path, tyro.conf.Positional]
+    from_estimates: bool = False
+    data: Annotated[str | None, FOLDER] = None
+    workers: Annotated[int | None, WORKERS] = None
+    markdown: bool = False
+    metric: Annotated[tuple[str, ...], NAMES] = ()
+    plot: Annotated[tuple[str, ...], WORDS] = ()
+    resumes = False
+
+    def run(self) -> int:
+        """Write them; return the exit status."""
+        check("data", self.data is None or self.from_estimates, "none without --from-estimates", repr(self.data))
+        if self.from_estimates:
+            self._rejudge()
+        summary, metrics = write_summary(self.directory), names(self.metric)
+        check_metrics(metrics, sorted({entry["suite"] for entry in summary}))
+        report_ignored_rows(self.directory)
+        if self.markdown:
+            print_leaderboard(summary, metrics, markdown=True)
+        print(write_report(self.directory, metrics, self.plot))
+        return 0
+
+    def _rejudge(self) -> None:
+        needs_data()
+        from benchmarks.data.estimates.rejudging import rejudge
+
+        with progress_bar("estimates, judged again") as progress:
+            done = rejudge(self.directory, self.data, cores(self.workers), self.modules, progress)
+        told = f"{counted(done.same, 'episode')} with the same rows, {counted(done.new, 'episode')} with new ones"
+        print(f"note: judged again: {told}", file=sys.stderr)
+        if done.moved is not None:
+            print(f"note: {done.moved}", file=sys.stderr)

@@ -1,0 +1,178 @@
+"""``frameout train``: train a policy."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+
+from benchmarks.cli.arguments import COUNT, FOLDER, ONE_NAME, USUAL_SEEDS, VALUES, development_seeds, seed_range
+from benchmarks.cli.progress import progress_bar
+from benchmarks.cli.with_modules import WithModules
+from benchmarks.contract.text import counted
+from benchmarks.learning.error_models import make_error_model, save_error_model
+from benchmarks.learning.judging import Judging
+from benchmarks.learning.model_check import as_table, model_check
+from benchmarks.learning.settings import EPISODES, Algorithm, Corrects, Training
+from benchmarks.learning.training import Standing, needs_stable_baselines, train
+from benchmarks.run.cores import cores
+from benchmarks.run.experiment import Progress, make_folder
+from scenarios import catalog
+from scenarios.envs.actions import check_values
+from scenarios.envs.pictureless.bank import is_playable
+from scenarios.envs.pictureless.error_model import error_model
+from scenarios.envs.pictureless.vector_env import Starts
+from scenarios.envs.reward import Reward
+from scenarios.envs.settings import FollowSettings
+from sim.checks import check
+from trackers.controllers.catalogue import controller_entry, controllers
+
+_RUNS = "runs"
+_LINE_EVERY_S = 10.0
+
+
+@dataclass(frozen=True)
+class Train(WithModules):
+    """Train a policy in an env with stable-baselines3. A run that was stopped continues with the same command.
+
+    By default training is without pictures: a fitted model of the tracker's errors replaces picture and tracker.
+    On the way it prints the mean reward of the latest episodes, the share of time with the target in view, and steps a
+    second; at the end the command that scores the policy with pictures, and how many minutes that takes. OUT gets
+    policy.json and policy.safetensors (no pickle), checkpoints, and curves for TensorBoard.
+
+    Attributes:
+        env: env id, see `frameout list`.
+        algorithm: ppo, or sac (off-policy).
+        steps: number of steps of all envs together (default: 4 million).
+        tracker: name of the tracker (default: the env's); without pictures one with a model of its errors, see
+            --fit-model.
+        preset: one of the scenario's (default: the env's).
+        controller: name of the controller that the policy corrects (default: ours for the carrier); none: the policy
+            steers alone.
+        controller_values: values of the controller's parameters in place of the tuned ones, e.g. gain_per_s 0.8.
+        corrects: when the policy corrects: always, or while the tracker does not see the target (unseen).
+        correction_share: the largest correction, as a share of the command's limit.
+        reward: weights of the reward's terms, see `frameout list --envs`.
+        pictures: train with pictures.
+        worlds: number of worlds (towns, buildings) that each env with pictures keeps and uses again, about 210 MB a
+            town and 80 MB a building (default: 2 where the scenario can keep worlds, otherwise none).
+        episodes_per_world: number of episodes after which a new world takes the place of the oldest one (default: 20).
+        envs: number of envs (default: 256 without pictures; with them one per core, each in a process of its own).
+        episodes: number of episodes planned for training without pictures, about a second each; they are stored in
+            results/episodes (default: 256).
+        starts: first frame of episodes without pictures: episodes (frame 0), or frame-outs (shortly before the target
+            is likely to be lost).
+        episode_steps: maximum number of steps of an episode (default: all of them, as are scored).
+        seed: of all random numbers.
+        check_model: instead of training, run controllers in episodes A:B with pictures and without, and print both:
+            this shows how accurate the model of the tracker's errors is.
+        fit_model: instead of training, run episodes A:B with pictures, fit the model of the tracker's errors to them
+            and replace the stored one.
+        out: folder (default: results/policies/ENV).
+    """
+
+    env: tyro.conf.Positional[str] = catalog.DEFAULT_ENV
+    algorithm: Algorithm = "ppo"
+    steps: Annotated[int, COUNT] = 4_000_000
+    tracker: Annotated[str, ONE_NAME] = ""
+    preset: Annotated[str, ONE_NAME] = ""
+    controller: Annotated[str, ONE_NAME] = ""
+    controller_values: Annotated[dict[str, float], VALUES] = field(default_factory=dict)
+    corrects: Corrects = "always"
+    correction_share: float = 0.5
+    reward: Reward = field(default_factory=Reward)
+    pictures: bool = False
+    worlds: Annotated[int | None, COUNT] = None
+    episodes_per_world: Annotated[int, COUNT] = 20
+    envs: Annotated[int, COUNT] = 0
+    episodes: Annotated[int, COUNT] = 256
+    starts: Starts = "episodes"
+    episode_steps: Annotated[int | None, COUNT] = None
+    seed: int = 0
+    check_model: Annotated[str, USUAL_SEEDS] = ""
+    fit_model: Annotated[str, USUAL_SEEDS] = ""
+    out: Annotated[Path | None, FOLDER] = None
+    resumes = True
+
+    @property
+    def training(self) -> Training:
+        """Everything that the training depends on."""
+        return Training(**{each.name: getattr(self, each.name) for each in dataclasses.fields(Training)})
+
+    def run(self) -> int:
+        """Train; return the exit status."""
+        if self.fit_model and self.check_model:
+            raise ValueError(f"fit_model: expected it without check_model, got {self.fit_model!r} with it")
+        training = self.training
+        preset = catalog.scenario(training.scenario).presets.get(training.preset_name)
+        can = preset is None or is_playable(training.scenario, preset) or training.pictures or bool(self.fit_model)
+        check("pictures", can, f"--pictures, since {training.scenario} has no env without them", "none")
+        if not (training.pictures or self.fit_model):
+            error_model(training.scenario, training.tracker_name)
+        if not (self.fit_model or self.check_model):
+            needs_stable_baselines()
+            if training.controller_name != "none":
+                # Told before the planning, which takes minutes.
+                carrier = catalog.scenario(training.scenario).carrier.name
+                check_values(controller_entry(training.controller_name, carrier), training.controller_values)
+        out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
+        make_folder(out)
+        settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset_name)
+        if self.fit_model:
+            return self._fit_model(settings, out / _RUNS)
+        if self.check_model:
+            return self._check_model(settings, out / _RUNS)
+        if not training.pictures:
+            print(
+                f"planning {counted(training.episodes, 'episode')}, about a second for each that {EPISODES} lacks …",
+                file=sys.stderr,
+            )
+        with progress_bar(f"{self.env}, {self.algorithm}") as progress:
+            path = train(training, out, _Told(progress))
+        judging = Judging(training, path)
+        print(f"policy: {path}\njudge it beside {judging.controller}, with pictures:\n{judging.command}", flush=True)
+        print("measuring how long that takes …", file=sys.stderr)
+        print(f"it takes about {judging.minutes()} min on {cores(None)} idle cores")
+        return 0
+
+    def _fit_model(self, settings: FollowSettings, runs: Path) -> int:
+        seeds = development_seeds(self.fit_model, "fit_model")
+        with progress_bar("episodes with pictures") as progress:
+            model = make_error_model(settings, seeds, runs, progress)
+        print(f"model of the errors of {settings.tracker}: {save_error_model(model)}")
+        return 0
+
+    def _check_model(self, settings: FollowSettings, runs: Path) -> int:
+        names = tuple(controllers(catalog.scenario(settings.scenario).carrier.name))
+        seeds = seed_range(self.check_model, "check_model")
+        with progress_bar("controllers with pictures and without") as progress:
+            compared = model_check(settings, names, seeds, runs, progress)
+        print(as_table(compared))
+        return 0
+
+
+class _Told:
+    """Moves the progress bar, and prints a line above it now and then."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._next_s = 0.0
+
+    def __call__(self, standing: Standing) -> None:
+        self._progress(standing.done, standing.of)
+        if math.isfinite(standing.reward) and (time.monotonic() >= self._next_s or standing.done >= standing.of):
+            print(_in_words(standing), file=sys.stderr)
+            self._next_s = time.monotonic() + _LINE_EVERY_S
+
+
+def _in_words(standing: Standing) -> str:
+    return (
+        f"{standing.done:,} steps: episode reward {standing.reward:.1f}, "
+        f"in view {standing.time_in_view:.0%} of the time, {standing.steps_per_s:,.0f} steps/s"
+    )

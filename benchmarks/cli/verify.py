@@ -1,0 +1,56 @@
+"""``frameout verify``: is a data set whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import tyro
+
+from benchmarks.cli.arguments import COUNT
+from benchmarks.cli.progress import progress_bar
+from benchmarks.cli.with_modules import WithModules
+from benchmarks.contract.text import counted
+from benchmarks.run.packages import needs_data
+from sim.checks import check
+
+
+@dataclass(frozen=True)
+class Verify(WithModules):
+    """Check a data set: checksums, counts, and truth against pictures. Exit status 1 if an episode is damaged.
+
+    Attributes:
+        directory: folder or URL of the data set.
+        every: decode one frame in this number and compare it with its truth (default: 1, all frames).
+        discard: remove damaged episodes, so that the command that made the data set makes them again.
+    """
+
+    directory: Annotated[str, tyro.conf.Positional]
+    every: Annotated[int, COUNT] = 1
+    discard: bool = False
+    resumes = False
+
+    def run(self) -> int:
+        """Check it; return the exit status."""
+        needs_data()
+        from benchmarks.data.sets.data_set import DataSet
+        from benchmarks.data.sets.verifying import discard, problems
+
+        check("every", self.every >= 1, "a whole number >= 1", self.every)
+        data = DataSet(self.directory)
+        with progress_bar(f"verify {self.directory}") as progress:
+            found = list(problems(data, progress, self.every))
+        for problem in found:
+            print(problem)
+        if not found:
+            print(f"{self.directory}: {counted(len(data.seeds), 'episode')}, {len(data)} frames, all whole")
+            for seed, why in data.left_out.items():
+                print(f"left out: seed {seed}: {why}")
+            return 0
+        seeds = [problem.seed for problem in found]
+        if self.discard:
+            discard(data, seeds)
+            print("removed; the command that made the data set makes them again")
+        else:
+            print(f"to be made again: seeds {', '.join(map(str, seeds))} (--discard removes them)")
+        return 1

@@ -1,0 +1,133 @@
+"""Judging of an episode: protocols for keeping truth and answers, and for the scores at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+from scenarios.scenario import Episode, Frame
+from scenarios.truth import Truth
+from trackers.gaps.types import GapMethod
+from trackers.types import CameraCommand, Track
+
+_T = TypeVar("_T", bound=Truth)
+
+
+class Event(Protocol):
+    """A part of an episode that may have scores of its own."""
+
+    def attributes(self) -> dict[str, Any]:
+        """Return its attributes in rows: ``index``, ``kind``, ``length_frames`` and others of the suite."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """One value of one metric, see ``benchmarks.contract.rows``; ``event`` None is about the whole episode."""
+
+    metric: str
+    value: float | list[float] | None
+    weight: float = 1.0
+    event: Event | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """What is known of a contestant after the last frame.
+
+    Attributes:
+        failed_at_frame: from this frame on it gave no answers; None without a failure. The number of frames if it
+            failed only afterwards.
+        revised: its answers on all frames as decided with hindsight; None if it does not revise them.
+        new_gap_method: makes a copy of its method to bridge gaps in tracks, as it was before the first picture. After
+            a failure it predicts NaN. None if it has no method.
+        decides_at: confidence from which on its tracks are its decision; others show what it would answer with a lower
+            threshold.
+    """
+
+    failed_at_frame: int | None = None
+    revised: Sequence[Sequence[Track]] | None = None
+    new_gap_method: Callable[[], GapMethod] | None = None
+    decides_at: float = 0.0
+
+
+class ScoreSheet(Protocol):
+    """The answers of one contestant in one episode, and their scores."""
+
+    def keep(self, frame: Frame, answer: Any) -> None:
+        """Take one frame's answer, from frame 0 on: an ``Estimate``, or the tracks of many targets.
+
+        The answer of a failed or silent contestant is NaN, or no track.
+        """
+        ...
+
+    def scores(self, ending: Ending) -> Iterable[Score]:
+        """Return all scores, after every frame was kept."""
+        ...
+
+
+class Judge(Protocol):
+    """Judges all contestants of one episode by the same truth; decides which objects are targets.
+
+    Made from the ``Episode``, before its first frame, and its ``Scenario``.
+    """
+
+    def see(self, frame: Frame, command: CameraCommand | None) -> None:
+        """Take one frame's truth, before any estimate of it, and the command obeyed since the frame before.
+
+        The command is None for frame 0 and on a set path.
+        """
+        ...
+
+    def sheet(self) -> ScoreSheet:
+        """Return a fresh sheet for one contestant."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class OnSequences:
+    """How a suite judges trackers on real sequences of pictures with boxes of one target.
+
+    Attributes:
+        judge: makes the judge of a sequence.
+        headline: metrics of the leaderboard; the first one ranks. Ranks in simulated episodes are compared in them.
+        compared: metrics of comparisons.
+        silence: score of a frame without an answer, in words.
+    """
+
+    judge: Callable[[Episode], Judge]
+    headline: tuple[str, ...]
+    compared: tuple[str, ...]
+    silence: str
+
+
+class Recording(Protocol):
+    """Real tracks without pictures, judged by what was measured.
+
+    Attributes:
+        name: of the recording. block_frames: length of its blocks of time.
+    """
+
+    name: str
+    block_frames: int
+
+    @property
+    def fingerprint(self) -> str:
+        """Hash of the tracks and their rate: rows of others are outdated."""
+        ...
+
+    def scores(self, ending: Ending) -> Iterable[tuple[int, Sequence[Score]]]:
+        """Return the scores of a contestant, of which the gap method is known, by number of the block of time."""
+        ...
+
+
+def truth_as(truth: Truth, kind: type[_T]) -> _T:
+    """Return a truth as the kind that a suite needs.
+
+    Raises:
+        TypeError: if the scenario has another kind of truth.
+    """
+    if not isinstance(truth, kind):
+        raise TypeError(f"truth: expected {kind.__name__}, which the suite is about, got {type(truth).__name__}")
+    return truth

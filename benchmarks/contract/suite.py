@@ -1,0 +1,307 @@
+"""Suites by name: each combines scenarios, presets, a judge, metrics and figures.
+
+A suite's module registers it, ``register_suite(Suite(...))``. Code that runs, pools, compares or reports looks suites
+up here and names none.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_type_hints
+
+from benchmarks.contract.judging import Judge, OnSequences, Recording
+from benchmarks.contract.metric import Metric, RowMeaning
+from benchmarks.contract.rows import REAL, Row
+from benchmarks.contract.tuning_episodes import DEFAULT_EPISODES, TuningEpisodes
+from benchmarks.show.palette import LineStyle
+from scenarios.catalog import unversioned
+from scenarios.scenario import Episode, Scenario
+from scenarios.truth import Truth, TruthExtent
+from sim.checks import check
+from sim.choices import check_choice
+
+if TYPE_CHECKING:
+    from benchmarks.run.contestants import Entrant
+    from benchmarks.show.facts import Facts
+    from benchmarks.show.video.drawing import Drawing
+
+_MODULES = {
+    "frame-out": "benchmarks.judges.frame_out.suite",
+    "follow": "benchmarks.judges.follow.suite",
+    "stereo": "benchmarks.judges.stereo.suite",
+    "fish": "benchmarks.judges.fish.suite",
+    "harbour": "benchmarks.judges.harbour.suite",
+}
+"""Suite -> module that defines it; the first is the default. Add yours here."""
+DEFAULT = next(iter(_MODULES))
+"""Name of the default suite of commands and trackers."""
+
+_SUITES: dict[str, Suite] = {}
+
+Condition = tuple[str, str, str, str, str]
+"""Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link if controllers compete."""
+Name = Literal["tracker", "controller"]
+EventTest = Callable[[dict[str, Any]], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A figure of the report with its text; ``svg`` as ``report.plots.svg`` returns it."""
+
+    title: str
+    words: str
+    svg: str
+
+
+@dataclass(frozen=True, slots=True)
+class EventWords:
+    """A suite's description of its events, the parts of an episode with rows of their own.
+
+    Attributes:
+        name: in the plural, in words. key: column of the event's attributes in rows.
+        tests: groups of events in comparisons of two trackers: name in words -> test of an event's attributes.
+        compared: metrics of single events in comparisons.
+        describe: returns one line about all events of a condition: numbers and kinds.
+        episodes: metrics of whole episodes in comparisons; () = the suite's ``compared`` if there are no ``tests``.
+    """
+
+    name: str
+    key: str
+    tests: Mapping[str, EventTest]
+    compared: tuple[Metric, ...]
+    describe: Callable[[Sequence[dict[str, Any]]], str]
+    episodes: tuple[Metric, ...] = ()
+
+
+NO_EVENTS = EventWords("events", "event", {}, (), lambda events: "no events")
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A scenario of a suite.
+
+    Attributes:
+        scenario: catalogue id without version.
+        trackers_of: name of the suite whose trackers take part; "" = its own. trackers: default ones; () = all.
+        drawing: makes the drawing of an episode; None: another suite's, or the larger view.
+        preset: default one; "" = the suite's.
+        tuned_on: development episodes, see ``frameout tune``.
+    """
+
+    scenario: str
+    trackers_of: str = ""
+    trackers: tuple[str, ...] = ()
+    drawing: Callable[[Episode], Drawing] | None = None
+    preset: str = ""
+    tuned_on: TuningEpisodes = DEFAULT_EPISODES
+
+
+@dataclass(frozen=True, slots=True)
+class Suite:
+    """Scores that answer one question.
+
+    Attributes:
+        name: what users type. summary: one line. heading: of its report page.
+        edition: of its rows; raise it when its judge gives other rows, see ``benchmarks.run.editions``.
+        scenes: its scenarios; tuning uses the first. preset, quick_preset: defaults.
+        judge: makes the judge of an episode of a scenario; it decides which objects are targets.
+        metrics: of the summary, in order.
+        headline: metrics of the leaderboard on the terminal; the first one ranks.
+        compared: metrics of the comparison of ours with each other contestant.
+        tuned_for: objective of tuning: the sum of these metrics times these factors.
+        events: parts of an episode with rows of their own. silence: score of a frame without an answer, in words.
+        figures: draws the report's plots from rows by tracker, in the given styles.
+        picture: writes a picture of the trackers ``shown`` for the report.
+        facts: table of the report about the episodes themselves.
+        references: contestants with unfair knowledge. oracles: note of the report about them.
+        remarks: tracker -> answer to what its line beside methods as written makes readers ask, below the table.
+        controller: default controller of presets in closed loop; None: no controller can steer.
+        contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
+        truth: extent of the truth that the judge needs.
+        follows_many: whether contestants answer with the tracks of many targets.
+        needs_depth: whether a track without ``depth_m`` scores nothing.
+        recordings: reads files of real tracks, see ``frameout bench --real``: the recordings, notes for the user, and
+            what is wrong with files that cannot be used, a line each; None: the suite judges none.
+        on_sequences: judges trackers on real sequences, see ``frameout bench --real``; None: the suite does not.
+        ratios_on_files: takes rows about recordings to lines of text that ``frameout bench --real`` prints.
+        definitions: function, class or module whose docstring defines rows -> the rows' names.
+        row_meanings: ranges, conditions and sources of rows.
+        added: functions of users' own rows by name, whose docstrings define them.
+    """
+
+    name: str
+    summary: str
+    heading: str
+    scenes: tuple[Scene, ...]
+    preset: str
+    quick_preset: str
+    judge: Callable[[Episode, Scenario], Judge]
+    metrics: tuple[Metric, ...]
+    headline: tuple[str, ...]
+    compared: tuple[str, ...]
+    tuned_for: Mapping[str, float]
+    silence: str
+    edition: int = 1
+    events: EventWords = NO_EVENTS
+    figures: Callable[[Mapping[str, Sequence[Row]], Mapping[str, LineStyle]], list[Plot]] = lambda rows, styles: []
+    picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = lambda *_: None
+    facts: Facts | None = None
+    references: tuple[Entrant, ...] = ()
+    oracles: str = ""
+    remarks: Mapping[str, str] = field(default_factory=dict)
+    controller: str | None = "centre"
+    contestants: tuple[Name, ...] = ("tracker",)
+    truth: TruthExtent = "all"
+    follows_many: bool = False
+    needs_depth: bool = False
+    recordings: Callable[[Sequence[Path]], tuple[Sequence[Recording], list[str], list[str]]] | None = None
+    on_sequences: OnSequences | None = None
+    ratios_on_files: Callable[[Sequence[Row]], Iterable[str]] = lambda _: ()
+    definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
+    row_meanings: tuple[RowMeaning, ...] = ()
+    added: Callable[[], Mapping[str, Callable[..., Any]]] = dict
+
+    @property
+    def judges_controllers(self) -> bool:
+        """Whether controllers are contestants."""
+        return "controller" in self.contestants
+
+    def scene(self, scenario: str) -> Scene:
+        """Return the scene of a scenario, with or without version; for others one with the suite's own trackers."""
+        known = {scene.scenario: scene for scene in self.scenes}
+        return known.get(scenario) or known.get(unversioned(scenario)) or Scene(scenario)
+
+    def is_about(self, scenario: str) -> bool:
+        """Return whether a scenario, with or without version, is one of its scenes."""
+        return any(scene.scenario in (scenario, unversioned(scenario)) for scene in self.scenes)
+
+    def tracked_by(self, scene: Scene) -> str:
+        """Return the name of the suite whose trackers take part in a scene."""
+        return scene.trackers_of or self.name
+
+    def names_of(self, row: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return the names of the contestant of a row or of an entry of the summary."""
+        return tuple(row[key] for key in self.contestants)
+
+    def targets(self, scenario: Scenario, truth: Truth) -> tuple[int, ...]:
+        """Return the indices of the targets: the scenario's one, or all objects where many are followed."""
+        return tuple(range(len(truth.names))) if self.follows_many else (truth.index_of(scenario.target),)
+
+    def headline_in(self, scenario: str) -> tuple[str, ...]:
+        """Return the metrics of the leaderboard of a scenario, or of real recordings."""
+        return self.on_sequences.headline if scenario == REAL and self.on_sequences else self.headline
+
+    def silence_in(self, scenario: str) -> str:
+        """Return the score of a frame without an answer, in words, in a scenario or on real recordings."""
+        return self.on_sequences.silence if scenario == REAL and self.on_sequences else self.silence
+
+    def showing(self, metrics: Sequence[str]) -> Suite:
+        """Return the suite with these metrics on its leaderboard, in this order; unchanged if it has none of them."""
+        known = {metric.name for metric in self.metrics}
+        shown = tuple(name for name in metrics if name in known)
+        if not shown:
+            return self
+        real = self.on_sequences and replace(self.on_sequences, headline=shown)
+        return replace(self, headline=shown, on_sequences=real)
+
+    def compared_in(self, scenario: str) -> tuple[str, ...]:
+        """Return the metrics of comparisons in a scenario, or on real recordings."""
+        return self.on_sequences.compared if scenario == REAL and self.on_sequences else self.compared
+
+    def metric(self, name: str) -> Metric:
+        """Return one metric by name. Raises ValueError for an unknown name."""
+        known = {metric.name: metric for metric in self.metrics}
+        check_choice("metric", name, known)
+        return known[name]
+
+
+def register_suite(new: Suite) -> None:
+    """Register a suite under its name. Raises ValueError if the name is taken, or for the name of an unknown metric."""
+    check("suite", new.name not in _SUITES, "a new name", f"{new.name!r}, which is taken")
+    known: set[str] = set()
+    for metric in new.metrics:
+        _check_metric(metric)
+        check("metrics", metric.name not in known, "each name once", f"{metric.name!r} twice")
+        known.add(metric.name)
+    for field_name, names in _named_metrics(new):
+        check(field_name, not isinstance(names, str), "names of metrics, such as ('recovery_rate',)", repr(names))
+        for name in names:
+            check_choice(field_name, name, known)
+    _SUITES[new.name] = new
+
+
+def _named_metrics(new: Suite) -> Iterator[tuple[str, Iterable[str]]]:
+    """Yield the fields of a suite that name metrics."""
+    yield from (("headline", new.headline), ("compared", new.compared), ("tuned_for", new.tuned_for))
+    if new.on_sequences is not None:
+        real = new.on_sequences
+        yield from (("on_sequences.headline", real.headline), ("on_sequences.compared", real.compared))
+
+
+def _check_metric(metric: Metric) -> None:
+    """Raise ValueError for a direction or a statistic that there is not."""
+    hints = get_type_hints(Metric)
+    for name in ("better", "statistic"):
+        check_choice(f"{name} of metric {metric.name}", getattr(metric, name), get_args(hints[name]))
+
+
+def suites() -> dict[str, Suite]:
+    """Return all suites by name, sorted, since the order of imports varies."""
+    for module in _MODULES.values():
+        importlib.import_module(module)
+    return dict(sorted(_SUITES.items()))
+
+
+def add_metric(suite_name: str, metric: Metric, *, headline: bool = False, meaning: RowMeaning | None = None) -> None:
+    """Add a metric to a suite's summary, and with ``headline`` to its leaderboard; ``meaning``: of its rows.
+
+    Raises:
+        ValueError: if the suite is unknown or has a metric of this name, or for an unknown direction or statistic.
+    """
+    _check_metric(metric)
+    old = suite(suite_name)
+    taken = any(metric.name == known.name for known in old.metrics)
+    check("metric", not taken, "a new name", f"{metric.name!r}, which the suite has")
+    shown = (*old.headline, metric.name) if headline else old.headline
+    meanings = old.row_meanings if meaning is None else (*old.row_meanings, meaning)
+    _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown, row_meanings=meanings)
+
+
+def add_scene(suite_name: str, scene: Scene) -> None:
+    """Add a scenario to a suite. Raises ValueError if the suite is unknown or has it."""
+    old = suite(suite_name)
+    taken = any(scene.scenario == known.scenario for known in old.scenes)
+    check("scene", not taken, "a scenario that the suite does not have", repr(scene.scenario))
+    _SUITES[suite_name] = replace(old, scenes=(*old.scenes, scene))
+
+
+def suite(name: str) -> Suite:
+    """Return a suite by name.
+
+    Raises:
+        ValueError: for an unknown name; lists the known ones.
+    """
+    known = suites()
+    check_choice("suite", name, known)
+    return known[name]
+
+
+def controllers_suite() -> Suite:
+    """Return the first suite in which controllers are contestants."""
+    return next(each for each in suites().values() if each.judges_controllers)
+
+
+def check_metrics(metrics: Iterable[str], suite_names: Iterable[str]) -> None:
+    """Raise ValueError for a metric that none of the suites has."""
+    known = {metric.name: None for name in suite_names for metric in suite(name).metrics}
+    for name in metrics:
+        check_choice("metric", name, known)
+
+
+def event_of(row: Row) -> dict[str, Any] | None:
+    """Return the attributes of a row's event; None for rows about the whole episode."""
+    event: dict[str, Any] | None = row.get(suite(row["suite"]).events.key)
+    return event

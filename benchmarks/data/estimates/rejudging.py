@@ -1,0 +1,213 @@
+"""Judges kept estimates again: the rows of a run without running its trackers.
+
+Frames with their truth come from a data set, without rendering, or from the same episodes simulated again; in closed
+loop by the commands that were obeyed in the run. Rows are those of the run but for ``seconds``, and for what the
+present judge does in another way; ``editions`` name the present judge and else what made the estimates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+import cv2
+import joblib
+import numba
+import numpy as np
+
+from benchmarks.contract.judging import Ending, Score, ScoreSheet
+from benchmarks.contract.rows import (
+    ESTIMATES,
+    FILE_NAME,
+    REAL,
+    BlockKey,
+    Row,
+    append_block,
+    block_key,
+    read_blocks,
+    tidy,
+)
+from benchmarks.contract.suite import suite
+from benchmarks.data.estimates.block_file import Block, Facts, facts_of, paths_in, read_block
+from benchmarks.data.estimates.columns import EXTRAPOLATED, INTERPOLATED, Values
+from benchmarks.data.sets.benchmark import benchmark_of
+from benchmarks.run.blocks import as_block
+from benchmarks.run.editions import judge_edition, scene_edition
+from benchmarks.run.experiment import Progress, check_renderer
+from benchmarks.run.guards import FAILED_AT, times
+from benchmarks.run.jobs import Job, episode_of
+from benchmarks.run.own_modules import load_modules
+from scenarios import catalog
+from scenarios.loop import Loop
+from sim.checks import check
+from trackers.gaps.types import Bridge, Piece, Surroundings
+
+
+@dataclass(frozen=True)
+class Rejudged:
+    """What came of it.
+
+    Attributes:
+        same: number of blocks whose rows came out as they were. new: of those that did not, or did not exist.
+        moved: message about rows that were replaced, None if none was.
+    """
+
+    same: int
+    new: int
+    moved: str | None
+
+
+def rejudge(directory: Path, data: str | None, workers: int, modules: tuple[str, ...], progress: Progress) -> Rejudged:
+    """Judge all estimates of a result folder again, and write the rows that came out in another way.
+
+    Args:
+        data: folder or URL of a data set with the episodes; None = they are simulated again.
+        workers: processes; 0 = this process.
+        modules: users' own modules to import first.
+
+    Raises:
+        ValueError: if there are no estimates; if some are cut off, of other episodes than the rows or the data set, or
+            made on frames that the present code does not make.
+    """
+    load_modules(modules)
+    paths = paths_in(directory / ESTIMATES)
+    facts = {path: facts_of(path) for path in paths}
+    old = read_blocks(directory) if (directory / FILE_NAME).is_file() else {}
+    for path, each in facts.items():
+        key = each.key
+        check("estimates", key.scenario != REAL, "ones of simulated episodes", f"those of {key.scenario} {key.preset}")
+        _check_scene(path, each)
+        if old:
+            _check_rows(path, each, old)
+    if data is not None:
+        _check_data(data, facts)
+    calls = (joblib.delayed(_judged)(group, data, modules) for group in _groups(facts))
+    done = new = 0
+    for blocks in joblib.Parallel(n_jobs=max(workers, 1), return_as="generator", batch_size=1)(calls):
+        for block in blocks:
+            before = old.get(block_key(block[0]), [])
+            # Answers do not hold the time limit that they were given under; the rows do.
+            limited = {"limit_s": before[0]["limit_s"]} if before and "limit_s" in before[0] else {}
+            block = [row | limited for row in block]
+            if _timeless(block) != _timeless(before):
+                append_block(directory, block)
+                new += 1
+        done += len(blocks)
+        progress(done, len(paths))
+    return Rejudged(done - new, new, tidy(directory))
+
+
+def _check_scene(path: Path, facts: Facts) -> None:
+    key = facts.key
+    now, made = scene_edition(key.scenario, key.preset), facts.editions.get("scene")
+    check(str(path), made == now, f"estimates on frames of the scene's present edition, {now}", f"ones of {made}")
+
+
+def _check_rows(path: Path, facts: Facts, old: dict[BlockKey, list[Row]]) -> None:
+    key = facts.key
+    named = f"suite {key.suite}, {key.scenario} {key.preset}, seed {key.seed}, tracker {key.tracker}"
+    check(str(path), key in old, f"estimates of a block of rows in {FILE_NAME}", named)
+    editions = old[key][0]["editions"]
+    other = sorted(name for name in editions if name != "judge" and editions[name] != facts.editions.get(name))
+    check(str(path), not other, f"estimates of the editions that made the rows in {FILE_NAME}", f"another {other}")
+
+
+def _check_data(data: str, facts: dict[Path, Facts]) -> None:
+    request = benchmark_of(data)
+    for path, each in facts.items():
+        key = each.key
+        for name in ("scenario", "preset", "renderer"):
+            mine, theirs = getattr(key, name), getattr(request, name)
+            check(str(path), mine == theirs, f"estimates of {name} {theirs}, which the data set has", mine)
+        seeds = request.seeds
+        within = key.seed in range(*seeds)
+        check(str(path), within, f"a seed of {seeds[0]}:{seeds[1]}, which the data set has", key.seed)
+        check(str(path), key.controller == "", "a set path, as of stored pictures", f"one steered by {key.controller}")
+
+
+def _groups(facts: dict[Path, Facts]) -> list[list[Path]]:
+    """Return the files of each episode; in closed loop each tracker has an episode of its own."""
+    groups: dict[BlockKey, list[Path]] = {}
+    for path, each in facts.items():
+        key = each.key
+        groups.setdefault(key if key.controller else replace(key, tracker=""), []).append(path)
+    return [groups[key] for key in sorted(groups)]
+
+
+def _judged(paths: Sequence[Path], data: str | None, modules: tuple[str, ...]) -> list[list[Row]]:
+    """Return the blocks of one episode's files."""
+    # As when trackers run.
+    cv2.setNumThreads(1)
+    numba.set_num_threads(1)
+    load_modules(modules)
+    blocks = [read_block(path) for path in paths]
+    key, frame_count = blocks[0].facts.key, blocks[0].facts.frame_count
+    judging = suite(key.suite)
+    renderer = check_renderer(key.renderer)
+    job = Job(key.suite, key.scenario, key.preset, renderer, key.seed, key.controller or None, (), data=data)
+    episode = episode_of(job, judging.truth)
+    try:
+        check(str(paths[0]), frame_count == episode.frame_count, f"{episode.frame_count} frames", frame_count)
+        judge = judging.judge(episode, catalog.scenario(key.scenario))
+        sheets = [[judge.sheet() for _ in block.said] for block in blocks]
+        loop = Loop(episode)
+        for k, command in enumerate(blocks[0].commands):
+            frame = loop.step(command)
+            judge.see(frame, loop.obeyed)
+            for block, mine in zip(blocks, sheets, strict=True):
+                for said, sheet in zip(block.said, mine, strict=True):
+                    sheet.keep(frame, said.answers[k])
+    finally:
+        episode.close()
+    return [_rows(block, mine) for block, mine in zip(blocks, sheets, strict=True)]
+
+
+def _rows(block: Block, sheets: Sequence[ScoreSheet]) -> list[Row]:
+    facts, scores = block.facts, []
+    for repeat, (run, said, sheet) in enumerate(zip(facts.runs, block.said, sheets, strict=True)):
+        gaps = partial(RecalledGapMethod, iter(said.gaps)) if run.bridges else None
+        ending = Ending(run.failed_at_frame, said.revised, gaps, run.decides_at)
+        scores += [(repeat, score) for score in sheet.scores(ending)]
+        scores += [(repeat, score) for score in times(said.taken, said.revision, facts.frame_count)]
+        if run.failed_in_the_end is not None:
+            scores.append((repeat, Score(FAILED_AT, float(run.failed_in_the_end))))
+    judge = judge_edition(suite(facts.key.suite))
+    ending_columns = {"seconds": None, "editions": facts.editions | {"judge": judge}}
+    event_key = suite(facts.key.suite).events.key
+    return as_block(facts.heading, scores, facts.controller_failed_at, facts.frame_count, event_key, ending_columns)
+
+
+def _timeless(rows: Sequence[Row]) -> list[Row]:
+    return [row | {"seconds": None} for row in rows]
+
+
+class RecalledGapMethod:
+    """Answers about gaps what was answered in the run, see ``GapMethod``."""
+
+    def __init__(self, gaps: Iterator[list[Values]]) -> None:
+        """``gaps``: those that no other method of the same contestant was asked for."""
+        self._gaps = gaps
+
+    def learn(self, pieces: Sequence[Piece]) -> None:
+        """Learn nothing: all answers are known."""
+
+    def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge | None:
+        """See ``GapMethod``."""
+        return self._answer(EXTRAPOLATED, past.end_frame, count)
+
+    def interpolate(self, past: Piece, future: Piece, around: Surroundings) -> Bridge | None:
+        """See ``GapMethod``."""
+        return self._answer(INTERPOLATED, past.end_frame, future.first_frame - past.end_frame)
+
+    def _answer(self, answer: str, first: int, count: int) -> Bridge | None:
+        rows = next(self._gaps, [])
+        asked = bool(rows) and (rows[0]["answer"], rows[0]["frame"]) == (answer, first)
+        none = asked and rows[0]["track"] is None
+        wanted = f"an answer to the gap of {count} frames from frame {first} on, {answer}"
+        check("estimates", none or (asked and len(rows) == count), wanted, "none, since the judge asked otherwise then")
+        if none:
+            return None
+        covariance_px = None if rows[0]["covariance_px"] is None else np.array([row["covariance_px"] for row in rows])
+        return Bridge(np.array([row["position_px"] for row in rows]), covariance_px)

@@ -1,0 +1,184 @@
+"""A data set as a recording for the Rerun viewer: pictures, maps, boxes, objects and camera over time.
+
+Each episode is a tree of entities ``seed-000003/…`` in its world (metres, z up): ``camera`` moves in it, and
+``camera/picture`` is its picture plane with boxes and maps. A stereo pair has ``camera/right`` likewise. The time lines
+are ``frame`` and ``time``. Two recordings of the same set hold the same values; the files differ in the identities that
+Rerun gives to rows by the clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from benchmarks.data.exports.export_format import ExportFormat
+from benchmarks.data.exports.frames import ABSENT, episodes, frames
+from benchmarks.data.exports.objects import Instance, Labels
+from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES
+from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.page.channel_pictures import channel_picture
+from benchmarks.data.sets.stored_episode import StoredEpisode
+from benchmarks.show.video import marks
+from scenarios.scenario import Frame
+from scenarios.truth import Truth, meanings
+from trackers.types import CameraModel
+
+if TYPE_CHECKING:
+    import rerun
+
+_RIGHT = "right_"
+"""Prefix of the channels of a stereo pair's right camera."""
+_MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg"}
+_GROUND = (40, 42, 48)
+"""Colour of what is no object."""
+_INSIDE = ("in", "partial", "occluded")
+RECORDING = "recording.rrd"
+NOTE = f"""
+Format: https://rerun.io/docs. `rerun {RECORDING}` opens it. Each episode is a tree `seed-NNNNNN/` in its world (metres,
+z up), over the time lines `frame` and `time`; pixel coordinates begin at the top left corner of the picture.
+"""
+
+
+def _write(data: DataSet, folder: Path, labels: Labels) -> None:
+    import rerun
+
+    name = f"{data.request.scenario}-{data.request.preset}"
+    # Its own properties are the time of writing.
+    stream = rerun.RecordingStream(f"frameout-{data.request.scenario}", recording_id=name, send_properties=False)
+    stream.save(folder / RECORDING)
+    try:
+        for episode in episodes(data):
+            _Writer(rerun, stream, data, episode, labels).write()
+        stream.flush()
+    finally:
+        stream.disconnect()
+
+
+class _Writer:
+    """Writes one episode."""
+
+    def __init__(
+        self, sdk: Any, stream: rerun.RecordingStream, data: DataSet, episode: StoredEpisode, labels: Labels
+    ) -> None:
+        self._sdk, self._stream, self._data, self._episode, self._labels = sdk, stream, data, episode, labels
+        self._root = f"seed-{episode.seed:06d}"
+        self._names_at: dict[str, tuple[str, ...]] = {}
+
+    def write(self) -> None:
+        """Write all frames."""
+        self._log("", self._sdk.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+        for stored in frames(self._episode, self._data.request.channels):
+            index, frame = stored.index, stored.frame
+            instances = list(self._labels.instances(stored))
+            self._stream.set_time("frame", sequence=index)
+            self._stream.set_time("time", duration=frame.truth.time_s)
+            self._write_camera(frame)
+            self._write_boxes(instances)
+            self._write_objects(instances)
+            for channel in self._data.request.channels:
+                self._write_channel(channel, index, frame)
+
+    def _log(self, place: str, *what: Any, static: bool = False) -> None:
+        self._stream.log(f"{self._root}/{place}".rstrip("/"), *what, static=static, strict=True)
+
+    def _write_camera(self, frame: Frame) -> None:
+        sdk, camera, pose = self._sdk, frame.observation.camera, frame.truth.T_world_camera
+        self._log("camera", sdk.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
+        self._log("camera/picture", self._pinhole(camera))
+        if camera.baseline_m is not None:
+            self._log("camera/right", sdk.Transform3D(translation=(camera.baseline_m, 0.0, 0.0)))
+            self._log("camera/right/picture", self._pinhole(camera))
+
+    def _pinhole(self, camera: CameraModel) -> Any:
+        size = (camera.width_px, camera.height_px)
+        # The principal point is the middle in our coordinates, which Rerun shares: pixel centres at halves.
+        return self._sdk.Pinhole(focal_length=camera.focal_px, width=size[0], height=size[1])
+
+    def _write_boxes(self, instances: Sequence[Instance]) -> None:
+        visible = [(each, each.visible_xyxy) for each in instances]
+        amodal = [(each, each.box_xyxy) for each in instances if each.state in _INSIDE]
+        for name, boxed, colour in (("visible", visible, marks.TRUTH), ("amodal", amodal, marks.ESTIMATE)):
+            known = [(each, box) for each, box in boxed if np.isfinite(box).all()]
+            drawn = self._sdk.Boxes2D(
+                array=np.array([box for _, box in known]).reshape(-1, 4),
+                array_format=self._sdk.Box2DFormat.XYXY,
+                labels=[f"{each.name} {each.state}" for each, _ in known],
+                colors=np.tile(np.array(colour, np.uint8), (len(known), 1)),
+                show_labels=name == "visible",
+            )
+            self._log(f"camera/picture/boxes/{name}", drawn)
+
+    def _write_objects(self, instances: Sequence[Instance]) -> None:
+        known = [each for each in instances if each.state != ABSENT and np.isfinite(each.T_world_object).all()]
+        poses = np.array([each.T_world_object for each in known]).reshape(-1, 4, 4)
+        low_m, high_m = np.array([each.bounds_m for each in known]).reshape(-1, 2, 3).transpose(1, 0, 2)
+        boxes = self._sdk.Boxes3D(
+            centers=poses[:, :3, 3] + np.einsum("nij,nj->ni", poses[:, :3, :3], 0.5 * (low_m + high_m)),
+            half_sizes=0.5 * (high_m - low_m),
+            quaternions=Rotation.from_matrix(poses[:, :3, :3]).as_quat() if len(known) else np.empty((0, 4)),
+            labels=[each.name for each in known],
+        )
+        self._log("objects", boxes)
+
+    def _write_channel(self, channel: str, index: int, frame: Frame) -> None:
+        place = f"camera/right/picture/{channel}" if channel.startswith(_RIGHT) else f"camera/picture/{channel}"
+        if channel in PICTURES:
+            value = getattr(frame.observation, channel)
+            drawn = None if value is None else self._picture(channel, index, value)
+        else:
+            value = self._episode.normals_of(index) if channel == NORMALS else getattr(frame.truth, channel)
+            drawn = self._map(channel, place, value, frame.truth) if value.size else None
+        # A picture that was lost must not leave that of the frame before in view.
+        self._log(place, self._sdk.Clear(recursive=False) if drawn is None else drawn)
+
+    def _picture(self, channel: str, index: int, value: NDArray[Any]) -> Any:
+        if value.ndim == 2:
+            return self._sdk.Image(value, color_model="L")
+        coding, coded = self._episode.coded(index, channel) or ("", b"")
+        if coding not in _MEDIA_TYPES:
+            return self._as_png(value)
+        return self._sdk.EncodedImage(contents=coded, media_type=_MEDIA_TYPES[coding])
+
+    def _as_png(self, image_rgb: NDArray[np.uint8]) -> Any:
+        return self._sdk.EncodedImage(contents=CODINGS["png"].encode(image_rgb), media_type=_MEDIA_TYPES["png"])
+
+    def _map(self, channel: str, place: str, value: NDArray[Any], truth: Truth) -> Any:
+        meaning = meanings(truth).get(channel)
+        if meaning is not None and meaning.unit == "id":
+            return self._sdk.SegmentationImage(self._classes(place, value, truth))
+        if meaning is not None and meaning.unit == "m" and value.ndim == 2:
+            # Rerun takes 0 for no depth.
+            return self._sdk.DepthImage(np.where(np.isfinite(value), value, 0.0).astype(np.float32), meter=1.0)
+        return self._as_png(channel_picture(channel, value, meaning, truth.instance_id)[0])
+
+    def _classes(self, place: str, value: NDArray[Any], truth: Truth) -> NDArray[np.uint16]:
+        """Return a map of ids (H, W) as classes: 0 for what is no object, else 1 + the object's index; then, with one
+        class for all of them, what stands about.
+        """
+        if self._names_at.get(place) != truth.names:
+            self._names_at[place] = truth.names
+            names = [(k + 1, name) for k, name in enumerate(truth.names)]
+            names.append((len(names) + 1, "standing about"))
+            self._log(place, self._sdk.AnnotationContext([(0, "no object", _GROUND), *names]))
+        count = len(truth.names)
+        order = np.argsort(truth.instance_id)
+        ids = truth.instance_id[order]
+        at = np.minimum(np.searchsorted(ids, value), count - 1)
+        others = np.where(np.isin(value, truth.standing_id), count + 1, 0)
+        return np.where(ids[at] == value, order[at] + 1, others).astype(np.uint16)
+
+
+RERUN = ExportFormat(
+    summary="a recording for the Rerun viewer: pictures, maps, boxes, objects and camera over time",
+    needs="nothing more than a data set",
+    channels=(),
+    packages=("rerun",),
+    note=NOTE,
+    write=_write,
+    extra="rerun",
+)

@@ -1,0 +1,35 @@
+"""Data sets on which benchmarks run in place of rendered episodes; their scores are the same."""
+
+from __future__ import annotations
+
+from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES, coding_of
+from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.request import Request
+from benchmarks.run.editions import package_versions, scene_edition
+from sim.checks import check
+
+
+def benchmark_of(data: str) -> Request:
+    """Return what a data set is of, if scores on it are those of the rendered benchmark.
+
+    Raises:
+        ValueError: for a data set that is lossy, changed from its preset, incomplete, or of another edition.
+    """
+    stored = DataSet(data)
+    request = stored.request
+    changes = [name for name in ("size_px", "rate_hz", "frame_count") if getattr(request, name) is not None]
+    wanted = f"the frames of the preset {request.preset}, since scores on others are not comparable"
+    options = ", ".join(f"--{name.removesuffix('_px').replace('_', '-')}" for name in changes)
+    check("data", not changes, wanted, f"a set that was made with {options}")
+    lossy = [c for c in PICTURES if c in request.channels and not CODINGS[coding_of(c, request.pictures)].is_lossless]
+    check("data", not lossy, "pictures without loss", f"{request.pictures} for {', '.join(lossy)}")
+    gone = sorted(set(range(*request.seeds)) - set(stored.seeds))
+    check("data", not gone, "a whole data set", f"one without {len(gone)} episodes; `frameout generate` makes them")
+    # No judge reads normals; of the others, each may be read by one.
+    missing = [channel for channel in request.left_out() if channel != NORMALS]
+    check("data", not missing, "a set with all channels", f"one without {', '.join(missing)}")
+    made, now = request.scene, scene_edition(request.scenario, request.preset)
+    check("data", made == now, f"one of the scene's present edition, {now}", f"one of {made}")
+    differ = [name for name, version in package_versions().items() if request.packages.get(name, version) != version]
+    check("data", not differ, "one made with the installed packages", f"one with another {', '.join(differ)}")
+    return request

@@ -1,0 +1,220 @@
+"""A data set: many episodes of one request in one folder, here or on a store that fsspec knows."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
+from threading import Lock
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute
+import pyarrow.dataset
+from fsspec import AbstractFileSystem
+
+from benchmarks.data.sets.episode_writer import episode_folder, read_mark
+from benchmarks.data.sets.places import place_of, reached
+from benchmarks.data.sets.request import Request, request_of
+from benchmarks.data.sets.stored_episode import StoredEpisode
+from scenarios.scenario import Frame
+from sim.checks import check
+
+_OPEN = 4
+"""Episodes whose tables and files are kept for reading in any order."""
+_SCANNED = 32
+"""Episodes whose tables are read as one Arrow dataset."""
+REQUEST, MANIFEST = "dataset.json", "manifest.json"
+LEFT_OUT = "left_out"
+"""In the manifest: the seeds whose episodes could not be built, and why."""
+
+
+class DataSet:
+    """A sequence of frames, in order of seed and time; a frame is read without the others.
+
+    Attributes:
+        request: what it is of.
+        seeds: of the episodes that exist.
+    """
+
+    def __init__(self, url: str) -> None:
+        """Open a data set by its folder or URL. Raises ValueError if there is none, or it is of another version."""
+        self.url = str(url)
+        self.files, self.root = place_of(self.url)
+        with reached(self.url, "directory"):
+            if not self.files.exists(f"{self.root}/{REQUEST}"):
+                raise ValueError(f"directory: expected a data set with a file {REQUEST}, got none in {self.url}")
+            self.request: Request = request_of(self.files.cat_file(f"{self.root}/{REQUEST}"), REQUEST)
+            self.seeds = tuple(seed for seed in range(*self.request.seeds) if is_whole(self.files, self.root, seed))
+        self._known = frozenset(self.seeds)
+        self._episodes: dict[int, StoredEpisode] = {}
+        self._lock = Lock()
+        self._ends: np.ndarray | None = None
+
+    @cached_property
+    def left_out(self) -> dict[int, str]:
+        """Seed -> why its episode could not be built (``generate --on-error skip``). Raises as ``manifest``."""
+        listed = (self.manifest() or {}).get(LEFT_OUT, {})
+        return {int(seed): str(why) for seed, why in listed.items() if int(seed) not in self._known}
+
+    def manifest(self) -> dict[str, Any] | None:
+        """Return the list of all files, None if there is none yet. Raises ValueError if it is damaged."""
+        path = f"{self.root}/{MANIFEST}"
+        if not self.files.exists(path):
+            return None
+        try:
+            listed: dict[str, Any] = json.loads(self.files.cat_file(path))
+        except ValueError as error:
+            raise ValueError(f"{MANIFEST}: expected the list of a data set's files, got {error}") from None
+        check(MANIFEST, isinstance(listed, dict), "the list of a data set's files", type(listed).__name__)
+        return listed
+
+    def missing(self) -> list[int]:
+        """Return the seeds that were asked for and are neither there nor left out."""
+        return [seed for seed in range(*self.request.seeds) if seed not in self._known and seed not in self.left_out]
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without the lock: another process makes its own."""
+        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__ |= state | {"_lock": Lock()}
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return int(self._episode_ends()[-1])
+
+    def __getitem__(self, index: int) -> Frame:
+        """Return a frame of the whole set. Raises IndexError."""
+        episode, frame = self.locate(index)
+        return episode.frame(frame)
+
+    def __iter__(self) -> Iterator[Frame]:
+        """Yield all frames."""
+        for seed in self.seeds:
+            yield from self.episode(seed)
+
+    def episode(self, seed: int) -> StoredEpisode:
+        """Return an episode; the last few are kept open. Raises ValueError if it does not exist."""
+        check("seed", seed in self._known, f"one of the {len(self.seeds)} that exist in {self.url}", seed)
+        with self._lock:
+            episode = self._episodes.pop(seed, None)
+            if episode is None:
+                episode = StoredEpisode(self.files, episode_folder(self.root, seed), self.request)
+            self._episodes[seed] = episode
+            if len(self._episodes) > _OPEN:
+                # Whoever still holds it opens its files again.
+                self._episodes.pop(next(iter(self._episodes))).close()
+        return episode
+
+    def locate(self, index: int) -> tuple[StoredEpisode, int]:
+        """Return the episode of a frame of the whole set, and its index in that. Raises IndexError."""
+        if not 0 <= index < len(self):
+            raise IndexError(f"frame: expected 0 to {len(self) - 1}, got {index}")
+        ends = self._episode_ends()
+        k = int(np.searchsorted(ends, index, side="right")) - 1
+        return self.episode(self.seeds[k]), index - int(ends[k])
+
+    @property
+    def tables(self) -> tuple[str, ...]:
+        """Names of its tables; sets of format 2 have no ``standing``."""
+        return ("frames", "objects") if self.request.format == 2 else ("frames", "objects", "standing")
+
+    def table(self, name: str) -> pa.Table:
+        """Return the table ``frames``, ``objects`` or ``standing`` of all episodes; ``.to_pandas()``, or
+        ``polars.from_arrow(…)``. Raises ValueError for another name.
+        """
+        return self.scan(name).to_table()
+
+    def scan(self, name: str) -> pa.dataset.Dataset:
+        """Return the table as an Arrow dataset, which reads chosen columns and rows only.
+
+        Raises:
+            ValueError: for an unknown name, or one that a set of an earlier format does not have.
+        """
+        check("name", name in self.tables, f"one of {', '.join(self.tables)}", repr(name))
+        return self._scan(name, self.seeds)
+
+    def batches(self, name: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:
+        """Yield the rows of a table in order, as columns of expressions; the number of episodes costs no memory."""
+        for part in self._parts(name):
+            yield from part.scanner(columns=columns).to_batches()
+
+    def count_rows(self, name: str) -> int:
+        """Return the number of a table's rows; no column is read."""
+        return sum(part.count_rows() for part in self._parts(name))
+
+    def _parts(self, name: str) -> Iterator[pa.dataset.Dataset]:
+        for first in range(0, len(self.seeds), _SCANNED):
+            # Arrow keeps the footer of every file that it has read for as long as the dataset exists.
+            yield self._scan(name, self.seeds[first : first + _SCANNED])
+
+    def _scan(self, name: str, seeds: Sequence[int]) -> pa.dataset.Dataset:
+        paths = [f"{episode_folder(self.root, seed)}/{name}.parquet" for seed in seeds]
+        return pa.dataset.dataset(paths, filesystem=self.files, format="parquet")
+
+    def stored_bytes(self) -> dict[str, int]:
+        """Return the bytes of each channel in all frames, from its places in the table of frames, and of all tables."""
+        total = dict.fromkeys(self.request.channels, 0)
+        columns = {name: pa.compute.field(name, "bytes") for name in total}
+        for batch in self.batches("frames", columns) if columns else ():
+            for name in total:
+                total[name] += pa.compute.sum(batch[name]).as_py() or 0
+        marks = (read_mark(self.files, episode_folder(self.root, seed))["files"] for seed in self.seeds)
+        total["tables"] = sum(m["bytes"] for files in marks for name, m in files.items() if name.endswith(".parquet"))
+        return total
+
+    def samples(self, take: Callable[[Frame], Any], channels: tuple[str, ...] | None = None) -> Samples:
+        """Return a map-style data set for PyTorch's ``DataLoader``: what ``take`` makes of each frame.
+
+        Args:
+            channels: that are read; None = all.
+        """
+        return Samples(self, take, channels)
+
+    def close(self) -> None:
+        """Close all files."""
+        for episode in self._episodes.values():
+            episode.close()
+
+    def _episode_ends(self) -> np.ndarray:
+        if self._ends is None:
+            marks = (read_mark(self.files, episode_folder(self.root, seed)) for seed in self.seeds)
+            self._ends = np.cumsum([0, *(mark["frame_count"] for mark in marks)])
+        return self._ends
+
+
+class Samples:
+    """Frames of a data set, each passed through a function; workers of a ``DataLoader`` open files of their own."""
+
+    def __init__(self, frames: DataSet, take: Callable[[Frame], Any], channels: tuple[str, ...] | None) -> None:
+        self._frames, self._take, self._channels = frames, take, channels
+
+    def __len__(self) -> int:
+        """Return the number of frames."""
+        return len(self._frames)
+
+    def __getitem__(self, index: int) -> Any:
+        """Return what was made of a frame."""
+        episode, frame = self._frames.locate(index)
+        return self._take(episode.frame(frame, self._channels))
+
+
+def stored_episode(url: str, seed: int) -> StoredEpisode:
+    """Return one episode of a data set, without a look at the others. Raises ValueError if there is none."""
+    files, root = place_of(url)
+    try:
+        request = request_of(files.cat_file(f"{root}/{REQUEST}"), REQUEST)
+        return StoredEpisode(files, episode_folder(root, seed), request)
+    except FileNotFoundError as error:
+        raise ValueError(f"seed: expected a whole episode in {url}, got {seed} ({error})") from None
+
+
+def is_whole(files: AbstractFileSystem, root: str, seed: int) -> bool:
+    """Return whether an episode was written to its end."""
+    try:
+        read_mark(files, episode_folder(root, seed))
+    except (FileNotFoundError, ValueError):
+        return False
+    return True

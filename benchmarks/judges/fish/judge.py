@@ -1,0 +1,161 @@
+"""The judge of the suite ``fish``: gaps bridged, links over gaps, and the whole chain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.contract.judging import Ending, Score, truth_as
+from benchmarks.judges.fish import contact
+from benchmarks.judges.fish.gap_scores import GapTask, gap_scores
+from benchmarks.judges.fish.link_scores import link_events, link_scores
+from benchmarks.judges.fish.links import FishGap, bearers, find_gaps, judge_links
+from benchmarks.judges.fish.measured import Measurement, body_length_px
+from benchmarks.judges.fish.motion import motion_scores
+from benchmarks.judges.identities import Pairing, clear_counts, hota, identity_counts, numbered, pairing
+from benchmarks.show.fish.timelines import identity_series
+from scenarios.fish_tank.truth import FishTruth
+from scenarios.scenario import Episode, Frame, Scenario
+from trackers.types import CameraCommand, Track
+
+STRIDE_FRAMES = 25
+"""Frames from one cut gap of a fish to its next of the same length."""
+AT_ONCE = "_at_once"
+"""End of the names of scores of the immediate answers; of a tracker that revises nothing they equal the others."""
+
+
+class FishJudge:
+    """See ``benchmarks.contract.judging.Judge``. Targets are all fish, on every frame on which their middle is seen."""
+
+    def __init__(self, episode: Episode, scenario: Scenario) -> None:
+        self._measurement = Measurement(episode.start.background, 1.0 / episode.rate_hz)
+        camera = episode.start.camera
+        self._size_px = np.array([camera.width_px, camera.height_px], dtype=float)
+        self._position_px: list[NDArray[np.float64]] = []
+        self._lengths_px: list[NDArray[np.float64]] = []
+        self._apart: list[NDArray[np.bool_]] = []
+        self._together: list[NDArray[np.bool_]] = []
+        self._crosses: list[NDArray[np.bool_]] = []
+
+    def see(self, frame: Frame, command: CameraCommand | None) -> None:
+        """See ``Judge``."""
+        truth = truth_as(frame.truth, FishTruth)
+        together = contact.together(truth)
+        apart = contact.stands_apart(truth, together)
+        self._measurement.see(frame.observation, truth, apart)
+        self._position_px.append(truth.position_px)
+        self._lengths_px.append(body_length_px(truth))
+        self._apart.append(apart)
+        self._together.append(together)
+        self._crosses.append(contact.crossing(truth, together))
+
+    def sheet(self) -> FishSheet:
+        """See ``Judge``."""
+        return FishSheet(self)
+
+    @cached_property
+    def position_px(self) -> NDArray[np.float64]:
+        """(T, N, 2) middles of all fish; NaN outside the picture."""
+        position_px = np.array(self._position_px)
+        seen = ((position_px >= 0) & (position_px < self._size_px)).all(axis=2, keepdims=True)
+        return np.where(seen, position_px, np.nan)
+
+    @cached_property
+    def length_px(self) -> float:
+        """Median length of a body in the picture."""
+        return float(np.nanmedian(self._lengths_px))
+
+    @cached_property
+    def apart(self) -> NDArray[np.bool_]:
+        """(T, N) whether each fish stands apart."""
+        return np.array(self._apart)
+
+    @cached_property
+    def gaps(self) -> list[FishGap]:
+        """Gaps of all fish."""
+        return find_gaps(self.apart, self._together, np.array(self._crosses))
+
+    @cached_property
+    def motion(self) -> list[Score]:
+        """How the fish swim, the same for all contestants."""
+        return list(motion_scores(self.position_px, self.length_px))
+
+    @cached_property
+    def task(self) -> GapTask:
+        """Gaps cut out of the measured tracks."""
+        cap_px = float(np.hypot(*self._size_px))
+        return GapTask(self._measurement.tracks(), STRIDE_FRAMES, cap_px, sees_mates=True)
+
+
+class FishSheet:
+    """See ``benchmarks.contract.judging.ScoreSheet``."""
+
+    def __init__(self, judge: FishJudge) -> None:
+        self._judge = judge
+        self._answers: list[Sequence[Track]] = []
+
+    def keep(self, frame: Frame, tracks: Sequence[Track]) -> None:
+        """See ``ScoreSheet``."""
+        self._answers.append(tracks)
+
+    def scores(self, ending: Ending) -> Iterator[Score]:
+        """Yield the scores of the answers, revised ones if there are any, and of the method to bridge gaps.
+
+        A method that only bridges gaps and follows no fish has no scores of its answers.
+        """
+        final = self._answers if ending.revised is None else ending.revised
+        answered = any(self._answers) or any(final)
+        if answered or ending.failed_at_frame is not None or ending.new_gap_method is None:
+            yield from self._of_answers(final)
+            yield from self._at_once()
+        yield from self._judge.motion
+        if ending.new_gap_method is not None:
+            task = self._judge.task
+            yield from gap_scores(task.tracks, task.bridged(ending.new_gap_method))
+
+    def _of_answers(self, answers: Sequence[Sequence[Track]]) -> Iterator[Score]:
+        judge = self._judge
+        borne = bearers(answers, judge.position_px, 0.5 * judge.length_px)
+        links = judge_links(judge.gaps, judge.apart, borne)
+        yield from chain_scores(self._pairings(answers))
+        yield from link_scores(links)
+        yield from link_events(links)
+        yield from identity_series(borne, judge.apart)
+
+    def _at_once(self) -> Iterator[Score]:
+        judge = self._judge
+        borne = bearers(self._answers, judge.position_px, 0.5 * judge.length_px)
+        yield from chain_scores(self._pairings(self._answers), AT_ONCE)
+        yield from link_scores(judge_links(judge.gaps, judge.apart, borne), AT_ONCE)
+
+    def _pairings(self, answers: Sequence[Sequence[Track]]) -> list[Pairing]:
+        frames = []
+        for places, tracks in zip(self._judge.position_px, answers, strict=True):
+            said = [track for track in tracks if np.isfinite(track.estimate.position_px).all()]
+            names = np.array([track.identity for track in said], dtype=int)
+            at = np.array([track.estimate.position_px for track in said]).reshape(-1, 2)
+            frames.append(pairing(places, names, at, self._judge.length_px))
+        return numbered(frames)
+
+
+def chain_scores(frames: Sequence[Pairing], ending: str = "") -> Iterator[Score]:
+    """Yield the scores of whole tracks; ``ending`` is added to their names.
+
+    ``hota``, ``mota`` and the frames of ``idf1``: ``identity_right_frames``, ``identity_false_frames`` and
+    ``identity_missed_frames``, see ``benchmarks.judges.identities``, a similarity of 0 at the distance of a body's
+    length. ``identity_switches``: CLEAR's, of an episode. ``missed_rate``, ``false_rate``: frames of fish without a
+    track, and of tracks on no fish, of all frames of fish.
+    """
+    identities, clear = identity_counts(frames), clear_counts(frames)
+    there = float(max(clear.found + clear.missed, 1))
+    yield Score(f"hota{ending}", hota(frames))
+    yield Score(f"identity_right_frames{ending}", float(identities.right))
+    yield Score(f"identity_false_frames{ending}", float(identities.false))
+    yield Score(f"identity_missed_frames{ending}", float(identities.missed))
+    yield Score(f"mota{ending}", clear.mota, there)
+    yield Score(f"identity_switches{ending}", float(clear.switches))
+    yield Score(f"missed_rate{ending}", clear.missed / there, there)
+    yield Score(f"false_rate{ending}", clear.false / there, there)

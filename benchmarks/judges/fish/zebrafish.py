@@ -1,0 +1,56 @@
+"""How five real zebrafish swim, in the rows of ``motion``, to stand beside those of simulated fish.
+
+Made from idTracker's tracks of the Tracktor project's video (Sridhar, Roche and Gingins 2019, MIT licence)::
+
+    python -m benchmarks.judges.fish.zebrafish zebrafish_video_idtracked.txt
+
+Places are scaled so that the box of all is as wide as the simulated tank. The file tells neither the size of the tank
+nor that of the fish, which are taken to be as long, for their tank, as the simulated ones. The statistics are means
+over pieces as long as an episode, since several of them depend on the length.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.data.tracks.reading import read_tracks
+from benchmarks.judges.fish.motion import motion_scores
+from benchmarks.judges.fish.scale import scaled_to_tank
+from scenarios.fish_tank.presets import PRESETS
+from sim.checks import check
+
+_FILE = Path(__file__).with_suffix(".json")
+_BODY_PX = 35.0
+"""Length of a simulated body in the overview's picture."""
+PIECE_FRAMES = PRESETS["standard"].frame_count
+
+
+def zebrafish_rows() -> dict[str, float]:
+    """Return the stored statistics by the name of their row."""
+    return dict(json.loads(_FILE.read_text()))
+
+
+def measured_rows(file: Path) -> dict[str, float]:
+    """Return the statistics of a file of tracks by the name of their row: means over pieces of ``PIECE_FRAMES``.
+
+    Raises:
+        ValueError: for an unreadable or shorter file.
+    """
+    (table,) = read_tracks([file])
+    check(table.name, len(table.position) >= PIECE_FRAMES, f"at least {PIECE_FRAMES} frames", len(table.position))
+    position_px = scaled_to_tank(table.position)
+    found: dict[str, list[Any]] = defaultdict(list)
+    for first in range(0, len(position_px) - PIECE_FRAMES + 1, PIECE_FRAMES):
+        for score in motion_scores(position_px[first : first + PIECE_FRAMES], _BODY_PX):
+            found[score.metric].append(score.value)
+    return {name: float(f"{np.mean(values):.4g}") for name, values in found.items()}
+
+
+if __name__ == "__main__":
+    _FILE.write_text(json.dumps(measured_rows(Path(sys.argv[1])), indent=1) + "\n")

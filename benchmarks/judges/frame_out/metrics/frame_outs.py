@@ -1,0 +1,93 @@
+"""Frame-outs: the stretches of an episode in which the target is wholly outside the picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.judges.frame_out.metrics.series import TruthSeries
+from benchmarks.judges.runs import runs
+
+
+@dataclass(frozen=True, slots=True)
+class FrameOut:
+    """One frame-out.
+
+    Attributes:
+        index: its place in the episode, from 0.
+        exit_frame: first frame with state ``out``.
+        length_frames: number of frames in a row with state ``out``.
+        back_frame: first frame after them with state ``in`` (whole and seen); None if the target left again or the
+            episode ended before.
+        watch_end_frame: first frame of the next frame-out, or the number of frames: end of the watch for recovery.
+        kind: ``excursion`` if the target was off the road on any frame from the exit to ``back_frame`` (or the last
+            frame outside), else ``road``. In a real sequence ``unseen``: outside the picture or hidden, on a way that
+            is not known.
+        side: side of the picture by which it left; "" where it is not known.
+        turned: whether it turned at a crossing while outside; None where it is not known.
+        long: whether it lasts longer than any that the preset draws, e.g. because the pilot flew on without having seen
+            where the car went; None where it draws none.
+    """
+
+    index: int
+    exit_frame: int
+    length_frames: int
+    back_frame: int | None
+    watch_end_frame: int
+    kind: Literal["road", "excursion", "unseen"]
+    side: str
+    turned: bool | None
+    long: bool | None
+
+    @property
+    def first_frame(self) -> int:
+        """``exit_frame``, under the name common to all absences."""
+        return self.exit_frame
+
+    def attributes(self) -> dict[str, Any]:
+        """Return its attributes in rows."""
+        values = asdict(self)
+        del values["watch_end_frame"]
+        return values
+
+
+def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
+    """Return the episode's frame-outs in order: every maximal stretch of frames with state ``out``."""
+    found: list[FrameOut] = []
+    for exit_frame, end, back_frame, watch_end in _stretches_outside(truth.state):
+        until = end if back_frame is None else back_frame
+        found.append(
+            FrameOut(
+                index=len(found),
+                exit_frame=exit_frame,
+                length_frames=end - exit_frame,
+                back_frame=back_frame,
+                watch_end_frame=watch_end,
+                kind="road" if truth.on_road[exit_frame:until].all() else "excursion",
+                side=str(truth.side[exit_frame]),
+                turned=bool(truth.turning[exit_frame:end].any()),
+                long=None if truth.longest_frames is None else end - exit_frame > truth.longest_frames,
+            )
+        )
+    return found
+
+
+def find_absences(state: NDArray[np.str_]) -> list[FrameOut]:
+    """Return the same of a real sequence, from the target's state (F,) alone."""
+    return [
+        FrameOut(index, exit_frame, end - exit_frame, back_frame, watch_end, "unseen", side="", turned=None, long=None)
+        for index, (exit_frame, end, back_frame, watch_end) in enumerate(_stretches_outside(state))
+    ]
+
+
+def _stretches_outside(state: NDArray[np.str_]) -> Iterator[tuple[int, int, int | None, int]]:
+    """Yield the exit frame, its end, ``back_frame`` and ``watch_end_frame`` of each stretch of state ``out``."""
+    spans = list(runs(state == "out"))
+    watch_ends = [*(exit_frame for exit_frame, _ in spans[1:]), len(state)]
+    for (exit_frame, end), watch_end in zip(spans, watch_ends, strict=False):
+        whole_again = np.flatnonzero(state[end:watch_end] == "in")
+        yield exit_frame, end, end + int(whole_again[0]) if len(whole_again) else None, watch_end

@@ -1,0 +1,81 @@
+"""Places and sizes of the intruders that are found, against truth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.contract.judging import Score
+from benchmarks.judges.harbour.history import History, Met
+from benchmarks.judges.harbour.visits import Visit
+
+DIMENSIONS = ("depth", "width", "height")
+"""Of ``Track.size_m``: an intruder's own length is called its depth, as in paper D."""
+MEAN_SIZE_M = {"person": (0.35, 0.51, 1.73), "car": (4.80, 1.99, 1.70), "boat": (8.24, 2.68, 3.59)}
+"""Mean sizes of the scene's intruders by class, of the first 40 seeds of ``standard``: the guess of who knows the class
+and the scene, and measures nothing.
+"""
+
+AT_100_M = (80.0, 120.0)
+"""Distances from the camera over the ground at which sizes are those at 100 m."""
+
+
+def measured_scores(
+    visits: Sequence[Visit], history: History, size_m: NDArray[np.float64], distance_m: NDArray[np.float64]
+) -> Iterator[Score]:
+    """Yield errors of the one track on each intruder, a row a visit.
+
+    ``position_error_m``: mean distance over the ground of the two centres, at most 3 m, since beyond it is not on it.
+    ``duplicate_rate``: share of its frames on which another track is on the same intruder. ``kind_right``: share of its
+    frames with a class in which that is right. ``depth_error``, ``width_error``, ``height_error``: of the median of its
+    sizes, the difference from the true one relative to that.
+    ``depth_error_at_100_m`` …: the same of its sizes while the intruder is 80 to 120 m away from the camera over the
+    ground; ``depth_error_of_mean`` …: for the same intruders that of the mean size of their class.
+
+    Args:
+        size_m: (N, 3) true sizes. distance_m: (T, N) from the camera over the ground.
+    """
+    for visit in visits:
+        on_it = history.target == visit.index
+        mine = history.first & on_it
+        if not mine.any():
+            continue
+        count = float(mine.sum())
+        yield Score("position_error_m", float(history.error_m[mine].mean()), count, visit)
+        yield Score("duplicate_rate", len(np.unique(history.frame[on_it & ~mine])) / count, count, visit)
+        named = history.kind[mine][history.kind[mine] != ""]
+        if len(named):
+            yield Score("kind_right", float((named == visit.kind).mean()), float(len(named)), visit)
+        said = mine & np.isfinite(history.size_m).all(axis=1)
+        away_m = distance_m[history.frame, visit.index]
+        near = said & (away_m >= AT_100_M[0]) & (away_m <= AT_100_M[1])
+        true_m = size_m[visit.index]
+        if said.any():
+            yield from _errors("error", np.median(history.size_m[said], axis=0), true_m, visit)
+        if near.any():
+            yield from _errors("error_at_100_m", np.median(history.size_m[near], axis=0), true_m, visit)
+            yield from _errors("error_of_mean", np.array(MEAN_SIZE_M[visit.kind]), true_m, visit)
+
+
+def _errors(suffix: str, said_m: NDArray[np.float64], true_m: NDArray[np.float64], visit: Visit) -> Iterator[Score]:
+    for name, error in zip(DIMENSIONS, np.abs(said_m / true_m - 1.0), strict=True):
+        yield Score(f"{name}_{suffix}", float(error), 1.0, visit)
+
+
+def region_scores(visits: Sequence[Visit], met: Met) -> Iterator[Score]:
+    """Yield places and sizes of the tracks that paper D counts: whose region overlaps an intruder four frames running.
+
+    ``beyond_m``: how far they lie behind it as the camera sees it, over the ground; negative before it. A mean over
+    frames, a row a visit. ``region_depth_m``, ``region_width_m``, ``region_height_m``: medians of their sizes.
+    """
+    for visit in visits:
+        mine = met.target == visit.index
+        beyond_m = met.beyond_m[mine & np.isfinite(met.beyond_m)]
+        if len(beyond_m):
+            yield Score("beyond_m", float(beyond_m.mean()), float(len(beyond_m)), visit)
+        sizes_m = met.size_m[mine & np.isfinite(met.size_m).all(axis=1)]
+        if len(sizes_m):
+            for name, said_m in zip(DIMENSIONS, np.median(sizes_m, axis=0), strict=True):
+                yield Score(f"region_{name}_m", float(said_m), 1.0, visit)

@@ -1,0 +1,92 @@
+"""Time in view of the target, and losses: the same definitions in every suite.
+
+Frames are those of an episode, from frame 0. No command led to frame 0, so shares are over the steps, frames 1 to
+F - 1. *In view* is a frame with the target's centre in the picture and its amodal box at least 12 pixels
+long (``scenarios.in_view``), hidden or not; *seen* is a frame in view on which at least half of the target is visible
+(``scenarios.visibility.MOSTLY_SEEN``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.contract.judging import Score
+from benchmarks.contract.suite import Metric
+from benchmarks.judges.runs import runs
+from scenarios.visibility import MOSTLY_SEEN
+
+LOSS_S = 1.0
+"""A loss is a stretch out of view longer than this."""
+
+TIME_SEEN = Metric(
+    "time_seen",
+    f"time in view with at least {MOSTLY_SEEN:.0%} of the target visible",
+    "fraction",
+    "higher",
+)
+TIME_IN_VIEW = Metric(
+    "time_in_view",
+    "time with the target's centre in the picture, hidden or not, and its box at least 12 px long",
+    "fraction",
+    "higher",
+)
+LOSSES_PER_MINUTE = Metric("losses_per_minute", f"stretches out of view longer than {LOSS_S:g} s", "1/min", "lower")
+
+
+@dataclass(frozen=True, slots=True)
+class Loss:
+    """A stretch of frames out of view that lasts longer than ``LOSS_S``.
+
+    Its rows: ``watched_frames`` is its length; ``recovery_frames`` is the same, or null if the target never came back;
+    ``rate_hz``, frames a second, converts both to seconds.
+
+    Attributes:
+        index: its place in the episode, from 0.
+        first_frame: first frame out of view. length_frames: number of frames.
+        back_frame: first frame in view again; None if the episode ended before.
+    """
+
+    index: int
+    first_frame: int
+    length_frames: int
+    back_frame: int | None
+
+    def attributes(self) -> dict[str, Any]:
+        """Return its attributes in rows."""
+        return {"kind": "loss", **asdict(self)}
+
+
+def find_losses(in_view: NDArray[np.bool_], rate_hz: float, longer_than_s: float = LOSS_S) -> list[Loss]:
+    """Return the stretches out of view (F,) that last longer than ``longer_than_s``, in order."""
+    long = [(first, end) for first, end in runs(~in_view) if end - first > longer_than_s * rate_hz]
+    return [
+        Loss(index, first, end - first, end if end < len(in_view) else None) for index, (first, end) in enumerate(long)
+    ]
+
+
+def share_of_steps(flags: NDArray[np.bool_]) -> float:
+    """Return the share in [0, 1] of the steps on which the flag (F,) is true."""
+    return float(flags[1:].mean())
+
+
+def losses_per_minute(losses: Sequence[Loss], frame_count: int, rate_hz: float) -> float:
+    """Return the number of losses a minute of the steps, >= 0."""
+    return 60.0 * len(losses) * rate_hz / (frame_count - 1)
+
+
+def view_scores(in_view: NDArray[np.bool_], visible_fraction: NDArray[np.float64], rate_hz: float) -> Iterator[Score]:
+    """Yield ``time_seen``, ``time_in_view`` and ``losses_per_minute`` of an episode.
+
+    Args:
+        in_view: (F,) see above. visible_fraction: (F,) visible share of the target, in [0, 1].
+    """
+    steps = float(len(in_view) - 1)
+    losses = find_losses(in_view, rate_hz)
+    yield Score("time_seen", share_of_steps(in_view & (visible_fraction >= MOSTLY_SEEN)), steps)
+    yield Score("time_in_view", share_of_steps(in_view), steps)
+    yield Score("losses_per_minute", losses_per_minute(losses, len(in_view), rate_hz), steps)

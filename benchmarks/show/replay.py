@@ -1,0 +1,50 @@
+"""Runs an episode again for pictures: instants with truth, estimate and larger view."""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterator, Sequence
+
+from benchmarks.contract.rows import Row
+from benchmarks.run.contestants import entrant
+from benchmarks.run.editions import editions_of
+from benchmarks.run.jobs import OpenJob
+from benchmarks.show.video.instant import Instant
+from scenarios import catalog
+from trackers.controllers import catalogue
+from trackers.types import Answer
+
+
+def replay(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: int) -> Iterator[Instant]:
+    """Yield the instants of the ``wanted`` frames among the first ``frame_count`` of a job.
+
+    Each has the answer of the first contestant. At a ``scale`` of 1 the larger view is the observed frame itself.
+    """
+    for instants in replay_all(live, scale=scale, wanted=wanted, frame_count=frame_count):
+        yield instants[0]
+
+
+def replay_all(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: int) -> Iterator[list[Instant]]:
+    """Yield for each of the ``wanted`` frames the instants of all contestants in order, see ``replay``.
+
+    Without contestants it is one instant without an answer.
+    """
+    for frame in live.frames(frame_count):
+        if frame.truth.frame in wanted:
+            view = frame.observation.image_rgb if scale == 1 else live.loop.episode.larger_view(scale)
+            targets, decides_at = live.targets(frame.truth), [each.guard.decides_at for each in live.watchers]
+            answers: Sequence[Answer | None] = live.loop.answers or [None]
+            answered = zip(answers, decides_at or [0.0], strict=True)
+            yield [Instant(frame, targets, answer, view, from_on) for answer, from_on in answered]
+
+
+def is_of_present_editions(tracker: str, rows: Sequence[Row]) -> bool:
+    """Return whether a tracker's rows are of the present editions, the controller's included."""
+    made, steered_by = rows[0], rows[0]["controller"]
+    carrier = catalog.scenario(made["scenario"]).carrier.name
+    try:
+        controller = None if steered_by is None else catalogue.controller_entry(steered_by, carrier)
+        where = (made["suite"], made["scenario"], made["preset"])
+        now = editions_of(*where, entrant(tracker), controller, renderer=made["renderer"])
+        return now == made.get("editions")
+    except ValueError:
+        return False

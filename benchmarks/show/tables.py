@@ -1,0 +1,200 @@
+"""Tables of the report: leaderboard with intervals, paired differences, every metric. From the summary alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from benchmarks.contract.suite import Metric, Suite
+from benchmarks.contract.text import interval_text, number_text, unit_sign
+
+Entry = dict[str, Any]
+
+UNRANKED_ROLES = ("blind", "oracle")
+"""References, not competitors: never the best, and in a part of the table of their own. Some are told the truth at
+times, e.g. at each exit, which no competitor is."""
+REFERENCES = "references, not ranked"
+"""Heading of that part."""
+NO_NUMBER = "–"
+"""Text of a cell without a value."""
+_RANKED_BY = 3
+"""Number of columns that decide the order: the first one, on ties the next …"""
+_WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F", "f1": "F1"} | {
+    word: word.upper()
+    for word in (
+        *("tpr", "tnr", "auc", "nees", "dat", "tsr", "sr", "evt"),
+        *("hota", "idf1", "mota", "froc", "gospa", "agc"),
+    )
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """Head of a column: the metric's name, the same in words, unit sign, ``↑`` ``↓`` or the ideal value, definition."""
+
+    name: str
+    title: str
+    unit: str
+    goal: str
+    summary: str
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A value with its interval.
+
+    Attributes:
+        text, interval: in words; ``interval`` may be empty.
+        left, width, dot: bar of the interval and its dot, in per cent of the column's range; None = no bar.
+        mark: ``best``, ``better``, ``worse`` or nothing.
+    """
+
+    text: str
+    interval: str = ""
+    left: float | None = None
+    width: float = 0.0
+    dot: float = 0.0
+    mark: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One contestant's line.
+
+    Attributes:
+        names: of tracker, or controller and tracker; or another heading.
+        role: of the first name.
+    """
+
+    names: tuple[str, ...]
+    role: str
+    cells: tuple[Cell, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Columns and lines; references come last."""
+
+    columns: tuple[Column, ...]
+    lines: tuple[Line, ...]
+
+    @property
+    def competitors(self) -> tuple[Line, ...]:
+        """The lines that are no references."""
+        return tuple(line for line in self.lines if line.role not in UNRANKED_ROLES)
+
+    @property
+    def references(self) -> tuple[Line, ...]:
+        """The lines of references."""
+        return tuple(line for line in self.lines if line.role in UNRANKED_ROLES)
+
+
+def leaderboard(suite: Suite, entries: Sequence[Entry], roles: Sequence[str]) -> Table:
+    """Return the headline metrics of the contestants with one of these roles, the best first, then references."""
+    headline = suite.headline_in(entries[0]["scenario"]) if entries else ()
+    metrics = [m for m in map(suite.metric, headline) if any(e["metric"] == m.name for e in entries)]
+    return _table(suite, metrics, [entry for entry in entries if entry["role"] in roles], entries)
+
+
+def every_metric(suite: Suite, entries: Sequence[Entry]) -> Table:
+    """Return all metrics of all contestants: a line for each, in the leaderboard's order."""
+    metrics = [metric for metric in suite.metrics if any(e["metric"] == metric.name for e in entries)]
+    ranked = leaderboard(suite, entries, sorted({entry["role"] for entry in entries}))
+    table = _table(suite, metrics, entries, entries)
+    order = [line.names for line in ranked.lines]
+    return Table(table.columns, tuple(sorted(table.lines, key=lambda line: order.index(line.names))))
+
+
+def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequence[str]) -> Table:
+    """Return one contestant minus each other one, marked where interval and Holm's p are significant.
+
+    Args:
+        comparisons: of that contestant. order: possible names of ``other``.
+    """
+    compared = suite.compared_in(comparisons[0]["scenario"]) if comparisons else ()
+    metrics = [m for m in map(suite.metric, compared) if any(c["metric"] == m.name for c in comparisons)]
+    lines = []
+    for other in order:
+        mine = {entry["metric"]: entry for entry in comparisons if entry["other"] == other}
+        if mine:
+            cells = tuple(_difference(metric, mine.get(metric.name)) for metric in metrics)
+            lines.append(Line((other,), "", cells))
+    return Table(tuple(map(column_of, metrics)), tuple(lines))
+
+
+def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], among: Sequence[Entry]) -> Table:
+    """Return a table of ``entries``; bars and marks are relative to the entries ``among``."""
+    by_names: dict[tuple[str, ...], dict[str, Entry]] = {}
+    for entry in entries:
+        by_names.setdefault(suite.names_of(entry), {})[entry["metric"]] = entry
+    top = {metric.name: _top(metric, among) for metric in metrics}
+    lines = []
+    for names, mine in by_names.items():
+        role = next(iter(mine.values()))["role"]
+        cells = tuple(_cell(metric, mine.get(metric.name), top[metric.name], among) for metric in metrics)
+        lines.append(Line(names, role, cells))
+    lines.sort(
+        key=lambda line: [
+            line.role in UNRANKED_ROLES,
+            *(_rank(m, by_names[line.names].get(m.name)) for m in metrics[:_RANKED_BY]),
+        ]
+    )
+    return Table(tuple(map(column_of, metrics)), tuple(lines))
+
+
+def column_of(metric: Metric) -> Column:
+    """Return the head of a metric's column."""
+    goal = {"higher": "↑", "lower": "↓"}[metric.better]
+    if metric.ideal is not None:
+        goal = f"→ {100 * metric.ideal if metric.unit == 'fraction' else metric.ideal:g}"
+    if "_per_" in metric.name:
+        return Column(metric.name, metric.name.replace("_", " "), "", goal, metric.summary)
+    words = [_WRITTEN_OUT.get(word, word) for word in metric.name.split("_")]
+    unit = metric.unit.split()
+    if words[-len(unit) :] == unit:
+        words = words[: -len(unit)]
+    return Column(metric.name, " ".join(words), unit_sign(metric.unit), goal, metric.summary)
+
+
+def _cell(metric: Metric, entry: Entry | None, top: float, entries: Sequence[Entry]) -> Cell:
+    if entry is None or entry["mean"] is None:
+        return Cell(NO_NUMBER)
+    text = number_text(entry["mean"], metric.unit)
+    low, high = entry["ci_low"], entry["ci_high"]
+    rivals = [e for e in entries if e["metric"] == metric.name and e["role"] not in UNRANKED_ROLES]
+    best = min((_rank(metric, rival) for rival in rivals), default=None)
+    mark = "best" if best == _rank(metric, entry) and len(rivals) > 1 and entry in rivals else ""
+    if low is None or high is None or top <= 0:
+        return Cell(text, mark=mark)
+    left, right, dot = (max(0.0, min(100.0, 100.0 * v / top)) for v in (low, high, entry["mean"]))
+    return Cell(text, interval_text(low, high, metric.unit), left, max(right - left, 0.5), dot, mark)
+
+
+def _top(metric: Metric, entries: Sequence[Entry]) -> float:
+    """Return the right end of a column's bars: 1 for fractions, else the largest upper bound."""
+    if metric.unit == "fraction":
+        return 1.0
+    return max((e["ci_high"] or 0.0 for e in entries if e["metric"] == metric.name), default=0.0)
+
+
+def _rank(metric: Metric, entry: Entry | None) -> float:
+    if entry is None or entry["mean"] is None:
+        return float("inf")
+    if metric.ideal is not None:
+        return abs(entry["mean"] - metric.ideal)
+    return -entry["mean"] if metric.better == "higher" else entry["mean"]
+
+
+def _difference(metric: Metric, entry: Entry | None) -> Cell:
+    if entry is None or entry["difference"] is None:
+        return Cell(NO_NUMBER)
+    low, high = entry["ci_low"], entry["ci_high"]
+    clear = low is not None and high is not None and (low > 0 or high < 0) and entry["p_holm"] < 0.05
+    ahead = (entry["difference"] > 0) == (metric.better == "higher")
+    mark = "" if not clear else "better" if ahead else "worse"
+    return Cell(
+        number_text(entry["difference"], metric.unit, signed=True),
+        interval_text(low, high, metric.unit, signed=True),
+        mark=mark,
+    )

@@ -1,0 +1,31 @@
+"""Seeds and names of commands, as users write them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from benchmarks.cli.arguments import development_seeds, seed_range
+from benchmarks.cli.main import main
+
+
+@pytest.mark.parametrize(("text", "seeds"), [("3", range(3, 4)), ("0", range(1)), ("2:5", range(2, 5))])
+def test_seeds_are_a_range_or_one(text: str, seeds: range) -> None:
+    assert seed_range(text) == development_seeds(text) == seeds
+
+
+def test_one_seed_of_the_test_split_is_not_for_development() -> None:
+    with pytest.raises(ValueError, match="seeds: expected development seeds, below 10000, got '10000'"):
+        development_seeds("10000")
+
+
+@pytest.mark.parametrize("name", ["a2", "A2"])
+def test_a_paper_is_found_in_small_letters_and_its_rows_in_one_place(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: list[Any] = []
+    monkeypatch.setattr("benchmarks.cli.paper.repeat", lambda *given: calls.append(given))
+    assert main(["paper", name, "--seeds", "3", "--workers", "0"]) == 0
+    ((experiment, out, seeds, renderer, workers),) = calls
+    assert (experiment.name, str(out), seeds, renderer, workers) == ("A2", "results/paper-a2", range(3, 4), "raster", 0)

@@ -1,0 +1,115 @@
+"""The leaderboard on a terminal of any width: whole words, and intervals."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from benchmarks.cli import leaderboard
+from benchmarks.cli.main import main
+from benchmarks.contract.suite import suite
+from benchmarks.show.markdown import head
+from benchmarks.show.tables import column_of
+from benchmarks.statistics.summary import read_summary
+from tests.benchmarks.fake_rows import TRACKERS, write_rows
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    directory = tmp_path_factory.mktemp("results")
+    write_rows(directory, range(10_000, 10_003))
+    return directory
+
+
+@pytest.mark.parametrize("width", [60, 80, 118, 132, 200])
+def test_no_word_is_cut_and_each_number_has_its_interval(
+    width: int, results: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(leaderboard, "console_of", lambda _: Console(width=width))
+    leaderboard.print_leaderboard(read_summary(results))
+    out = capsys.readouterr().out
+    assert "…" not in out
+    assert max(map(len, out.splitlines())) <= width
+    assert set(TRACKERS) <= {line.split()[0] for line in out.splitlines() if line.strip()}
+    intervals = re.findall(r"−?\d[\d.]*–\d", out)
+    assert len(intervals) >= 2 * len(TRACKERS)
+    shown, _, left_out = out.partition("not shown, as the table would be too wide:")
+    heads = {
+        word
+        for name in suite("frame-out").headline
+        for word in head(column_of(suite("frame-out").metric(name))).split()
+    }
+    assert set(re.findall(r"[a-z]{3,}", shown.split("─")[0].split("them")[-1])) <= heads | {"tracker", "role"}
+    assert (left_out == "") == (width >= 132)
+
+
+@pytest.mark.heavy
+def test_metrics_and_plots_are_chosen(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = [
+        "report",
+        str(results),
+        "--markdown",
+        "--metric",
+        "kept_rate",
+        "offscreen_error_30_m",
+        "--plot",
+        "CALIBRATED",
+    ]
+    assert main(words) == 0
+    table = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("| tracker"))
+    assert table == "| tracker | role | kept rate (%) ↑ | offscreen error 30 (m) ↓ |"
+    page = (results / "report.html").read_text()
+    assert re.findall(r"<figcaption><h3>(.*?)</h3>", page) == ["Is the posterior calibrated?"]
+    assert "recovery rate" in page.partition("Every metric")[2]
+
+
+def test_a_metric_without_rows_is_named(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    entries = read_summary(results)
+    recovered = [each for each in entries if each["metric"] == "recovery_rate"]
+    leaderboard.print_leaderboard(recovered, ["kept_rate", "recovery_rate"])
+    assert "; no row gives kept_rate" in " ".join(capsys.readouterr().out.split())
+    leaderboard.print_leaderboard(entries, ["kept_rate", "recovery_rate"])
+    assert "no row gives" not in capsys.readouterr().out
+
+
+@pytest.mark.heavy
+@pytest.mark.usefixtures("fake_suite")
+def test_bench_takes_metrics_and_plots_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["bench", "--workers", "0", "--seeds", "0:3", "--trackers", "fake_still", "--out", str(tmp_path)]
+    assert main([*words, "--metric", "kept_rate", "--plot", "fast"]) == 0
+    heads = capsys.readouterr().out.split("─")[0]
+    assert "kept" in heads
+    assert "recovery" not in heads
+    page = (tmp_path / "report.html").read_text()
+    assert re.findall(r"<figcaption><h3>(.*?)</h3>", page) == ["How fast are the trackers?"]
+    # An unknown plot costs neither the rows nor the report.
+    assert main([*words, "--plot", "nix"]) == 2
+    assert re.search(r"plot: expected .*, got 'nix'; \S+report.html has all plots", capsys.readouterr().err)
+    assert len(re.findall("<figcaption>", (tmp_path / "report.html").read_text())) > 1
+    # Nor what comes after it.
+    assert main([*words, "--plot", "nix", "--csv", str(tmp_path / "rows.csv")]) == 2
+    assert (tmp_path / "rows.csv").exists()
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["--metric", "speed"], "error: metric: expected one of recovery_rate, .*; got 'speed'"),
+        (["--metric", "recovery"], r"; got 'recovery' \(did you mean recovery_rate\?\)"),
+        (["--plot", "nix"], "error: plot: expected words of one of the titles 'Where is the car .*, got 'nix'"),
+    ],
+)
+def test_unknown_metrics_and_plots_are_refused(
+    words: list[str], told: str, results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["report", str(results), *words]) == 2
+    assert re.search(told, capsys.readouterr().err)
+
+
+def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert re.fullmatch(r"frameout \d+\.\d+\.\d+\n", capsys.readouterr().out)

@@ -1,0 +1,160 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.cli import tune as command
+from benchmarks.cli.tune import Tune
+from benchmarks.contract.rows import TEST_SPLIT
+from benchmarks.contract.suite import controllers_suite, suites
+from benchmarks.learning.controller_tuning import ControllerBudget, controllers_to_tune
+from benchmarks.learning.fresh_scores import ScoresOn
+from benchmarks.learning.tracker_tuning import Budget, Tuned, trackers_to_tune
+from benchmarks.run.failures import Failure
+from scenarios import catalog
+
+pytest.importorskip("optuna")
+_TUNED = Tuned({}, 1.0, 1.0, 1.0, 1.0, trials=40)
+
+
+def _asked(monkeypatch: pytest.MonkeyPatch, tune: Tune) -> tuple[dict[str, Budget], dict[str, ControllerBudget]]:
+    """Return the budget of each tracker and, by carrier and name, of each controller."""
+    trackers: dict[str, Budget] = {}
+    controllers: dict[str, ControllerBudget] = {}
+
+    def tracker(name: str, budget: Budget, *_: Any) -> Tuned:
+        trackers[name] = budget
+        return _TUNED
+
+    def controller(name: str, budget: ControllerBudget, *_: Any) -> Tuned:
+        controllers[f"{catalog.scenario(budget.scenario).carrier.name} {name}"] = budget
+        return _TUNED
+
+    monkeypatch.setattr(command, "tune", tracker)
+    monkeypatch.setattr(command, "tune_controller", controller)
+    assert tune.run() == 0
+    return trackers, controllers
+
+
+def test_without_names_everything_is_tuned_with_the_same_number_of_trials(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    trackers, controllers = _asked(monkeypatch, Tune(out=tmp_path))
+    assert tuple(trackers) == trackers_to_tune()
+    assert {budget.suite for budget in trackers.values()} >= {"frame-out", "stereo", "fish", "harbour"}
+    assert len(controllers) == sum(len(names) for _, names in controllers_to_tune()) >= 10
+    assert {budget.trials for budget in (*trackers.values(), *controllers.values())} == {40}
+    for name in ("colour_pf", "stereo_wb", "ca_kalman", "eigen_swarm", "mosaic_graph_pf"):
+        assert (tmp_path / f"{name}.json").is_file()
+    assert (tmp_path / "controllers" / "helicopter" / "reentry.json").is_file()
+
+
+def test_all_of_a_suite_have_the_same_episodes_and_the_check_has_others(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    trackers, controllers = _asked(monkeypatch, Tune(out=tmp_path))
+    for its_suite in suites().values():
+        episodes = {
+            (b.presets, b.seeds, b.fresh_presets, b.fresh) for b in trackers.values() if b.suite == its_suite.name
+        }
+        assert len(episodes) <= 1
+    for budget in (*trackers.values(), *controllers.values()):
+        assert budget.seeds.stop == budget.fresh.start
+        assert budget.fresh.stop <= TEST_SPLIT.start
+
+
+def test_names_presets_and_seeds_that_are_given_count(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    only = Tune(("hold",), trials=3, preset=("quick", "hard"), seeds="5:7", fresh=1, out=tmp_path)
+    trackers, controllers = _asked(monkeypatch, only)
+    assert not controllers
+    assert list(trackers) == ["hold"]
+    budget = trackers["hold"]
+    assert (budget.presets, budget.fresh_presets) == (("quick", "hard"), ("quick", "hard"))
+    assert (budget.seeds, budget.fresh, budget.trials) == (range(5, 7), range(7, 8), 3)
+    written = (tmp_path / "hold.json").read_text()
+    assert '"frameout tune hold --trials 3 --preset quick hard --seeds 5:7 --fresh 1"' in written
+
+
+def test_the_check_is_on_the_presets_that_the_suite_names_unless_others_are_given(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    trackers, _ = _asked(monkeypatch, Tune(("sort", "harbour_knn", "hold"), out=tmp_path))
+    assert {name: each.fresh_presets for name, each in trackers.items()} == {
+        "sort": ("standard", "hard"),
+        "harbour_knn": ("standard",),
+        "hold": ("standard",),
+    }
+    assert trackers["harbour_knn"].presets == ("ten-minutes",)
+    assert (
+        " --preset ten-minutes --seeds 300:304 --fresh 4 --fresh-preset standard"
+        in (tmp_path / "harbour_knn.json").read_text()
+    )
+    trackers, _ = _asked(monkeypatch, Tune(("sort",), fresh_preset=("quick",), out=tmp_path))
+    assert (trackers["sort"].presets, trackers["sort"].fresh_presets) == (("standard",), ("quick",))
+
+
+def test_stored_values_are_scored_anew_on_their_own_episodes_without_a_search(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked: list[tuple[Any, ...]] = []
+
+    def scores(kind: str) -> Any:
+        def of(name: str, budget: Any, failures: list[Failure]) -> ScoresOn:
+            def scores_on(settings: dict[str, dict[str, Any]], seeds: range) -> dict[str, float]:
+                asked.append((kind, name, getattr(budget, "presets", getattr(budget, "preset", "")), seeds))
+                return {label: float(seeds.start + (label == "tuned")) for label in settings}
+
+            return scores_on
+
+        return of
+
+    monkeypatch.setattr(command, "tracker_scores", scores("tracker"))
+    monkeypatch.setattr(command, "controller_scores", scores("controller"))
+    stored = {"score": 9.0, "default_score": 8.0, "trials": 40, "seeds": "5:7", "preset": "quick hard"}
+    controller = tmp_path / "controllers" / "helicopter" / "reentry.json"
+    controller.parent.mkdir(parents=True)
+    controller.write_text(json.dumps(stored | {"preset": "standard", "parameters": {"rest": 0.4}, "kept": "why"}))
+    (tmp_path / "hold.json").write_text(json.dumps(stored | {"parameters": {"patch_share": 1.0}}))
+    assert Tune(("hold",), controllers=("reentry",), fresh=3, rescore=True, out=tmp_path).run() == 0
+    assert asked == [
+        ("tracker", "hold", ("quick", "hard"), range(5, 7)),
+        ("tracker", "hold", ("quick", "hard"), range(9_000, 9_003)),
+        ("controller", "reentry", "standard", range(5, 7)),
+        ("controller", "reentry", "standard", range(9_000, 9_003)),
+    ]
+    of_tracker, of_controller = (json.loads(file.read_text()) for file in (tmp_path / "hold.json", controller))
+    assert (of_tracker["score"], of_tracker["default_score"], of_tracker["episodes"]) == (6.0, 5.0, 4)
+    assert of_controller["fresh"] == {"seeds": "9000:9003", "written": 9000.0, "tuned": 9001.0}
+    assert (of_controller["kept"], of_controller["trials"], of_controller["episodes"]) == ("why", 40, 2)
+    assert "hold: on the 4 episodes of the search 6.0000, with the written values 5.0000" in capsys.readouterr().out
+    with pytest.raises(ValueError, match="seeds: expected none with --rescore, which takes what the files say"):
+        Tune(("hold",), seeds="1:2", rescore=True, out=tmp_path).run()
+    with pytest.raises(ValueError, match="rescore: expected a contestant with tuned values, got none in"):
+        Tune(("sort",), rescore=True, out=tmp_path).run()
+
+
+def test_every_scene_names_presets_of_its_scenario() -> None:
+    for its_suite in suites().values():
+        for scene in its_suite.scenes if its_suite is controllers_suite() else its_suite.scenes[:1]:
+            assert {scene.tuned_on.preset, *scene.tuned_on.fresh_presets} <= {*catalog.scenario(scene.scenario).presets}
+
+
+def test_nothing_is_tuned_until_all_is_checked(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    searched: list[str] = []
+    monkeypatch.setattr(command, "tune", lambda name, *_: searched.append(name))
+    with pytest.raises(ValueError, match="preset: expected one for controllers, got"):
+        Tune(preset=("quick", "standard"), out=tmp_path).run()
+    with pytest.raises(ValueError, match=r"fresh_preset: expected one of .*; got 'hart'"):
+        Tune(("hold",), fresh_preset=("hart",), out=tmp_path).run()
+    with pytest.raises(ValueError, match=r"preset: expected one of .*; got 'quik'"):
+        Tune(("hold",), preset=("quik",), out=tmp_path).run()
+    with pytest.raises(ValueError, match="fresh_preset: expected none for controllers, got quick"):
+        Tune(fresh_preset=("quick",), out=tmp_path).run()
+    with pytest.raises(ValueError, match="tracker: expected none without --controllers, got 'colour_pf'"):
+        Tune(tracker="colour_pf", out=tmp_path).run()
+    with pytest.raises(ValueError, match="tracker: expected one with values of its own, got 'mosaic_graph_pf_no_ego'"):
+        Tune(("hold", "mosaic_graph_pf_no_ego"), out=tmp_path).run()
+    assert searched == []

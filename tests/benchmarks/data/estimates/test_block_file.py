@@ -1,0 +1,85 @@
+"""Files of estimates: the same bytes, whole or not at all, and said in one line if they are not."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+
+from benchmarks.data.estimates.block_file import facts_of, is_kept, path_of, read_block
+from benchmarks.data.estimates.columns import TIMES
+from benchmarks.run.experiment import run
+from tests.benchmarks.data.estimates.runs import TOWN
+
+
+@pytest.fixture
+def path(kept: Path, tmp_path: Path) -> Path:
+    """A file of the tracker that fails, to be damaged."""
+    return Path(shutil.copy(next((kept / "estimates").glob("000003-fake_raises-*")), tmp_path))
+
+
+@pytest.mark.heavy
+def test_a_file_says_how_the_run_went(path: Path) -> None:
+    facts = facts_of(path)
+    (run_,) = facts.runs
+    assert (facts.heading["tracker"], facts.heading["role"], facts.key.seed) == ("fake_raises", "baseline", 3)
+    assert (run_.failed_at_frame, run_.failed_in_the_end, run_.reason) == (20, 20, "RuntimeError: a bug")
+    assert (facts.many, facts.frame_count, run_.revises, run_.bridges) == (False, 60, False, False)
+    assert path.name == path_of(path.parent, facts.key).name
+    assert not is_kept(path.parent, facts.key, facts.editions | {"tracker": "another"})
+    assert not is_kept(path.parent, replace(facts.key, seed=9), facts.editions)
+
+
+@pytest.mark.heavy
+def test_two_runs_leave_the_same_but_for_times(kept: Path, tmp_path: Path) -> None:
+    run(replace(TOWN, trackers=("fake_knowing",), seeds=range(3, 4)), tmp_path)
+    (mine,) = (tmp_path / "estimates").iterdir()
+    one, other = (pq.read_table(file) for file in (mine, kept / "estimates" / mine.name))
+    assert one["cpu_s"].null_count == one["wall_s"].null_count == 1
+    assert one.drop([*TIMES]).equals(other.drop([*TIMES]), check_metadata=True)
+
+
+def test_a_file_that_was_cut_off_is_named_and_made_again(path: Path) -> None:
+    facts = facts_of(path)
+    path = path.rename(path_of(path.parent, facts.key))
+    assert is_kept(path.parent, facts.key, facts.editions)
+    path.write_bytes(path.read_bytes()[:5000])
+    with pytest.raises(ValueError, match=rf"{path.name}: expected a whole file of estimates, got ArrowInvalid"):
+        facts_of(path)
+    assert not is_kept(path.parent, facts.key, facts.editions)
+
+
+def test_a_file_of_something_else_is_named(path: Path) -> None:
+    pq.write_table(pa.table({"a": [1]}), path)
+    with pytest.raises(ValueError, match="expected a whole file of estimates, got KeyError"):
+        facts_of(path)
+
+
+def other_seed(table: pa.Table) -> pa.Table:
+    where = table.schema.names.index("seed")
+    return table.set_column(where, table.schema.field(where), pa.array([7] * len(table)))
+
+
+def other_format(table: pa.Table) -> pa.Table:
+    told = table.schema.metadata.items()
+    return table.replace_schema_metadata({key: value.replace(b'"format": 1', b'"format": 9') for key, value in told})
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda table: table.slice(1), "expected answers on frames 0 to 59, got answers on 59 frames"),
+        (other_seed, "expected rows of seed 3, got 7"),
+        (lambda table: table.drop(["frame"]), "expected the columns of estimates, got suite"),
+        (other_format, "expected estimates of format 1, got format 9"),
+    ],
+)
+def test_damaged_contents_are_named(path: Path, change: Callable[[pa.Table], pa.Table], said: str) -> None:
+    pq.write_table(change(pq.read_table(path)), path)
+    with pytest.raises(ValueError, match=said):
+        read_block(path)

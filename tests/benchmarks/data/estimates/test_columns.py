@@ -1,0 +1,91 @@
+"""Answers come back as they were given: every field, shape and type of number."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.data.estimates.columns import (
+    SCHEMA,
+    answer_of,
+    command_of,
+    row_of_command,
+    rows_of_answer,
+    table_of,
+    values_of,
+)
+from trackers.types import Answer, CameraCommand, Estimate, Track
+
+FULL = Estimate(
+    position_px=np.array([1.5, np.nan]),
+    box_xyxy=np.array([1, 2, 3, 4]),
+    heading_rad=np.float32(0.1),
+    in_view_probability=1,
+    particles_px=np.arange(8, dtype=np.float32).reshape(4, 2) / 3,
+    weights=np.array([0.1, 0.2, 0.3, 0.4]),
+    covariance_px=np.array([[2.0, 0.5], [0.5, 1 / 3]]),
+    depth_m=0.1,
+    centre_line_px=np.array([[0.0, np.inf], [1.0, 2.0], [3.0, 4.0]]),
+)
+BARE = Estimate(np.full(2, np.nan))
+TRACKS = (
+    Track(3, BARE, kind="person", size_m=np.ones(3, np.float16), confidence=0.25),
+    Track(0, FULL),
+)
+
+
+def passed_through(answers: list[Answer]) -> list[Answer]:
+    rows = [{"frame": k, **row} for k, answer in enumerate(answers) for row in rows_of_answer(answer)]
+    table, types = table_of(rows, {"tracker": "one"})
+    assert set(table["tracker"].to_pylist()) == {"one"}
+    back = values_of(table, types)
+    many = not isinstance(answers[0], Estimate)
+    return [answer_of([row for row in back if row["frame"] == k], many) for k in range(len(answers))]
+
+
+def assert_same(one: Any, other: Any) -> None:
+    if dataclasses.is_dataclass(one):
+        for field in dataclasses.fields(one):
+            assert_same(getattr(one, field.name), getattr(other, field.name))
+    elif isinstance(one, np.ndarray):
+        assert (one.shape, one.dtype) == (other.shape, other.dtype)
+        np.testing.assert_array_equal(one, other)
+    else:
+        assert (type(one), one) == (type(other), other)
+
+
+def test_estimates_of_one_target_come_back() -> None:
+    mixed = [BARE, FULL, dataclasses.replace(FULL, position_px=np.zeros(2, np.float32), heading_rad=0.1), FULL]
+    for one, other in zip(mixed, passed_through([*mixed]), strict=True):
+        assert_same(one, other)
+
+
+def test_tracks_and_a_frame_without_any_come_back() -> None:
+    (two, none, one) = passed_through([TRACKS, (), TRACKS[:1]])
+    assert none == ()
+    for expected, got in ((TRACKS, two), (TRACKS[:1], one)):
+        assert len(expected) == len(got)  # type: ignore[arg-type]
+        for mine, theirs in zip(expected, got, strict=True):  # type: ignore[call-overload]
+            assert_same(mine, theirs)
+
+
+def test_what_is_kept_is_a_copy() -> None:
+    place = np.zeros(2)
+    (row,) = rows_of_answer(Estimate(place))
+    place[:] = 9.0
+    assert row["position_px"].tolist() == [0.0, 0.0]
+
+
+@pytest.mark.parametrize("command", [None, CameraCommand(), CameraCommand(*(k / 7 for k in range(7)))])
+def test_commands_come_back(command: CameraCommand | None) -> None:
+    table, types = table_of([row_of_command(command)], {})
+    assert command_of(values_of(table, types)[0]) == command
+
+
+def test_every_column_says_its_unit() -> None:
+    assert all(field.metadata[b"unit"] for field in SCHEMA)
+    assert SCHEMA.field("covariance_px").metadata[b"unit"] == b"px^2"
+    assert SCHEMA.field("obeyed_yaw_rate_rad_s").metadata[b"unit"] == b"rad/s"

@@ -1,0 +1,98 @@
+"""KITTI exports against the stored truth."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks.data.exports.registry import export
+from tests.benchmarks.data.exports.painted_scene import FOCAL_PX, FRAMES, painted_data_set, picture, truths
+from tests.benchmarks.data.exports.test_kitti_coding import read_distance, read_flow
+
+
+def samples(out: Path) -> list[tuple[str, int, int]]:
+    """Return number, seed and frame of all samples."""
+    heading, *lines = (out / "frames.csv").read_text().splitlines()
+    assert heading == "number,seed,frame"
+    parts = [line.split(",") for line in lines]
+    return [(number, int(seed), int(frame)) for number, seed, frame in parts]
+
+
+def test_depth_is_the_truth_within_half_a_step(exported: Callable[[str], Path]) -> None:
+    out = exported("kitti-depth")
+    assert len(samples(out)) == 2 * FRAMES
+    for number, _, frame in samples(out):
+        depth_m, valid = read_distance(out / "training" / "depth" / f"{number}_10.png")
+        truth = truths()[frame].depth_m
+        np.testing.assert_array_equal(valid, np.isfinite(truth))
+        assert np.abs(depth_m - truth)[valid].max() <= 0.5 / 256
+
+
+def test_disparity_times_depth_is_focal_length_times_baseline(exported: Callable[[str], Path]) -> None:
+    out = exported("kitti-stereo")
+    for number, _, frame in samples(out):
+        disparity_px, valid = read_distance(out / "training" / "disp_occ_0" / f"{number}_10.png")
+        truth = truths()[frame].depth_m
+        np.testing.assert_array_equal(valid, np.isfinite(truth))
+        assert np.abs(disparity_px - FOCAL_PX * 0.5 / truth)[valid].max() <= 0.5 / 256
+        lines = (out / "training" / "calib_cam_to_cam" / f"{number}.txt").read_text().splitlines()
+        left, right = (np.array(line.split(": ")[1].split(), float).reshape(3, 4) for line in lines)
+        # A point's columns differ by its disparity.
+        point = np.array([0.3, -0.2, 5.0, 1.0])
+        columns = [(p @ point)[0] / (p @ point)[2] for p in (left, right)]
+        assert columns[0] - columns[1] == pytest.approx(FOCAL_PX * 0.5 / 5.0)
+        assert left[0, 2] == 19.5
+        for folder in ("image_2", "image_3"):
+            assert (out / "training" / folder / f"{number}_10.png").is_file()
+
+
+def test_flow_leads_from_a_picture_to_the_previous_one(exported: Callable[[str], Path]) -> None:
+    out = exported("kitti-flow")
+    assert [frame for _, _, frame in samples(out)] == [*range(1, FRAMES)] * 2
+    for number, seed, frame in samples(out):
+        flow_px, valid = read_flow(out / "training" / "flow_occ" / f"{number}_10.png")
+        truth = truths()[frame].flow_px
+        np.testing.assert_array_equal(valid, np.isfinite(truth[..., 0]))
+        assert np.abs(flow_px - truth)[valid].max() <= 0.5 / 64
+        for suffix, back in (("10", 0), ("11", 1)):
+            found = cv2.imread(str(out / "training" / "image_2" / f"{number}_{suffix}.png"))
+            np.testing.assert_array_equal(found[..., ::-1], picture(seed, frame - back))
+    assert "BACKWARD" in (out / "README.md").read_text()
+
+
+def test_a_frame_whose_right_picture_was_lost_is_left_out(tmp_path: Path) -> None:
+    export(painted_data_set(tmp_path / "set", "lossy", (3, 4)), "kitti-stereo", tmp_path / "out")
+    assert [frame for _, _, frame in samples(tmp_path / "out")] == [k for k in range(FRAMES) if k != 3]
+
+
+@pytest.mark.parametrize(
+    ("preset", "name", "without", "message"),
+    [
+        (
+            "single",
+            "kitti-stereo",
+            "",
+            "channels image_rgb, right_rgb, depth_m for kitti-stereo, got",
+        ),
+        (
+            "quick",
+            "kitti-flow",
+            "flow_px",
+            "channels image_rgb, flow_px for kitti-flow, got image_rgb",
+        ),
+        (
+            "quick",
+            "kitti-depth",
+            "depth_m",
+            "channels image_rgb, depth_m for kitti-depth, got image_rgb",
+        ),
+    ],
+)
+def test_what_is_missing_is_named(tmp_path: Path, preset: str, name: str, without: str, message: str) -> None:
+    data = painted_data_set(tmp_path / "set", preset, (3, 4), without=without)
+    with pytest.raises(ValueError, match=f"data: expected the {message}"):
+        export(data, name, tmp_path / "out")

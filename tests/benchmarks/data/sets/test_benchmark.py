@@ -1,0 +1,92 @@
+"""Scores on stored episodes are those on rendered ones, in every suite; sets that cannot give them are refused."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.cli.main import main
+from benchmarks.contract import suite as registry
+from benchmarks.data.sets.benchmark import benchmark_of
+from benchmarks.data.sets.generating import Workers, generate
+from benchmarks.data.sets.request import Request, existing_channels
+from benchmarks.judges.tracker_speed import SPEED
+from benchmarks.run.editions import package_versions, scene_edition
+from benchmarks.run.experiment import Experiment, run
+from tests.benchmarks.data.sets.small import MODULES, made, tiny
+
+SUITES = {
+    "frame-out": ("road-town-v2", "colour_pf"),
+    "stereo": ("stereo-follow-v2", "stereo_wb"),
+    "fish": ("fish-tank-v1", "ca_kalman"),
+    "harbour": ("harbour-v1", "harbour_mog2"),
+}
+
+
+def rows(out: Path) -> list[dict[str, Any]]:
+    """Return the rows of a run but for what was measured with a clock."""
+    lines = [json.loads(line) for line in (out / "records.jsonl").read_text().splitlines()]
+    clocks = {metric.name for metric in SPEED}
+    return [row | {"seconds": None} for row in lines if row["metric"] not in clocks]
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("suite", SUITES)
+def test_scores_on_stored_episodes_are_those_on_rendered_ones(suite: str, tmp_path: Path) -> None:
+    scenario, tracker = SUITES[suite]
+    asked = Request(scenario, "quick", (3, 4), ())
+    editions = {"scene": scene_edition(scenario, "quick"), "packages": package_versions()}
+    request = replace(asked, channels=existing_channels(asked), **editions)
+    generate(request, str(tmp_path / "set"), Workers(0), lambda done, whole: None)
+    rendered = Experiment(suite, scenario, ("quick",), (tracker,), range(3, 4), workers=0)
+    run(rendered, tmp_path / "rendered")
+    run(replace(rendered, data=str(tmp_path / "set")), tmp_path / "stored")
+    assert rows(tmp_path / "stored") == rows(tmp_path / "rendered") != []
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        (
+            {"frame_count": 12},
+            "data: expected the frames of the preset tiny, .*, got a set that was made with --frame-count",
+        ),
+        ({"frame_count": None, "pictures": "jpeg"}, "data: expected pictures without loss, got jpeg"),
+        ({"frame_count": None, "channels": ("image_rgb",)}, "data: expected a set with all channels, got one without"),
+        ({"frame_count": None, "scene": "other"}, "data: expected one of the scene's present edition"),
+    ],
+)
+def test_a_set_that_gives_other_scores_is_refused(changes: dict[str, Any], message: str, tmp_path: Path) -> None:
+    made(tiny(**{"seeds": (3, 4), **changes}), tmp_path / "set")
+    with pytest.raises(ValueError, match=message):
+        benchmark_of(str(tmp_path / "set"))
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("name", ["pixels-00000.tar", "objects.parquet"])
+@pytest.mark.parametrize("command", ["bench", "generate"])
+def test_a_file_that_is_gone_is_told_in_one_line(
+    command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    judged = registry.suite("frame-out")
+    scenes = (*judged.scenes, registry.Scene("fake-town"))
+    monkeypatch.setitem(registry._SUITES, "frame-out", replace(judged, scenes=scenes))
+    folder, own = tmp_path / "set", ["--workers", "0", "--modules", *MODULES]
+    make = ["generate", "fake-town", "--preset", "tiny", "--seeds", "0:1", "--out", str(folder), *own]
+    assert main(make) == 0
+    (folder / "episodes" / "000000" / name).unlink()
+    # A set that has its card is not read again when it is generated.
+    (folder / "README.md").unlink()
+    out = str(tmp_path / "out")
+    bench = ["bench", "frame-out", "--data", str(folder), "--trackers", "hold", "--out", out, *own]
+    capsys.readouterr()
+    assert main(bench if command == "bench" else make) == 2
+    parameter = "data" if command == "bench" else "out"
+    told = capsys.readouterr().err.splitlines()[-1]
+    assert told.startswith(f"error: {parameter}: expected a whole data set (see frameout verify), got ")
+    assert name in told

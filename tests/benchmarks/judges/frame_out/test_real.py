@@ -1,0 +1,170 @@
+"""Scores in pixels of real sequences, against loops over frames and pycocotools' overlap."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from pycocotools import mask
+
+from benchmarks.contract.judging import Score
+from benchmarks.judges.frame_out.events import EVENTS
+from benchmarks.judges.frame_out.metrics import single_object
+from benchmarks.judges.frame_out.metrics.frame_outs import find_absences
+from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
+from benchmarks.judges.frame_out.real import score_sequence
+
+SIZE_PX = (100, 80)
+NONE = np.full(4, np.nan)
+
+
+def truth_of_boxes(box_xyxy: NDArray[np.float64], rate_hz: float = 4.0) -> TruthSeries:
+    frames = len(box_xyxy)
+    state = np.where(np.isnan(box_xyxy).any(axis=1), "out", "in")
+    return TruthSeries(
+        rate_hz=rate_hz,
+        size_px=SIZE_PX,
+        target=0,
+        ground_m=np.full((frames, 1, 2), np.nan),
+        object_size_m=np.full((1, 3), np.nan),
+        position_px=0.5 * (box_xyxy[:, None, :2] + box_xyxy[:, None, 2:]),
+        box_xyxy=box_xyxy[:, None],
+        visible_fraction=np.where(state == "out", 0.0, np.nan),
+        state=state,
+        side=np.full(frames, ""),
+        on_road=np.zeros(frames, bool),
+        turning=np.zeros(frames, bool),
+    )
+
+
+def answers_of(box_xyxy: NDArray[np.float64], probability: NDArray[np.float64]) -> EstimateSeries:
+    frames = len(box_xyxy)
+    unknown = np.full(frames, np.nan)
+    position_px = 0.5 * (box_xyxy[:, :2] + box_xyxy[:, 2:])
+    none = np.zeros(frames, bool)
+    return EstimateSeries(position_px, np.full((frames, 2), np.nan), box_xyxy, probability, none, unknown, unknown)
+
+
+def values(scores: list[Score]) -> dict[str, float | list[float] | None]:
+    return {score.metric: score.value for score in scores if score.event is None}
+
+
+def overlap(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    """IoU by pycocotools, which takes left, top, width and height; 0 for NaN."""
+    if np.isnan([*first, *second]).any():
+        return 0.0
+    one, other = (np.array([[*box[:2], *(box[2:] - box[:2])]]) for box in (first, second))
+    return float(mask.iou(one, other, [0])[0, 0])
+
+
+@st.composite
+def runs(draw: st.DrawFn) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """True boxes, a tracker's boxes near or far from them or NaN, and its probabilities or NaN."""
+    frames = draw(st.integers(2, 25))
+    rng = np.random.default_rng(draw(st.integers(0, 2**20)))
+    corner = rng.uniform(0, 60, (frames, 2))
+    truth = np.concatenate([corner, corner + rng.uniform(5, 30, (frames, 2))], axis=1)
+    answer = truth + rng.normal(0, 1, (frames, 4)) * rng.choice([0.1, 3.0, 40.0], (frames, 1))
+    answer[:, 2:] = np.maximum(answer[:, 2:], answer[:, :2] + 1)
+    answer[rng.random(frames) < 0.1] = np.nan
+    truth[(rng.random(frames) < 0.3) & (np.arange(frames) > 0)] = np.nan
+    probability = np.where(rng.random(frames) < 0.5, rng.random(frames), np.nan)
+    return truth, answer, probability
+
+
+@settings(deadline=None, max_examples=60)
+@given(runs())
+def test_scores_are_those_of_a_loop_over_frames(
+    run: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+) -> None:
+    truth, answer, probability = run
+    got = values(score_sequence(truth_of_boxes(truth), answers_of(answer, probability), None))
+    seen = [k for k in range(len(truth)) if not np.isnan(truth[k]).any()]
+    away = [k for k in range(len(truth)) if k not in seen]
+    iou = [overlap(truth[k], answer[k]) for k in range(len(truth))]
+    middle = 0.5 * (answer[:, :2] + answer[:, 2:])
+    inside = [bool(0 <= x < SIZE_PX[0] and 0 <= y < SIZE_PX[1]) for x, y in middle]
+    says = [p >= 0.5 if np.isfinite(p) else place for p, place in zip(probability, inside, strict=True)]
+    worst = float(np.hypot(*SIZE_PX))
+    error = []
+    for k in seen:
+        distance = np.hypot(*(middle[k] - 0.5 * (truth[k, :2] + truth[k, 2:])))
+        error.append(min(worst if np.isnan(distance) else float(distance), worst))
+    success = [np.mean([iou[k] > t / 20 for k in seen]) for t in range(21)]
+    expected = {
+        "success_auc": np.mean(success),
+        "precision_20_px": np.mean([each <= 20 for each in error]),
+        "centre_error_px": np.mean(error),
+        "in_view_tpr": np.mean([says[k] and iou[k] >= 0.5 for k in seen]),
+        "in_view_tnr": np.mean([not says[k] for k in away]) if away else np.nan,
+    }
+    for name, value in expected.items():
+        assert got[name] == pytest.approx(value, nan_ok=True, abs=1e-9), name
+    sure = [(p if np.isfinite(p) else 1.0) if place else 0.0 for p, place in zip(probability, inside, strict=True)]
+    for t in (0, 7, 20):
+        said = [k for k in range(len(truth)) if sure[k] >= t / 20 and sure[k] > 0]
+        total = sum(iou[k] for k in said)
+        assert got["precision_curve"][t] == pytest.approx(total / len(said) if said else 1.0)  # type: ignore[index]
+        assert got["recall_curve"][t] == pytest.approx(total / len(seen))  # type: ignore[index]
+
+
+def test_nothing_in_metres_and_nothing_about_other_cars_is_scored() -> None:
+    boxes = np.tile([10.0, 10.0, 30.0, 20.0], (40, 1))
+    boxes[5:9] = np.nan
+    scores = score_sequence(truth_of_boxes(boxes), answers_of(np.nan_to_num(boxes), np.full(40, np.nan)), None)
+    names = {score.metric for score in scores}
+    assert not [name for name in names if name.endswith("_m") or "car" in name or "coverage" in name or name == "nees"]
+    assert {"recovered", "kept", "recovery_frames", "watched_frames", "run_kept"} <= names
+
+
+def test_a_return_is_found_within_five_frames_and_kept_for_a_second() -> None:
+    boxes = np.tile([10.0, 10.0, 30.0, 20.0], (60, 1))
+    boxes[10:14] = boxes[30:32] = boxes[57:] = np.nan
+    answer = np.tile([10.0, 10.0, 30.0, 20.0], (60, 1))
+    answer[10:16] += 50.0
+    answer[30:42] += 50.0
+    scores = score_sequence(truth_of_boxes(boxes), answers_of(answer, np.full(60, np.nan)), None)
+    events = [(s.event.attributes()["index"], s.metric, s.value) for s in scores if s.event is not None]
+    assert events == [
+        (0, "recovered", 1.0),
+        (0, "kept", 1.0),
+        (0, "recovery_frames", 2.0),
+        (0, "watched_frames", 16.0),
+        (1, "recovered", 0.0),
+        (1, "kept", 0.0),
+        (1, "recovery_frames", 10.0),
+        (1, "watched_frames", 25.0),
+    ]
+    assert values(scores)["run_kept"] == 0.0
+
+
+def test_absences_are_described_without_roads_and_turns() -> None:
+    state = np.array(["in", "out", "out", "in", "out", "in"])
+    found = [each.attributes() for each in find_absences(state)]
+    assert EVENTS.describe(found) == "2 absences of 1 to 2 frames"
+    groups = [name for name, is_one in EVENTS.tests.items() if is_one(found[0])]
+    assert groups == ["all", "1 to 15 frames"]
+
+
+def test_sequences_count_the_same_in_scores_of_otb() -> None:
+    boxes = np.tile([10.0, 10.0, 30.0, 20.0], (8, 1))
+    boxes[3] = np.nan
+    scores = score_sequence(truth_of_boxes(boxes), answers_of(boxes, np.full(8, np.nan)), None)
+    weights = {score.metric: score.weight for score in scores}
+    assert [weights[name] for name in ("success_auc", "centre_error_px", "precision_20_px")] == [1.0, 1.0, 1.0]
+    assert (weights["in_view_tpr"], weights["in_view_tnr"]) == (7.0, 1.0)
+
+
+def test_a_failure_denies_presence_and_absence() -> None:
+    boxes = np.tile([10.0, 10.0, 30.0, 20.0], (8, 1))
+    boxes[5] = np.nan
+    answer = answers_of(np.where(np.isnan(boxes), 500.0, boxes), np.full(8, np.nan))
+    got = values(score_sequence(truth_of_boxes(boxes), answer, failed_at_frame=4))
+    assert (got["in_view_tpr"], got["in_view_tnr"]) == (pytest.approx(4 / 7), 0.0)
+
+
+def test_twenty_pixels_are_still_precise() -> None:
+    assert single_object.precision_20_px(np.array([0.0, 20.0, 20.01, 300.0])) == 0.5
+    assert np.isnan(single_object.precision_20_px(np.empty(0)))

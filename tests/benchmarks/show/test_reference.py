@@ -1,0 +1,168 @@
+"""The page of definitions can be made, and is complete."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from benchmarks.cli.main import main
+from benchmarks.contract import rows as records
+from benchmarks.contract import suite as registry
+from benchmarks.contract.metric import Metric, RowMeaning, Statistic
+from benchmarks.contract.suite import suite
+from benchmarks.judges.frame_out import episode_scores
+from benchmarks.run.jobs import Job, heading_of
+from benchmarks.show.docstrings import attribute_meanings
+from benchmarks.show.metric_definitions import NOT_STATED, definitions_of, metric_definitions, metrics_of
+from benchmarks.show.preset_settings import preset_settings
+from benchmarks.show.reference import truth_fields
+from benchmarks.statistics import pooling
+from benchmarks.statistics.summary import COMPARISON_COLUMNS, SUMMARY_COLUMNS, compare_ours, grouped, summarise
+from scenarios import catalog
+from tests.benchmarks.fake_rows import TRACKERS, rows_of
+from trackers.belief.features import COMMANDS, FEATURES, features_of
+from trackers.belief.kernel import BELIEF
+
+OURS = [each.id for each in catalog.entries() if each.place.startswith("scenarios.")]
+SUITES = ("fish", "follow", "frame-out", "harbour", "stereo")
+
+
+def test_the_command_prints_all_definitions(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["list", "--reference"]) == 0
+    page = capsys.readouterr().out
+    metrics = {metric.name for name in SUITES for metric in metrics_of(suite(name))}
+    fields = {field.name for name in OURS for field in truth_fields(catalog.scenario(name).truth)}
+    presets = {preset for name in OURS for preset in catalog.scenario(name).presets}
+    names = metrics | fields | presets | {*OURS, *SUMMARY_COLUMNS, *COMPARISON_COLUMNS}
+    assert {name for name in names if not re.search(rf"\b{re.escape(name)}\b", page)} == set()
+    # Each entry of the list at the top leads to a heading.
+    headings = {
+        re.sub(r"[^\w -]", "", words.lower()).replace(" ", "-") for words in re.findall(r"^## (.+)$", page, re.M)
+    }
+    listed = set(re.findall(r"\]\(#([^)]+)\)", page))
+    assert len(listed) > len(SUITES)
+    assert listed <= headings
+
+
+@pytest.mark.parametrize("name", SUITES)
+def test_every_row_of_every_metric_is_defined(name: str) -> None:
+    """A definition is a docstring of more than a few words, and defines nothing that no metric is made of."""
+    scores = suite(name)
+    needed = {row for metric in metrics_of(scores) for row in metric.rows}
+    definitions = definitions_of(scores)
+    assert {row for rows in definitions.values() for row in rows} == needed
+    for thing in definitions:
+        assert len((thing.__doc__ or "").split()) >= 5, thing
+
+
+@pytest.mark.parametrize("name", SUITES)
+def test_every_metric_says_how_it_is_made_its_range_and_where_it_comes_from(name: str) -> None:
+    scores = suite(name)
+    for each in metric_definitions(scores):
+        parts = (each.summary, each.formula, each.range, each.unit, each.better, each.conditions, each.source)
+        assert all(parts), each
+        assert NOT_STATED not in (each.conditions, each.source), each
+        assert f"`{each.rows[0]}`" in each.formula, each
+        assert each.defined_in, each
+
+
+@pytest.mark.parametrize("name", SUITES)
+def test_ranges_and_sources_are_said_once_and_of_no_other_rows(name: str) -> None:
+    scores = suite(name)
+    said = [row for meaning in scores.row_meanings for row in meaning.rows]
+    assert len(said) == len(set(said))
+    assert set(said) == {row for metric in metrics_of(scores) for row in metric.rows}
+
+
+def test_values_lie_in_the_range_that_is_said() -> None:
+    scores = suite("frame-out")
+    ranges = {row: (each.low, each.high) for each in scores.row_meanings for row in each.rows}
+    rows = [row for tracker in TRACKERS for seed in (1, 2) for row in rows_of(tracker, seed)]
+    judged = [row for row in rows if row["metric"] in ranges and row["value"] is not None]
+    assert len({row["metric"] for row in judged}) >= 5
+    for row in judged:
+        low, high = ranges[row["metric"]]
+        assert low <= np.min(row["value"]) <= np.max(row["value"]) <= high, row
+
+
+def test_a_users_metric_is_defined_by_its_docstring_and_what_it_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_SUITES", dict(registry.suites()))
+    monkeypatch.setattr(episode_scores, "_ADDED", {})
+
+    @episode_scores.episode_score("jitter_px")
+    def jitter_px(truth: object, estimate: object) -> float:
+        """Mean change of the error."""
+        return 0.0
+
+    meaning = RowMeaning(("jitter_px",), 0, np.inf, "frames in view", "mine")
+    registry.add_metric("frame-out", Metric("jitter_px", "jitter", "px", "lower"), meaning=meaning)
+    registry.add_metric("frame-out", Metric("bare", "nothing said", "fraction", "lower"))
+    told = {each.name: each for each in metric_definitions(suite("frame-out"))}
+    assert (told["jitter_px"].range, told["jitter_px"].source) == ("0 to infinity", "mine")
+    assert told["jitter_px"].defined_in[0].endswith("jitter_px")
+    assert (told["bare"].range, told["bare"].source) == ("0 to 1", NOT_STATED)
+
+
+def test_every_statistic_has_a_formula_with_its_rows() -> None:
+    assert set(pooling.FORMULAS) == {*get_args(Statistic)}
+
+
+def test_every_column_of_results_is_defined() -> None:
+    rows = [row for tracker in ("sharp", "hold") for seed in (1, 2) for row in rows_of(tracker, seed)]
+    follow = Job("follow", "road-town", "quick", "raster", 1, "hold", ("colour_pf",), link="prompt", modules=("a.py",))
+    text = records.__doc__ or ""
+    for column in {*rows[0], *heading_of(follow, "colour_pf", "as-written")}:
+        assert f"``{column}``" in text, column
+    assert {key for entry in summarise(grouped(rows)) for key in entry} <= {*SUMMARY_COLUMNS}
+    assert {key for entry in compare_ours(grouped(rows)) for key in entry} <= {*COMPARISON_COLUMNS}
+    assert all(text for columns in (SUMMARY_COLUMNS, COMPARISON_COLUMNS) for text in columns.values())
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_every_setting_of_presets_and_field_of_truth_is_defined(name: str) -> None:
+    scenario = catalog.scenario(name)
+    for presets, settings in preset_settings(scenario.presets):
+        assert set(presets) <= set(scenario.presets)
+        for setting in settings:
+            assert setting.meaning, setting.name
+            held = [preset for mine in setting.values.values() for preset in mine]
+            assert len(held) == len(set(held)), setting.name
+    assert all(field.meaning for field in truth_fields(scenario.truth))
+
+
+def test_meanings_are_read_from_a_docstring() -> None:
+    @dataclass
+    class Camera:
+        """A camera.
+
+        Attributes:
+            width_px, height_px: of the picture.
+            rate_hz: frames a second; 0
+                for none. gain: (3,) of each colour.
+
+        Raises:
+            ValueError: gain: never here.
+        """
+
+        width_px: int
+        height_px: int
+        rate_hz: float
+        gain: float
+        secret: int
+
+    shared = "`width_px`, `height_px`: of the picture"
+    expected = (shared, shared, "frames a second; 0 for none", "(3,) of each colour", "")
+    assert tuple(attribute_meanings(Camera).values()) == expected
+
+
+def test_there_are_as_many_meanings_as_features() -> None:
+    """The vector is filled by index: a row of ones at the end shows that it is as long as its list of names."""
+    out = np.full((1, len(FEATURES)), np.nan, np.float32)
+    features_of(np.zeros(1, BELIEF), np.ones((1, COMMANDS)), out)
+    assert np.isfinite(out).all()
+    assert (out[0, -COMMANDS:] == 1.0).all()
+    assert FEATURES[-COMMANDS:] == ("command_forward", "command_right", "command_climb", "command_yaw_rate")

@@ -1,0 +1,324 @@
+"""The report: one file, from rows alone, the same for the same rows, with numbers that others agree with."""
+
+from __future__ import annotations
+
+import html.parser
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.contract.rows import read_rows
+from benchmarks.contract.suite import suite
+from benchmarks.show import curves, plots, tables
+from benchmarks.show.markdown import lines_in_parts
+from benchmarks.show.page import write_report
+from benchmarks.show.palette import PLACEHOLDERS, line_styles
+from benchmarks.show.pictures import made_from, read_pictures, remove_picture, write_picture
+from benchmarks.show.provenance import provenance
+from tests.benchmarks.fake_rows import TRACKERS, rows_of, write_rows
+from trackers.papers import PAPERS
+
+FRAME_OUT = suite("frame-out")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    directory = tmp_path_factory.mktemp("results")
+    write_rows(directory)
+    write_report(directory)
+    return directory
+
+
+@pytest.fixture(scope="module")
+def page(results: Path) -> str:
+    return (results / "report.html").read_text()
+
+
+def summary_of(results: Path) -> list[dict[str, object]]:
+    return json.loads((results / "summary.json").read_text())
+
+
+class WellFormed(html.parser.HTMLParser):
+    """Checks that every element is closed in order, and collects addresses and ids."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.addresses: list[str] = []
+        self.ids: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in ("meta", "img", "br"):
+            self.open.append(tag)
+        self.handle_attributes(attrs)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.handle_attributes(attrs)
+
+    def handle_attributes(self, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name in ("href", "src", "xlink:href", "action"):
+                self.addresses.append(value or "")
+            if name == "id":
+                self.ids.append(value or "")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+@pytest.mark.heavy
+def test_the_page_is_whole_and_needs_nothing_from_outside(page: str) -> None:
+    parser = WellFormed()
+    parser.feed(page)
+    assert parser.open == []
+    for address in parser.addresses:
+        assert address.startswith(("#", "data:")), address
+    assert "<script" not in page
+    assert "@import" not in page
+    assert re.findall(r"url\((?!#)", page) == []
+
+
+@pytest.mark.heavy
+def test_what_the_plots_refer_to_is_theirs_alone(page: str) -> None:
+    """Several plots lie in one page: a clip path of one must not cut another."""
+    parser = WellFormed()
+    parser.feed(page)
+    for reference in set(re.findall(r"url\(#([^)]+)\)", page)) | set(re.findall(r'xlink:href="#([^"]+)"', page)):
+        assert parser.ids.count(reference) == 1
+
+
+@pytest.mark.heavy
+def test_the_same_rows_make_the_same_page(results: Path, page: str, tmp_path: Path) -> None:
+    write_rows(tmp_path)
+    assert write_report(tmp_path).read_text() == page
+
+
+@pytest.mark.heavy
+def test_the_page_changes_when_the_rows_do(page: str, tmp_path: Path) -> None:
+    write_rows(tmp_path, range(10_000, 10_007))
+    assert write_report(tmp_path).read_text() != page
+
+
+@pytest.mark.heavy
+def test_every_tracker_stands_on_the_page_with_its_score(results: Path, page: str) -> None:
+    text = re.sub(r"<[^>]+>", " ", page)
+    for tracker in TRACKERS:
+        assert tracker in text
+    for entry in summary_of(results):
+        if entry["metric"] == "recovery_rate":
+            assert re.search(rf"{entry['tracker']}\s.*{100 * float(str(entry['mean'])):.1f}", text, re.DOTALL)
+
+
+def test_names_from_rows_are_escaped(tmp_path: Path) -> None:
+    rows = [{**row, "tracker": "<script>alert(1)</script>"} for row in rows_of("colour_pf", 10_000)]
+    (tmp_path / "records.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
+    page = write_report(tmp_path).read_text()
+    assert "<script" not in page
+    assert "&lt;script&gt;" in page
+
+
+def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"directory: expected one that holds"):
+        write_report(tmp_path)
+    (tmp_path / "records.jsonl").write_text("")
+    with pytest.raises(ValueError, match=r"directory: expected one that holds results"):
+        write_report(tmp_path)
+
+
+@pytest.mark.parametrize("tracker", ["colour_pf", "hold"])
+def test_one_tracker_on_one_seed_makes_a_page(tmp_path: Path, tracker: str) -> None:
+    (tmp_path / "records.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows_of(tracker, 0)))
+    assert tracker in write_report(tmp_path).read_text()
+
+
+def test_plots_have_no_placeholder_colour_left_and_no_date(page: str) -> None:
+    for colour in PLACEHOLDERS:
+        assert colour not in page
+    assert "<dc:date" not in page
+
+
+def test_plots_draw_the_numbers_they_are_given() -> None:
+    """A line that ends twice as high ends higher on the page: y grows downwards there."""
+    x = np.arange(40.0)
+    ends = []
+    for top in (0.4, 0.8):
+        y = np.linspace(0, top, 40)
+        styles = line_styles([("a", "baseline")])
+        svg = plots.plot_recovery({"a": curves.Curve(x, y, y, y, x)}, styles, "it was back", 5)
+        points = re.findall(r"([\d.]+) ([\d.]+)", max(re.findall(r' d="(M[^"]+)"', svg), key=len))
+        ends.append(float(points[-1][1]))
+    assert ends[1] < ends[0] - 50
+
+
+def test_styles_differ_and_ours_is_in_front() -> None:
+    styles = line_styles([(name, role) for name, (role, *_) in TRACKERS.items()])
+    looks = {(style.colour, style.dashes, style.width) for style in styles.values()}
+    assert len(looks) == len(styles)
+    assert [name for name, style in styles.items() if style.in_front] == ["sharp"]
+
+
+def entry(tracker: str, metric: str, mean: float, role: str = "baseline") -> dict[str, object]:
+    interval = {"ci_low": mean - 0.1, "ci_high": mean + 0.1, "n": 5}
+    return {"scenario": "town", "tracker": tracker, "role": role, "metric": metric, "mean": mean, **interval}
+
+
+def test_the_leaderboard_puts_the_best_first_and_marks_it() -> None:
+    entries = [entry("a", "recovery_rate", 0.3), entry("b", "recovery_rate", 0.7)]
+    entries += [entry("a", "offscreen_error_30_m", 2.0), entry("b", "offscreen_error_30_m", 9.0)]
+    entries += [entry("a", "coverage_95", 0.94), entry("b", "coverage_95", 1.0)]
+    table = tables.leaderboard(FRAME_OUT, entries, ("baseline",))
+    assert [line.names[0] for line in table.lines] == ["b", "a"]
+    best = {
+        column.title: line.names[0]
+        for line in table.lines
+        for column, cell in zip(table.columns, line.cells, strict=True)
+        if cell.mark == "best"
+    }
+    # An error is better where it is low, a coverage where it is near 95 %.
+    assert best == {"recovery rate": "b", "offscreen error 30": "a", "coverage 95": "a"}
+
+
+@pytest.mark.parametrize("role", ["oracle", "blind"])
+def test_a_reference_is_never_marked_best_and_shares_the_scale(role: str) -> None:
+    entries = [
+        entry("a", "offscreen_error_30_m", 8.0),
+        entry("reference", "offscreen_error_30_m", 1.0, role=role),
+        entry("b", "offscreen_error_30_m", 9.9),
+    ]
+    cell = tables.leaderboard(FRAME_OUT, entries, (role,)).lines[0].cells[0]
+    assert cell.mark == ""
+    assert cell.dot == pytest.approx(10.0)
+    best = tables.leaderboard(FRAME_OUT, entries, ("baseline",)).lines[0]
+    assert (best.names, best.cells[0].mark) == (("a",), "best")
+
+
+def test_references_come_last_in_a_part_of_their_own(results: Path, page: str) -> None:
+    """An oracle that leads in every column stands below the last competitor, in text and on the page."""
+    entries = [
+        entry("told", "offscreen_error_30_m", 1.0, role="oracle"),
+        entry("a", "offscreen_error_30_m", 8.0),
+        entry("unseeing", "offscreen_error_30_m", 0.5, role="blind"),
+        entry("b", "offscreen_error_30_m", 9.9),
+    ]
+    table = tables.leaderboard(FRAME_OUT, entries, ("baseline", "blind", "oracle"))
+    assert [line.names[0] for line in table.lines] == ["a", "b", "unseeing", "told"]
+    cells = [cells[0] for cells in lines_in_parts(table)]
+    assert cells == ["`a`", "`b`", "*references, not ranked*", "`unseeing`", "`told`"]
+    alone = tables.leaderboard(FRAME_OUT, entries, ("blind", "oracle"))
+    assert [cells[0] for cells in lines_in_parts(alone)] == ["`unseeing`", "`told`"]
+    for tables_of in page.split("Every metric"):
+        parts = re.search(r"references, not ranked(.*?)</tbody>", tables_of, re.DOTALL)
+        assert parts is not None
+        assert "oracle_map" in parts[1]
+        assert "sharp" not in parts[1]
+
+
+@pytest.mark.parametrize(
+    ("difference", "low", "high", "p_holm", "mark"),
+    [
+        (0.2, 0.1, 0.3, 0.01, "better"),
+        (-0.2, -0.3, -0.1, 0.01, "worse"),
+        (0.2, -0.1, 0.3, 0.01, ""),
+        (0.2, 0.1, 0.3, 0.2, ""),
+    ],
+)
+def test_differences_are_marked_only_where_no_doubt_is_left(
+    difference: float, low: float, high: float, p_holm: float, mark: str
+) -> None:
+    comparison = {"scenario": "town", "other": "a", "metric": "recovery_rate", "difference": difference}
+    comparison |= {"ci_low": low, "ci_high": high, "p_holm": p_holm}
+    (line,) = tables.paired_differences(FRAME_OUT, [comparison], ["a"]).lines
+    assert line.cells[0].mark == mark
+    errors = tables.paired_differences(FRAME_OUT, [{**comparison, "metric": "offscreen_error_30_m"}], ["a"])
+    opposite = {"better": "worse", "worse": "better", "": ""}
+    assert errors.lines[0].cells[0].mark == opposite[mark]
+
+
+def test_provenance_says_what_was_run(results: Path) -> None:
+    made = provenance(read_rows(results))
+    assert (made.episodes, made.frames, made.split) == (8, 3200, "test split")
+    assert made.seeds == "10,000–10,007"
+    assert "--seeds 10000:10008" in made.command
+    assert made.events.startswith("24 frame-outs of ")
+    assert "8 with a turn at a crossing, 8 with a way off the road" in made.events
+
+
+@pytest.mark.heavy
+def test_the_question_that_a_table_raises_is_answered_below_it(page: str, tmp_path: Path) -> None:
+    asked = "Why can hold be ahead of particle filters?"
+    assert asked in page
+    write_rows_of(tmp_path, "hold", "sharp")
+    assert asked not in write_report(tmp_path).read_text()
+
+
+def test_metrics_link_to_their_definitions_on_the_page(page: str) -> None:
+    links = set(re.findall(r'href="#(frame-out-\w+)"', page))
+    assert "frame-out-recovery_rate" in links
+    assert links <= set(re.findall(r'<dt id="(.*?)">', page))
+    assert "area under the Kaplan-Meier curve of recovery_frames" in page
+
+
+def write_rows_of(directory: Path, *trackers: str) -> None:
+    lines = [json.dumps(row) for tracker in trackers for seed in (1, 2) for row in rows_of(tracker, seed)]
+    (directory / "records.jsonl").write_text("\n".join([*lines, ""]))
+
+
+def test_failures_are_reported(tmp_path: Path) -> None:
+    rows = rows_of("hold", 10_000)
+    rows.insert(0, {**rows[0], "metric": "failed_at_frame", "value": 17.0, "frame_out": None})
+    (tmp_path / "records.jsonl").write_text("".join(json.dumps(row) + "\n" for row in rows))
+    assert "hold, seed 10000: failed at frame 17" in write_report(tmp_path).read_text()
+
+
+@pytest.mark.heavy
+def test_pictures_are_embedded_in_their_section(tmp_path: Path) -> None:
+    write_rows(tmp_path, range(10_000, 10_003))
+    condition = ("frame-out", "road-town-v2", "standard", "raster", "")
+    image = np.full((20, 30, 3), (200, 30, 30), dtype=np.uint8)
+    write_picture(tmp_path, "x", image, condition, "A picture", "what <it> shows", made_from="seed 1")
+    write_picture(tmp_path, "y", image, (*condition[:2], "hard", "raster", ""), "Elsewhere", "no", "seed 1")
+    assert made_from(tmp_path, "x") == "seed 1"
+    assert made_from(tmp_path, "z") is None
+    (picture, _) = read_pictures(tmp_path)
+    assert (picture.width_px, picture.height_px) == (30, 20)
+    page = write_report(tmp_path).read_text()
+    assert picture.source in page
+    assert "what &lt;it&gt; shows" in page
+    assert "Elsewhere" not in page
+    remove_picture(tmp_path, "x")
+    assert len(read_pictures(tmp_path)) == 1
+
+
+def test_the_papers_of_methods_stand_below_the_leaderboard(page: str) -> None:
+    notes = re.findall(r'<p class="note">(.*?)</p>', page, re.S)
+    (named,) = [note for note in notes if "paper A" in note]
+    assert re.findall(r'<span class="name">(\w+)</span>', named) == ["colour_pf", "road_shape_pf"]
+    assert PAPERS["A"].reference() in named
+    assert "paper B" not in page
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("last", [0, 1, 2, 7, 130])
+def test_frames_are_counted_in_whole_numbers(last: int) -> None:
+    x = np.arange(last + 1.0)
+    curve = curves.Curve(x, x + 1.0, x + 0.5, x + 1.5, np.ones(last + 1, int))
+    drawn = {"sharp": curve}
+    styles = line_styles([("sharp", "ours")])
+    pictures = (
+        plots.plot_offscreen_error(drawn, styles),
+        plots.plot_search(drawn, styles, last),
+        plots.plot_errors(drawn, styles, "frames since the track was lost", "error, px"),
+    )
+    for picture in pictures:
+        axis = picture[picture.index('id="matplotlib.axis_1"') : picture.index('id="matplotlib.axis_2"')]
+        ticks = re.findall(r"<text [^>]*>([^<]*)</text>", axis)[:-1]
+        assert len(ticks) >= 2
+        assert all(tick.isdigit() for tick in ticks), ticks
+
+
+def test_pages_hold_no_backtick_and_no_plus_before_a_share(page: str) -> None:
+    assert "`" not in page
+    assert 'content: "+' not in page

@@ -1,0 +1,157 @@
+"""Results from Python: tables hold what the rows hold, numbers apart from lists, and plots are pictures."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from benchmarks import Results
+from benchmarks.contract.rows import read_rows
+from benchmarks.show.long_table import lists_table, numbers_table
+from benchmarks.show.metric_plot import metric_figure
+from benchmarks.show.palette import PLACEHOLDERS, light_colours, on_light
+from tests.benchmarks.fake_rows import TRACKERS, write_rows
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    directory = tmp_path_factory.mktemp("results")
+    write_rows(directory)
+    return Results(directory)
+
+
+def test_numbers_are_all_there_each_on_a_line_of_its_own(results: Results) -> None:
+    rows = [row for row in read_rows(results.directory) if not isinstance(row["value"], list)]
+    table = results.rows()
+    assert len(table) == len(rows)
+    assert table["value"].dtype == table["weight"].dtype == np.float64
+    for name in ("suite", "scenario", "preset", "renderer", "tracker", "role", "seed", "metric"):
+        assert table[name].tolist() == [row[name] for row in rows]
+    values = [np.nan if row["value"] is None else float(row["value"]) for row in rows]
+    np.testing.assert_array_equal(table["value"], values)
+    assert np.isnan(table["value"]).any()
+
+
+def test_lines_about_an_event_say_which_and_others_leave_it_empty(results: Results) -> None:
+    rows = [row for row in read_rows(results.directory) if not isinstance(row["value"], list)]
+    table = results.rows()
+    about = [row["frame_out"] or {} for row in rows]
+    for key in ("kind", "index", "length_frames", "side"):
+        column = table[f"event_{key}"]
+        assert [None if value != value else value for value in column] == [each.get(key) for each in about]
+    assert table["event_kind"].isna().any()
+    assert table["event_kind"].notna().any()
+
+
+def test_lists_stand_apart_with_the_place_of_each_entry(results: Results) -> None:
+    rows = [row for row in read_rows(results.directory) if isinstance(row["value"], list)]
+    table = results.lists()
+    assert len(table) == sum(len(row["value"]) for row in rows)
+    assert set(table["metric"]).isdisjoint(results.rows()["metric"])
+    first = table[: len(rows[0]["value"])]
+    assert first["entry"].tolist() == list(range(len(first)))
+    np.testing.assert_array_equal(first["value"], np.array(rows[0]["value"], dtype=float))
+
+
+def test_no_rows_are_tables_with_columns_alone() -> None:
+    assert list(numbers_table([]).columns[-3:]) == ["metric", "value", "weight"]
+    assert len(numbers_table([])) == len(lists_table([])) == 0
+
+
+def test_means_of_the_table_are_those_of_the_summary(results: Results) -> None:
+    """A share over frame-outs: the plain mean of its rows."""
+    table, summary = results.rows(), results.summary()
+    entries = summary[summary["metric"] == "recovery_rate"].set_index("tracker")
+    means = table[table["metric"] == "recovered"].groupby("tracker")["value"].mean()
+    for tracker in TRACKERS:
+        assert entries.loc[tracker, "mean"] == pytest.approx(means[tracker], rel=1e-5)
+    others = results.comparisons()
+    assert set(others["other"]) == set(TRACKERS) - {"sharp"}
+
+
+def test_a_plot_of_a_metric_has_a_dot_with_its_interval_for_each_contestant(results: Results) -> None:
+    figure = results.plot("recovery_rate")
+    assert isinstance(figure, Figure)
+    (axes,) = figure.axes
+    summary = results.summary()
+    entries = summary[summary["metric"] == "recovery_rate"].set_index("tracker")
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert names == entries.sort_values("mean", kind="stable").index.tolist()
+    bars, dots = axes.lines[::2], axes.lines[1::2]
+    for name, bar, dot in zip(names, bars, dots, strict=True):
+        assert list(dot.get_xdata()) == [entries.loc[name, "mean"]]
+        assert list(bar.get_xdata()) == [entries.loc[name, "ci_low"], entries.loc[name, "ci_high"]]
+    assert to_hex(dots[names.index("sharp")].get_color()) == light_colours()["ours"]
+    assert axes.get_xlabel() == "recovery rate, higher is better"
+    assert figure._repr_png_().startswith(b"\x89PNG")
+
+
+def test_the_best_stands_above_whatever_is_better(results: Results) -> None:
+    (lower,) = results.plot("offscreen_error_30_m").axes
+    assert lower.get_yticklabels()[-1].get_text() in ("sharp", "oracle_map")
+    (ideal,) = results.plot("coverage_95").axes
+    assert ideal.get_xlabel() == "coverage 95, ideal: 95.0 %"
+
+
+def test_a_contestant_without_a_mean_is_named_below_the_others(results: Results) -> None:
+    summary = json.loads((results.directory / "summary.json").read_text())
+    shown = [entry for entry in summary if entry["metric"] == "recovery_rate"]
+    nothing = dict.fromkeys(("mean", "ci_low", "ci_high"))
+    undefined = [entry | nothing if entry["tracker"] in ("sharp", "oracle_map") else entry for entry in shown]
+    (axes,) = metric_figure(undefined, "recovery_rate").axes
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert sorted(names) == sorted(TRACKERS)
+    assert {*names[:2]} == {"sharp", "oracle_map"}
+    assert [line.get_ydata()[0] for line in axes.lines[1::2]] == [*range(2, len(names))]
+
+
+@pytest.mark.heavy
+def test_conditions_have_axes_of_their_own(results: Results, tmp_path: Path) -> None:
+    lines = (results.directory / "records.jsonl").read_text()
+    (tmp_path / "records.jsonl").write_text(lines + lines.replace('"standard"', '"hard"'))
+    titles = [axes.get_title("left").split(",")[0] for axes in Results(tmp_path).plot("recovery_rate").axes]
+    assert sorted(titles) == ["road-town-v2 hard", "road-town-v2 standard"]
+
+
+def test_plots_of_the_report_are_pictures_that_stand_alone(results: Results) -> None:
+    figures = results.figures()
+    assert [each.title for each in figures][:2] == [
+        "Where is the car while outside the picture?",
+        "How soon is it found again?",
+    ]
+    for figure in figures:
+        picture = ET.fromstring(figure._repr_svg_())
+        declared = dict(part.split(":") for part in picture.attrib["style"].split(";"))
+        used = {word.split(")")[0] for word in figure.svg().split("var(--")[1:]}
+        assert used <= {name.removeprefix("--") for name in declared}
+        words = {"".join(each.itertext()) for each in picture.iter("{http://www.w3.org/2000/svg}text")}
+        # Variants are no lines of plots, nor entries of the legend.
+        assert {figure.title, *TRACKERS} - words == {"blunt"}
+        (plot,) = picture.findall("{http://www.w3.org/2000/svg}svg")
+        assert int(plot.attrib["y"]) + int(plot.attrib["height"]) == int(picture.attrib["height"])
+
+
+def test_every_placeholder_has_a_colour_on_a_light_ground() -> None:
+    for placeholder, variable in PLACEHOLDERS.items():
+        assert on_light(placeholder) == light_colours()[variable]
+    assert on_light("red") == "red"
+    assert light_colours()["ground"] == "#ffffff"
+
+
+def test_what_is_not_there_is_said(results: Results, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"metric: expected one of .*recovery_rate.*, got 'recovery'"):
+        results.plot("recovery")
+    with pytest.raises(ValueError, match=r"directory: expected one that holds records\.jsonl"):
+        Results(tmp_path)
+
+
+def test_a_missing_summary_is_made_again(results: Results) -> None:
+    made = json.loads((results.directory / "summary.json").read_text())
+    (results.directory / "summary.json").unlink()
+    assert results.summary().to_dict("records") == made

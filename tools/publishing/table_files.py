@@ -1,0 +1,210 @@
+"""The committed files of a published table: ``NAME.json``, and its rows as ``NAME.jsonl.xz``.
+
+``NAME.json`` is one object:
+
+===============  =======================================================================================================
+``table``        its name
+``command``      makes the same rows, without the ledger
+``commit``       of the checkout that published them; rows may be of an earlier one, see ``TableRun.is_current``
+``seeds``        ``A:B``
+``trackers``     of a bench, in the order of the command; empty for other tables
+``editions``     ``shared``: packages and judge; ``scenes``: preset -> scene; ``contestants``: label -> tracker and
+                 controller; see ``benchmarks.run.editions``
+``budgets``      of tuned ``trackers`` and ``controllers``: name -> trials, presets and seeds
+``rows``         ``count``; ``sha256`` of the figures, see ``figures_hash``; ``unrepeatable``: trackers that it leaves
+                 out; null for speeds, which have no rows
+``seconds``      label -> mean wall time of an episode, with its share of the pictures
+``failures``     episodes in which a tracker or a controller failed: ``contestant``, ``seed``, ``frame``
+``summary``      list of ``summary.json``. ``comparisons``: list of ``comparisons.json``
+``findings``     beside the claims of a paper; empty for other tables
+``varied``       of a paper: ``words``, ``heads`` and ``rows`` of the table of what was fitted, varied; else null
+===============  =======================================================================================================
+
+The rows are ``records.jsonl`` as it was: uncompressed into a folder, ``frameout report`` makes the report from it.
+"""
+
+from __future__ import annotations
+
+import json
+import lzma
+from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from benchmarks.contract.rows import FILE_NAME, Row, blocks_of_lines, lines_of, read_blocks
+from benchmarks.run.blocks import CONTROLLER_FAILED_AT
+from sim.checks import check
+from tools.publishing import ledger
+from tools.publishing.figures_hash import Blocks, hash_of_figures, unrepeatable
+from trackers.atomic_file import write_atomic
+
+if TYPE_CHECKING:
+    from tools.publishing.published import PublishedTable
+    from tools.publishing.table_runs import TableRun
+
+ROOM_BYTES = 20_000_000
+"""For the compressed rows of all tables together."""
+_OF_CONTESTANTS = ("tracker", "controller", "policy")
+_FAILED = ("failed_at_frame", CONTROLLER_FAILED_AT)
+
+
+@dataclass(frozen=True)
+class TableFile:
+    """A published table. ``contents`` are those of its JSON, see the module."""
+
+    contents: Mapping[str, Any]
+
+    def __getitem__(self, key: str) -> Any:
+        return self.contents[key]
+
+    @property
+    def name(self) -> str:
+        """Of the table."""
+        return str(self["table"])
+
+    @property
+    def seeds(self) -> range:
+        """Of its episodes."""
+        first, last = self["seeds"].split(":")
+        return range(int(first), int(last))
+
+
+def write_table(run: TableRun, out: Path, commit: str) -> str:
+    """Write the files of a table that was made in ``out``; return a line about them.
+
+    Raises:
+        ValueError: for rows of several editions, and if the rows of all tables would not fit; nothing is written then.
+    """
+    folder, name = ledger.TABLES_FOLDER, run.table.name
+    blocks = read_blocks(out) if (out / FILE_NAME).is_file() else {}
+    contents = _contents(run, out, blocks, commit)
+    packed = lzma.compress((out / FILE_NAME).read_bytes()) if blocks else b""
+    taken = sum(file.stat().st_size for file in folder.glob("*.xz") if file != rows_file(name))
+    room = f"compressed rows of all tables in {ROOM_BYTES / 1e6:.1f} MB; take fewer seeds"
+    sizes = f"{(taken + len(packed)) / 1e6:.1f} MB, {len(packed) / 1e6:.1f} of them for {name}"
+    check("publish", taken + len(packed) <= ROOM_BYTES, room, sizes)
+    folder.mkdir(exist_ok=True)
+    if packed:
+        write_atomic(rows_file(name), packed)
+    else:
+        rows_file(name).unlink(missing_ok=True)
+    write_atomic(table_file(name), _as_text(contents))
+    return f"{table_file(name).name}: {len(packed) / 1e6:.2f} MB of rows, {sizes.partition(',')[0]} with all tables"
+
+
+def read_table(name: str) -> TableFile:
+    """Return a committed table. Raises ValueError if there is none."""
+    check("table", table_file(name).is_file(), "one that was published", repr(name))
+    return TableFile(json.loads(table_file(name).read_text()))
+
+
+def read_rows_of(name: str) -> dict[Any, list[Row]]:
+    """Return the committed rows of a table by block; none of a speed, and of a table that is not published."""
+    file = rows_file(name)
+    return blocks_of_lines(lzma.decompress(file.read_bytes()).splitlines()).blocks if file.is_file() else {}
+
+
+def committed_rows(table: PublishedTable) -> bytes:
+    """Return the committed rows of a table's seeds, uncompressed."""
+    kept = read_rows_of(table.name)
+    return b"".join(lines_of(rows) for key, rows in kept.items() if key.seed in table.seeds)
+
+
+def table_file(name: str) -> Path:
+    """Return the path of a table's JSON."""
+    return ledger.TABLES_FOLDER / f"{name}.json"
+
+
+def rows_file(name: str) -> Path:
+    """Return the path of a table's rows."""
+    return ledger.TABLES_FOLDER / f"{name}.jsonl.xz"
+
+
+def _contents(run: TableRun, out: Path, blocks: Blocks, commit: str) -> dict[str, Any]:
+    rows = [row for block in blocks.values() for row in block]
+    findings = run.findings(rows)
+    summary, comparisons = run.entries(out, findings)
+    seeds, left_out = run.table.seeds, unrepeatable(blocks)
+    return {
+        "table": run.table.name,
+        "command": run.command,
+        "commit": commit,
+        "seeds": f"{seeds.start}:{seeds.stop}",
+        "trackers": list(run.trackers),
+        "editions": editions_of_rows(blocks),
+        "budgets": run.budgets(rows),
+        "rows": {
+            "count": len(rows),
+            "sha256": hash_of_figures(blocks, left_out),
+            "unrepeatable": sorted(left_out),
+        }
+        if rows
+        else None,
+        "seconds": seconds_by_contestant(blocks),
+        "failures": [
+            {"contestant": label(row), "seed": row["seed"], "frame": row["value"]}
+            for row in rows
+            if row["metric"] in _FAILED
+        ],
+        "summary": summary,
+        "comparisons": comparisons,
+        "findings": findings,
+        "varied": run.varied(out, rows),
+    }
+
+
+def editions_of_rows(blocks: Blocks) -> dict[str, Any]:
+    """Return the editions of rows, shared and of contestants. Raises ValueError if there are several of one."""
+    shared: dict[str, set[str]] = defaultdict(set)
+    scenes: dict[str, set[str]] = defaultdict(set)
+    contestants: dict[str, dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
+    for block in blocks.values():
+        for part, edition in block[0]["editions"].items():
+            if part == "scene":
+                scenes[block[0]["preset"]].add(edition)
+            else:
+                of = contestants[label(block[0])] if part in _OF_CONTESTANTS else shared
+                of[part].add(edition)
+    return {
+        "shared": _single(shared),
+        "scenes": _single(scenes, "the scene of preset "),
+        "contestants": {name: _single(parts, f"{name}: ") for name, parts in contestants.items()},
+    }
+
+
+def seconds_by_contestant(blocks: Blocks) -> dict[str, float]:
+    """Return the mean wall time of an episode by contestant; those without times are left out."""
+    seconds: dict[str, list[float]] = defaultdict(list)
+    for block in blocks.values():
+        if block[0]["seconds"] is not None:
+            seconds[label(block[0])].append(block[0]["seconds"])
+    return {name: round(float(np.mean(each)), 3) for name, each in seconds.items()}
+
+
+def label(row: Mapping[str, Any]) -> str:
+    """Return the contestant of a row: the tracker, or ``CONTROLLER+TRACKER`` where a controller steers."""
+    return f"{row['controller']}+{row['tracker']}" if row["controller"] else str(row["tracker"])
+
+
+def _single(editions: Mapping[str, set[str]], of: str = "") -> dict[str, str]:
+    found = {}
+    for part, several in editions.items():
+        check("publish", len(several) == 1, f"rows of one edition of {of}{part}", ", ".join(sorted(several)))
+        (found[part],) = several
+    return found
+
+
+def _as_text(contents: Mapping[str, Any]) -> str:
+    """Return the JSON with one line for each entry of a list."""
+    lines = []
+    for key, value in contents.items():
+        if isinstance(value, list) and value:
+            entries = ",\n  ".join(json.dumps(each, ensure_ascii=False) for each in value)
+            lines.append(f" {json.dumps(key)}: [\n  {entries}\n ]")
+        else:
+            lines.append(f" {json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
