@@ -11,6 +11,8 @@ _HOMES = {
     "ContestantWarning": "benchmarks.run.outcome",
     "DataSet": "benchmarks.data.sets.data_set",
     "Results": "benchmarks.show.results",
+    "Showing": "benchmarks.show.showing",
+    "register_showing": "benchmarks.show.showing",
     "Metric": "benchmarks.contract.metric",
     "RowMeaning": "benchmarks.contract.metric",
     "Scene": "benchmarks.contract.suite",
@@ -24,7 +26,7 @@ _HOMES = {
     "Score": "benchmarks.contract.judging",
     "ScoreSheet": "benchmarks.contract.judging",
     "read_rows": "benchmarks.contract.rows",
-    "TrackTable": "benchmarks.data.tracks.table",
+    "TrackTable": "benchmarks.contract.track_table",
     "read_tracks": "benchmarks.data.tracks.reading",
     "write_tracks": "benchmarks.data.tracks.writing",
 }

@@ -19,12 +19,12 @@ from rich import box
 from rich.table import Table
 
 from benchmarks.cli.arguments import COUNT, FOLDER, NAMES, WORKERS, names
-from benchmarks.cli.console import console_of
-from benchmarks.cli.progress import progress_bar
 from benchmarks.contract.rows import FILE_NAME
 from benchmarks.run.arithmetic import calculates_like_published
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
+from benchmarks.show.console import console_of
+from benchmarks.show.progress import progress_bar
 from benchmarks.statistics.summary import SUMMARY_FILE_NAME
 from sim.checks import check
 from tools.publishing import ledger

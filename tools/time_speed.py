@@ -14,13 +14,13 @@ from rich import box
 from rich.table import Table
 
 from benchmarks.cli.arguments import COUNT, NAMES, SEEDS, check_unset, names, seed_range
-from benchmarks.cli.console import console_of
-from benchmarks.cli.progress import progress_bar
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.text import counted
 from benchmarks.learning.settings import EPISODES
 from benchmarks.run.experiment import make_folder
 from benchmarks.run.packages import needs_data
+from benchmarks.show.console import console_of
+from benchmarks.show.progress import progress_bar
 from benchmarks.show.tables import NO_NUMBER
 from benchmarks.statistics.summary import SUMMARY_FILE_NAME
 from scenarios import catalog

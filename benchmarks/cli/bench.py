@@ -28,7 +28,6 @@ from benchmarks.cli.arguments import (
 from benchmarks.cli.bench_function import bench, check_suites, stored_seeds
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.printing import contestants_print_to_stderr
-from benchmarks.cli.progress import progress_bar
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.printable import printable
 from benchmarks.contract.rows import REAL, read_rows
@@ -38,6 +37,7 @@ from benchmarks.run.experiment import check_file
 from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.selection import Asked
 from benchmarks.show.page import write_report
+from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
 from benchmarks.statistics.rank_agreement import rank_agreement
 from benchmarks.statistics.summary import read_summary
@@ -189,8 +189,6 @@ class Bench(WithModules):
             told = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
             print(json.dumps(told, indent=1))
         elif shows:
-            for line in wanted.ratios_on_files(read_rows(out)) if self.real else ():
-                print(line)
             for line in sequences_in_words(read_rows(out)) if pictures else ():
                 print(line)
             for line in rank_agreement(wanted, summary, simulated) if self.beside is not None else ():

@@ -15,6 +15,7 @@ import warnings
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,16 +23,19 @@ from benchmarks.contract import suite as registry
 from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import DEFAULT, Suite
 from benchmarks.contract.text import counted
-from benchmarks.data.real import check_no_layout, real_episodes, trackers_on_pictures
+from benchmarks.data.real import check_no_layout, real_episodes
 from benchmarks.data.sequences.sequence import USUAL_RATE_HZ
 from benchmarks.run.contestants import Entrant, entrants
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import Experiment, Progress, check_limits, check_names, check_renderer, run
+from benchmarks.run.keeping import Keeper
 from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
+from benchmarks.run.real import trackers_on_pictures
 from benchmarks.run.selection import Asked, Party, parties
 from benchmarks.show.results import Results
+from scenarios.scenario import Episode
 from sim.checks import check
 from trackers.registry import entries
 
@@ -39,7 +43,7 @@ if TYPE_CHECKING:
     from benchmarks.data.sets.request import Request
 
 ShowProgress = Callable[[str], AbstractContextManager[Progress | None]]
-"""Takes a title and opens what shows progress, e.g. ``benchmarks.cli.progress.progress_bar``."""
+"""Takes a title and opens what shows progress, e.g. ``benchmarks.show.progress.progress_bar``."""
 
 
 def no_progress(title: str) -> AbstractContextManager[None]:
@@ -137,8 +141,8 @@ def bench(
         limit_s=limit_s,
         modules=own_modules,
         backend=backend,
-        data=data,
-        keep_estimates=keep_estimates,
+        stored=None if data is None else _stored_episodes(data),
+        keeper=_keeper() if keep_estimates else None,
     )
     if paths:
         check_limits(common)
@@ -252,6 +256,20 @@ def _damage_told(data: str | None) -> AbstractContextManager[None]:
     from benchmarks.data.sets.places import place_of
 
     return damage_told(place_of(data)[1], "data")
+
+
+def _stored_episodes(data: str) -> Callable[[int], Episode]:
+    """Return what takes a seed to the stored episode of a data set."""
+    # Here, since it imports the packages of the extra.
+    from benchmarks.data.sets.data_set import stored_episode
+
+    return partial(stored_episode, data)
+
+
+def _keeper() -> Keeper:
+    from benchmarks.data.estimates.keeping import Estimates
+
+    return Estimates()
 
 
 def stored_seeds(data: str) -> range:

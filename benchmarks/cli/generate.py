@@ -23,13 +23,13 @@ from benchmarks.cli.arguments import (
     names,
     seed_range,
 )
-from benchmarks.cli.progress import progress_bar
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.text import counted
 from benchmarks.run.cores import cores
 from benchmarks.run.editions import package_versions, scene_edition
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.packages import needs_data
+from benchmarks.show.progress import progress_bar
 from scenarios import catalog
 from sim.checks import check
 

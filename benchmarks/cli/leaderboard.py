@@ -11,11 +11,11 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
-from benchmarks.cli.console import console_of
 from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import counted
 from benchmarks.show import tables
+from benchmarks.show.console import console_of
 from benchmarks.show.markdown import head, lines_in_parts, markdown_table, short
 from benchmarks.statistics.summary import condition_of, steering_words
 

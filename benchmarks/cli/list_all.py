@@ -12,14 +12,14 @@ from rich import box
 from rich.table import Table
 
 from benchmarks.cli.arguments import SEEDS, check_unset, seed_range
-from benchmarks.cli.console import console_of
-from benchmarks.cli.progress import progress_bar
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import Suite, suites
 from benchmarks.run.contestants import entrants
 from benchmarks.run.editions import scene_edition
+from benchmarks.show.console import console_of
 from benchmarks.show.envs_page import envs_page
 from benchmarks.show.metric_definitions import MetricDefinition, metric_definitions
+from benchmarks.show.progress import progress_bar
 from benchmarks.show.reference import reference_page
 from scenarios import catalog
 from scenarios.catalog import unversioned

@@ -10,13 +10,13 @@ from typing import Annotated
 import tyro
 
 from benchmarks.cli.arguments import COUNT, FILE, ONE_NAME
-from benchmarks.cli.progress import progress_bar
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import suites
 from benchmarks.run.contestants import entrants, entrants_of
 from benchmarks.run.experiment import check_renderer
 from benchmarks.run.jobs import Job
 from benchmarks.run.steering import link_in, suite_shown, suite_watching
+from benchmarks.show.progress import progress_bar
 from benchmarks.show.video.episode_video import render_episode
 from scenarios import catalog
 from sim.checks import check

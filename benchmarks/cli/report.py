@@ -12,13 +12,13 @@ import tyro
 from benchmarks.cli.arguments import FOLDER, NAMES, WORDS, WORKERS, names
 from benchmarks.cli.ignored_rows import report_ignored_rows
 from benchmarks.cli.leaderboard import print_leaderboard
-from benchmarks.cli.progress import progress_bar
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import check_metrics
 from benchmarks.contract.text import counted
 from benchmarks.run.cores import cores
 from benchmarks.run.packages import needs_data
 from benchmarks.show.page import write_report
+from benchmarks.show.progress import progress_bar
 from benchmarks.statistics.summary import write_summary
 from sim.checks import check
 

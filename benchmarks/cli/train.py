@@ -13,7 +13,6 @@ from typing import Annotated
 import tyro
 
 from benchmarks.cli.arguments import COUNT, FOLDER, ONE_NAME, USUAL_SEEDS, VALUES, development_seeds, seed_range
-from benchmarks.cli.progress import progress_bar
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.text import counted
 from benchmarks.learning.error_models import make_error_model, save_error_model
@@ -23,6 +22,7 @@ from benchmarks.learning.settings import EPISODES, Algorithm, Corrects, Training
 from benchmarks.learning.training import Standing, needs_stable_baselines, train
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import Progress, make_folder
+from benchmarks.show.progress import progress_bar
 from scenarios import catalog
 from scenarios.envs.actions import check_values
 from scenarios.envs.pictureless.bank import is_playable

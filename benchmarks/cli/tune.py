@@ -25,7 +25,6 @@ from benchmarks.cli.arguments import (
     names,
     seed_range,
 )
-from benchmarks.cli.progress import progress_bar
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.rows import TEST_SPLIT
 from benchmarks.contract.suite import Scene, controllers_suite, suite
@@ -54,6 +53,7 @@ from benchmarks.run.contestants import entrant
 from benchmarks.run.cores import cores
 from benchmarks.run.experiment import make_folder
 from benchmarks.run.failures import Failure
+from benchmarks.show.progress import progress_bar
 from scenarios import catalog
 from sim.checks import check
 from sim.choices import check_choice

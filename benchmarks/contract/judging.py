@@ -14,6 +14,10 @@ from trackers.types import CameraCommand, Track
 _T = TypeVar("_T", bound=Truth)
 
 
+class UnreadableSequence(ValueError):
+    """A picture of a real sequence is missing, broken or of another size: no tracker can be judged on the sequence."""
+
+
 class Event(Protocol):
     """A part of an episode that may have scores of its own."""
 

@@ -9,24 +9,19 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_type_hints
+from typing import Any, Literal, get_args, get_type_hints
 
+from benchmarks.contract.entrant import Entrant
 from benchmarks.contract.judging import Judge, OnSequences, Recording
 from benchmarks.contract.metric import Metric, RowMeaning
 from benchmarks.contract.rows import REAL, Row
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.contract.tuning_episodes import DEFAULT_EPISODES, TuningEpisodes
-from benchmarks.show.palette import LineStyle
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
 from sim.checks import check
 from sim.choices import check_choice
-
-if TYPE_CHECKING:
-    from benchmarks.run.contestants import Entrant
-    from benchmarks.show.facts import Facts
-    from benchmarks.show.video.drawing import Drawing
 
 _MODULES = {
     "frame-out": "benchmarks.judges.frame_out.suite",
@@ -45,15 +40,6 @@ Condition = tuple[str, str, str, str, str]
 """Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link if controllers compete."""
 Name = Literal["tracker", "controller"]
 EventTest = Callable[[dict[str, Any]], bool]
-
-
-@dataclass(frozen=True, slots=True)
-class Plot:
-    """A figure of the report with its text; ``svg`` as ``report.plots.svg`` returns it."""
-
-    title: str
-    words: str
-    svg: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +72,6 @@ class Scene:
     Attributes:
         scenario: catalogue id without version.
         trackers_of: name of the suite whose trackers take part; "" = its own. trackers: default ones; () = all.
-        drawing: makes the drawing of an episode; None: another suite's, or the larger view.
         preset: default one; "" = the suite's.
         tuned_on: development episodes, see ``frameout tune``.
     """
@@ -94,7 +79,6 @@ class Scene:
     scenario: str
     trackers_of: str = ""
     trackers: tuple[str, ...] = ()
-    drawing: Callable[[Episode], Drawing] | None = None
     preset: str = ""
     tuned_on: TuningEpisodes = DEFAULT_EPISODES
 
@@ -104,7 +88,7 @@ class Suite:
     """Scores that answer one question.
 
     Attributes:
-        name: what users type. summary: one line. heading: of its report page.
+        name: what users type. summary: one line.
         edition: of its rows; raise it when its judge gives other rows, see ``benchmarks.run.editions``.
         scenes: its scenarios; tuning uses the first. preset, quick_preset: defaults.
         judge: makes the judge of an episode of a scenario; it decides which objects are targets.
@@ -113,20 +97,15 @@ class Suite:
         compared: metrics of the comparison of ours with each other contestant.
         tuned_for: objective of tuning: the sum of these metrics times these factors.
         events: parts of an episode with rows of their own. silence: score of a frame without an answer, in words.
-        figures: draws the report's plots from rows by tracker, in the given styles.
-        picture: writes a picture of the trackers ``shown`` for the report.
-        facts: table of the report about the episodes themselves.
-        references: contestants with unfair knowledge. oracles: note of the report about them.
-        remarks: tracker -> answer to what its line beside methods as written makes readers ask, below the table.
+        references: contestants with unfair knowledge.
         controller: default controller of presets in closed loop; None: no controller can steer.
         contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
         truth: extent of the truth that the judge needs.
         follows_many: whether contestants answer with the tracks of many targets.
         needs_depth: whether a track without ``depth_m`` scores nothing.
-        recordings: reads files of real tracks, see ``frameout bench --real``: the recordings, notes for the user, and
-            what is wrong with files that cannot be used, a line each; None: the suite judges none.
+        recordings: takes real tracks, see ``frameout bench --real``, to recordings, notes for the user, and what is
+            wrong with tracks that cannot be used, a line each; None: the suite judges none.
         on_sequences: judges trackers on real sequences, see ``frameout bench --real``; None: the suite does not.
-        ratios_on_files: takes rows about recordings to lines of text that ``frameout bench --real`` prints.
         definitions: function, class or module whose docstring defines rows -> the rows' names.
         row_meanings: ranges, conditions and sources of rows.
         added: functions of users' own rows by name, whose docstrings define them.
@@ -134,7 +113,6 @@ class Suite:
 
     name: str
     summary: str
-    heading: str
     scenes: tuple[Scene, ...]
     preset: str
     quick_preset: str
@@ -146,20 +124,14 @@ class Suite:
     silence: str
     edition: int = 1
     events: EventWords = NO_EVENTS
-    figures: Callable[[Mapping[str, Sequence[Row]], Mapping[str, LineStyle]], list[Plot]] = lambda rows, styles: []
-    picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = lambda *_: None
-    facts: Facts | None = None
     references: tuple[Entrant, ...] = ()
-    oracles: str = ""
-    remarks: Mapping[str, str] = field(default_factory=dict)
     controller: str | None = "centre"
     contestants: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"
     follows_many: bool = False
     needs_depth: bool = False
-    recordings: Callable[[Sequence[Path]], tuple[Sequence[Recording], list[str], list[str]]] | None = None
+    recordings: Callable[[Sequence[TrackTable]], tuple[Sequence[Recording], list[str], list[str]]] | None = None
     on_sequences: OnSequences | None = None
-    ratios_on_files: Callable[[Sequence[Row]], Iterable[str]] = lambda _: ()
     definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
     row_meanings: tuple[RowMeaning, ...] = ()
     added: Callable[[], Mapping[str, Callable[..., Any]]] = dict

@@ -52,11 +52,6 @@ def true_negative_rate(absent: NDArray[np.bool_], says_in_view: NDArray[np.bool_
     return _share(~says_in_view, absent)
 
 
-def geometric_mean(tpr: NDArray[np.float64], tnr: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``sqrt(TPR * TNR)`` in [0, 1] (OxUvA, eq. 2 without its random abstention)."""
-    return np.sqrt(tpr * tnr)
-
-
 def oxuva_scores(
     present: NDArray[np.bool_],
     absent: NDArray[np.bool_],

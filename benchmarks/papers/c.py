@@ -15,6 +15,7 @@ from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.swim_figures import measured_tank, turning_gap, usual_gap
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.show.palette import line_styles
+from benchmarks.show.showing import showing_of
 from benchmarks.show.video.contact_sheet import picture_sheet
 from benchmarks.statistics.summary import grouped
 from scenarios.scenario import RendererName
@@ -39,7 +40,7 @@ class GapExperiment(TrackerExperiment):
         self._show_paths(out, seeds.start, renderer)
         drawn = {name: grouped(rows)[self.condition(renderer)][name] for name in self.trackers}
         styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
-        plots = suite(self.suite).figures(drawn, styles)
+        plots = showing_of(suite(self.suite)).figures(drawn, styles)
         return Plots("Errors over the gap's length", {f"{plot.title} {plot.words}": plot.svg for plot in plots})
 
     def _show_paths(self, out: Path, seed: int, renderer: RendererName) -> None:

@@ -9,8 +9,8 @@ from typing import Literal, NamedTuple
 from rich import box
 from rich.table import Table
 
-from benchmarks.cli.console import console_of
 from benchmarks.contract.text import interval_text, number_text, ranges_text, unit_sign
+from benchmarks.show.console import console_of
 
 
 @dataclass(frozen=True, slots=True)

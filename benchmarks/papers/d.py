@@ -13,6 +13,7 @@ from benchmarks.papers.experiment import Plots
 from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.show.palette import line_styles
+from benchmarks.show.showing import showing_of
 from benchmarks.statistics.summary import grouped
 from scenarios.scenario import RendererName
 from trackers import registry
@@ -46,9 +47,9 @@ class HarbourExperiment(TrackerExperiment):
         """See ``PaperExperiment``: one visit with both methods, and the suite's figures."""
         condition = self.condition(renderer)
         drawn = {name: grouped(rows)[condition][name] for name in self.trackers}
-        suite(self.suite).picture(out, condition, drawn, self.trackers)
+        showing_of(suite(self.suite)).picture(out, condition, drawn, self.trackers)
         styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
-        plots = suite(self.suite).figures(drawn, styles)
+        plots = showing_of(suite(self.suite)).figures(drawn, styles)
         return Plots("What the paper could not measure", {f"{plot.title} {plot.words}": plot.svg for plot in plots})
 
 

@@ -8,7 +8,6 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from benchmarks.cli.progress import progress_bar
 from benchmarks.contract.rows import Row
 from benchmarks.contract.text import ranges_text
 from benchmarks.papers.claims import Claim, Finding, print_findings, print_matrix
@@ -17,6 +16,7 @@ from benchmarks.papers.robustness import print_sensitivity
 from benchmarks.run.outcome import WHY_MOVED
 from benchmarks.show.page import page_style
 from benchmarks.show.pictures import read_pictures
+from benchmarks.show.progress import progress_bar
 from benchmarks.show.templates import page_environment
 from benchmarks.statistics.bootstrap import bootstrap_interval
 from benchmarks.statistics.pooling import pooled

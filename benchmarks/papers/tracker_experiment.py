@@ -16,6 +16,7 @@ from benchmarks.run.experiment import run as run_experiment
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.steering import link_in
 from benchmarks.show.replay import replay
+from benchmarks.show.showing import showing_of
 from benchmarks.show.video.contact_sheet import contact_sheet
 from benchmarks.statistics.summary import grouped
 from scenarios.scenario import RendererName
@@ -127,7 +128,7 @@ class TrackerExperiment(PaperExperiment):
             self._show_frames(out, seeds.start, renderer)
         else:
             condition = self.condition(renderer)
-            suite(self.suite).picture(out, condition, grouped(rows)[condition], self.trackers)
+            showing_of(suite(self.suite)).picture(out, condition, grouped(rows)[condition], self.trackers)
         return None
 
     def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
+from benchmarks.contract.entrant import Entrant
 from benchmarks.contract.suite import DEFAULT, Scene, Suite, suites
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
 from benchmarks.run.own_inputs import own
@@ -19,45 +18,6 @@ from trackers import registry
 from trackers.follow_one import FollowOne
 from trackers.gaps.types import GapMethod
 from trackers.protocols import BridgingTracker
-
-
-class Creation(Protocol):
-    """Makes a fresh contestant."""
-
-    def __call__(
-        self, episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False
-    ) -> Contestant:
-        """Return a contestant that draws from ``rng``; ``many``: the suite judges tracks of many targets."""
-        ...
-
-
-@dataclass(frozen=True)
-class Entrant:
-    """A tracker or reference that may take part.
-
-    Attributes:
-        name, role, summary, suites: see ``registry.TrackerEntry``; a suite is named in any case.
-        reproducible: False if no seed reaches the method's own random numbers; it then runs several times.
-        parameters: its settings.
-        module: where it is defined. edition: see ``registry.TrackerEntry``; of a reference, of its answers.
-        create: makes a fresh contestant, see ``Creation``.
-        missing: see ``registry.TrackerEntry``.
-    """
-
-    name: str
-    role: str
-    summary: str
-    suites: tuple[str, ...]
-    reproducible: bool
-    parameters: Any
-    module: str
-    create: Creation
-    missing: Callable[[], str] = lambda: ""
-    edition: int = 1
-
-    def available(self) -> bool:
-        """Return whether all that it needs is installed."""
-        return not self.missing()
 
 
 def entrants(suite: str | None = None) -> dict[str, Entrant]:

@@ -11,20 +11,21 @@ from typing import Any, cast, get_args
 
 from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, MadeNow, append_block, tidy, up_to_date
 from benchmarks.contract.suite import suite, suites
-from benchmarks.data.real import RealEpisode, trackers_on_pictures, up_to_date_on
 from benchmarks.run.alone import alone_in
 from benchmarks.run.contestants import entrant, entrants, entrants_of
 from benchmarks.run.editions import Editions, editions_of, editions_on_recordings
 from benchmarks.run.jobs import Job
+from benchmarks.run.keeping import Keeper
 from benchmarks.run.known_failures import earlier, read_failures, write_failures
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.processes import results
+from benchmarks.run.real import RealEpisode, trackers_on_pictures, up_to_date_on
 from benchmarks.run.steering import default_controllers, link_in
 from benchmarks.statistics.summary import write_summary
 from scenarios import catalog
 from scenarios.command_link import LINKS
-from scenarios.scenario import RendererName
+from scenarios.scenario import Episode, RendererName
 from sim.checks import check
 from sim.choices import check_choice, suggestion
 from trackers import registry
@@ -54,8 +55,8 @@ class Experiment:
         changes: name in ``presets`` → the preset that it is a change of, and its changed fields.
         modules: users' own modules to import first.
         backend: joblib's backend; ``loky`` are processes of this machine.
-        data: folder or URL of a data set with the episodes; None = they are rendered.
-        keep_estimates: whether all answers are kept beside the rows, see ``benchmarks.data.estimates``.
+        stored: returns the stored episode of a seed; None = episodes are rendered.
+        keeper: keeps all answers beside the rows; None = they are not kept.
         real: what takes the place of simulated episodes, of which scenario, presets, seeds and renderer are then those
             of ``rows``; () = nothing.
     """
@@ -75,8 +76,8 @@ class Experiment:
     changes: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
     modules: tuple[str, ...] = ()
     backend: str = "loky"
-    data: str | None = None
-    keep_estimates: bool = False
+    stored: Callable[[int], Episode] | None = None
+    keeper: Keeper | None = None
     real: tuple[RealEpisode, ...] = ()
 
 
@@ -113,8 +114,8 @@ def _run(experiment: Experiment, out: Path, progress: Progress | None) -> Outcom
         editions = _editions(experiment)
         have, moved = up_to_date(out, experiment.seeds, made_now)
         every_job, total = _jobs(experiment, editions, whole), len(experiment.seeds) * sum(map(len, editions.values()))
-    if experiment.keep_estimates:
-        have = _with_estimates(out, have, made_now)
+    if experiment.keeper is not None:
+        have = {key for key in have if experiment.keeper.is_kept(out / ESTIMATES, key, made_now(key))}
     jobs = (_remaining(job, have) for job in every_job)
     outcome = Outcome(resumed=len(have), moved=moved)
     failures = {key: each for key, each in read_failures(out).items() if key in have or made_now(key) is None}
@@ -170,14 +171,6 @@ def jobs_of(experiment: Experiment) -> list[Job]:
     load_modules(experiment.modules)
     check_names(experiment)
     return [replace(job, notes=None, editions={}) for job in _jobs(experiment, _editions(experiment), Path())]
-
-
-def _with_estimates(out: Path, have: set[BlockKey], made_now: MadeNow) -> set[BlockKey]:
-    """Return those blocks that have whole estimates of the same ``editions``."""
-    # An extra, which runs that keep no estimates do without.
-    from benchmarks.data.estimates.block_file import is_kept
-
-    return {key for key in have if is_kept(out / ESTIMATES, key, made_now(key))}
 
 
 def make_folder(out: Path, parameter: str = "out") -> None:
@@ -243,8 +236,9 @@ def _jobs(experiment: Experiment, editions: _Editions, out: Path) -> Iterator[Jo
                     changes=experiment.changes.get(preset),
                     notes=out / _NOTES,
                     editions=made,
-                    data=experiment.data,
-                    estimates=out / ESTIMATES if experiment.keep_estimates else None,
+                    stored=experiment.stored,
+                    keeper=experiment.keeper,
+                    estimates=out / ESTIMATES,
                 )
 
 
@@ -272,7 +266,8 @@ def _jobs_on_real(experiment: Experiment, editions: dict[str, Editions], out: Pa
                 limit_s=experiment.limit_s,
                 notes=out / _NOTES,
                 editions={name: each | scene for name, each in editions.items()},
-                estimates=out / ESTIMATES if experiment.keep_estimates else None,
+                keeper=experiment.keeper,
+                estimates=out / ESTIMATES,
                 real=episode,
             )
 

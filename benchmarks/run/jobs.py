@@ -10,24 +10,23 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal, cast
 
 import cv2
 import numba
 
-from benchmarks.contract.judging import Ending, Judge, Recording, Score, ScoreSheet
+from benchmarks.contract.judging import Ending, Judge, Recording, Score, ScoreSheet, UnreadableSequence
 from benchmarks.contract.rows import REAL, Row
 from benchmarks.contract.suite import suite
-from benchmarks.data.real import RealEpisode
-from benchmarks.data.sequences.episode import SequenceEpisode
-from benchmarks.data.sequences.sequence import BoxedSequence, UnreadableSequence
 from benchmarks.run.blocks import as_block
 from benchmarks.run.contestants import Entrant, contestant_of_one, entrant, gap_method_of
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import Guard, GuardedContestant, GuardedController, GuardedGapMethod, guarded
+from benchmarks.run.keeping import Keeper
 from benchmarks.run.notes import Note, note_at
 from benchmarks.run.oddities import AnswerWatch, Oddities
 from benchmarks.run.own_modules import load_modules
+from benchmarks.run.real import RealEpisode
 from benchmarks.run.steering import controller_maker
 from scenarios import catalog
 from scenarios.command_link import episode_link, link_named
@@ -36,9 +35,6 @@ from scenarios.scenario import Episode, Frame, RendererName
 from scenarios.truth import Truth, TruthExtent, check_truth
 from sim.checks import check
 from trackers.controllers import catalogue
-
-if TYPE_CHECKING:
-    from benchmarks.data.estimates.keeping import KeepingJudge
 
 
 @dataclass(frozen=True)
@@ -58,8 +54,8 @@ class Job:
         editions: tracker → ``editions`` of its rows, from the start of the experiment.
         settings: label in ``trackers`` → the tracker's name and its parameter values.
         changes: the preset that ``preset`` is a change of, and its changed fields; None = ``preset`` as it is.
-        data: folder or URL of a data set whose stored episode is used; None = it is rendered.
-        estimates: folder where all answers are kept, see ``benchmarks.data.estimates``; None = they are not.
+        stored: returns the stored episode of a seed; None = it is rendered.
+        keeper: keeps all answers in the folder ``estimates``; None = they are not kept.
         deadly: tracker that ended its process in this episode → frame.
         real: what takes the episode's place; None = it is simulated. Scenario and renderer are then ``REAL``.
     """
@@ -80,7 +76,8 @@ class Job:
     editions: dict[str, dict[str, str]] = field(default_factory=dict)
     settings: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
     changes: tuple[str, dict[str, Any]] | None = None
-    data: str | None = None
+    stored: Callable[[int], Episode] | None = None
+    keeper: Keeper | None = None
     estimates: Path | None = None
     deadly: dict[str, int] = field(default_factory=dict)
     real: RealEpisode | None = None
@@ -206,13 +203,10 @@ def episode_of(job: Job, truth: TruthExtent) -> Episode:
         UnreadableSequence: if the first picture of a real one is broken.
     """
     if job.real is not None:
-        assert isinstance(job.real.content, BoxedSequence)
-        return SequenceEpisode(job.real.content)
-    if job.data is not None:
-        # An extra, which rendered episodes do without.
-        from benchmarks.data.sets.data_set import stored_episode
-
-        return stored_episode(job.data, job.seed)
+        assert job.real.open is not None
+        return job.real.open()
+    if job.stored is not None:
+        return job.stored(job.seed)
     assert job.renderer != REAL
     steered = job.controller is not None
     scenario = catalog.scenario(job.scenario)
@@ -234,8 +228,8 @@ def run_job(job: Job) -> JobResult:
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
     load_modules(job.modules)
-    if job.real is not None and not isinstance(job.real.content, BoxedSequence):
-        return _run_on_tracks(job, job.real.content)
+    if job.real is not None and job.real.open is None:
+        return _run_on_tracks(job, cast("Recording", job.real.content))
     try:
         return _run_on_pictures(job)
     except UnreadableSequence as error:
@@ -247,7 +241,7 @@ def _run_on_pictures(job: Job) -> JobResult:
     started = time.perf_counter()
     with note_at(job.note_file) as note, opened(job, judging.truth, note) as live:
         judge = _judge_of(job, live.loop.episode)
-        keeping = None if job.estimates is None else _keeping(judge)
+        keeping = None if job.keeper is None else job.keeper.judge(judge)
         judge = keeping or judge
         sheets = [judge.sheet() for _ in live.watchers]
         for frame in live.frames():
@@ -326,13 +320,6 @@ def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
     judge.see(loop.frame, loop.obeyed)
     for sheet, answer in zip(sheets, loop.answers, strict=True):
         sheet.keep(loop.frame, answer)
-
-
-def _keeping(judge: Judge) -> KeepingJudge:
-    # An extra, which runs that keep no estimates do without.
-    from benchmarks.data.estimates.keeping import KeepingJudge
-
-    return KeepingJudge(judge)
 
 
 def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:

@@ -13,6 +13,7 @@ from benchmarks.contract.text import range_text
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.guards import times
 from benchmarks.show.docstrings import place_of
+from benchmarks.show.showing import showing_of
 from benchmarks.statistics.pooling import FORMULAS
 
 _TIMES = {times: TIMES}
@@ -50,7 +51,8 @@ class MetricDefinition:
 def metrics_of(suite: Suite) -> list[Metric]:
     """Return the metrics of a suite's summary, then those of only its events and facts."""
     found: dict[str, Metric] = {}
-    for metric in (*suite.metrics, *suite.events.compared, *(suite.facts.columns if suite.facts else ())):
+    facts = showing_of(suite).facts
+    for metric in (*suite.metrics, *suite.events.compared, *(facts.columns if facts else ())):
         found.setdefault(metric.name, metric)
     return list(found.values())
 

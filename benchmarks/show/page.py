@@ -11,7 +11,7 @@ from typing import Any
 from markupsafe import Markup
 
 from benchmarks.contract.rows import REAL, Row, read_rows
-from benchmarks.contract.suite import Condition, Plot, Suite, suite
+from benchmarks.contract.suite import Condition, Suite, suite
 from benchmarks.run.blindfold import WHAT_BLIND_MEANS
 from benchmarks.run.known_failures import ended_processes
 from benchmarks.show import plots, tables
@@ -20,7 +20,9 @@ from benchmarks.show.figures import ReportFigure
 from benchmarks.show.metric_definitions import MetricDefinition, metric_definitions
 from benchmarks.show.palette import LineStyle, line_styles
 from benchmarks.show.pictures import Picture, read_pictures, remove_picture
+from benchmarks.show.plots import Plot
 from benchmarks.show.provenance import Provenance, provenance
+from benchmarks.show.showing import Showing, showing_of
 from benchmarks.show.templates import page_environment
 from benchmarks.statistics.summary import (
     COMPARISONS_FILE_NAME,
@@ -61,6 +63,7 @@ class Section:
     about: str
     silence: str
     suite: Suite
+    showing: Showing
     provenance: Provenance
     leaderboard: tables.Table
     references: tables.Table
@@ -126,7 +129,7 @@ def _pictures(
             each for each in _of(summary, condition) if deadly.isdisjoint((each["tracker"], each.get("controller")))
         ]
         if alive:
-            suite(condition[0]).picture(directory, condition, trackers, _worth_showing(alive, condition))
+            showing_of(suite(condition[0])).picture(directory, condition, trackers, _worth_showing(alive, condition))
         else:
             remove_picture(directory, "-".join(filter(None, condition)))
     return read_pictures(directory)
@@ -159,7 +162,7 @@ def _worth_showing(summary: list[dict[str, Any]], condition: Condition) -> list[
 
 
 def _render(sections: list[Section]) -> str:
-    heading = " · ".join(dict.fromkeys(section.suite.heading for section in sections))
+    heading = " · ".join(dict.fromkeys(section.showing.heading or section.suite.summary for section in sections))
     page = page_environment(__file__).get_template("page.html.jinja")
     definitions = [(section.suite.name, _defined(section.suite, sections)) for section in _one_a_suite(sections)]
     return page.render(
@@ -199,7 +202,8 @@ def _section(
     everything = tables.every_metric(scores, summary)
     ranked = _ranked(everything)
     references = tables.leaderboard(scores, summary, tables.UNRANKED_ROLES)
-    notes = {"blind": WHAT_BLIND_MEANS, "oracle": scores.oracles}
+    shown = showing_of(scores)
+    notes = {"blind": WHAT_BLIND_MEANS, "oracle": shown.oracles}
     styles, real = line_styles(ranked), scenario == REAL
     sequences = scores.on_sequences if real else None
     return Section(
@@ -209,6 +213,7 @@ def _section(
         about=scores.summary if sequences is None else "Real sequences of pictures, with boxes of one target as truth.",
         silence=scores.silence if sequences is None else sequences.silence,
         suite=scores,
+        showing=shown,
         provenance=provenance([row for rows in contestants.values() for row in rows]),
         leaderboard=tables.leaderboard(scores, summary, _RANKED_ROLES),
         references=references,
@@ -217,7 +222,7 @@ def _section(
         variants=tables.leaderboard(scores, summary, ("variant",)),
         differences=_differences(scores, comparisons, everything),
         everything=everything,
-        facts=None if scores.facts is None else facts_table(scores.facts, contestants),
+        facts=None if shown.facts is None else facts_table(shown.facts, contestants),
         ours=next((name for name, role in ranked if role == "ours"), None),
         plots=_plots(scores, contestants, summary, styles),
         legend=tuple((name, role, styles[name]) for name, role in ranked if role in _DRAWN_ROLES),
@@ -265,7 +270,7 @@ def _plots(
     drawn = {name: rows for name, rows in contestants.items() if rows[0]["role"] in _DRAWN_ROLES}
     # A suite's own references are there for its figures, whatever their role.
     own = {name: contestants[name] for each in scores.references if (name := each.name) in contestants}
-    return (*scores.figures(drawn | own, styles), *_speed_plot(summary, styles))
+    return (*showing_of(scores).figures(drawn | own, styles), *_speed_plot(summary, styles))
 
 
 def _differences(scores: Suite, comparisons: list[dict[str, Any]], everything: tables.Table) -> tuple[Differences, ...]:

@@ -6,6 +6,7 @@ import io
 import re
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -40,6 +41,16 @@ _SETTINGS: dict[str, Any] = {
 
 _BACKED = {"facecolor": GROUND, "alpha": 0.8, "linewidth": 0, "pad": 1.0}
 """Text over lines has a translucent patch of the page's ground."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A figure of the report with its text; ``svg`` as ``report.plots.svg`` returns it."""
+
+    title: str
+    words: str
+    svg: str
+
 
 Curves = Mapping[str, Curve]
 Styles = Mapping[str, LineStyle]

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from benchmarks.contract.metric import Statistic
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import Metric, event_of
-from benchmarks.judges import in_view
 from benchmarks.statistics import average_precision, froc, long_term
 from benchmarks.statistics.bootstrap import PooledRatios
 
@@ -232,7 +231,7 @@ def _only(ratios: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _geometric_mean(ratios: NDArray[np.float64]) -> NDArray[np.float64]:
-    return in_view.geometric_mean(ratios[..., 0], ratios[..., 1])
+    return np.sqrt(ratios[..., 0] * ratios[..., 1])
 
 
 def _at_best(ratios: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -30,9 +30,9 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Ending, Judge
 from benchmarks.contract.suite import Suite, suite
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.data.sets.data_set import stored_episode
 from benchmarks.data.sets.stored_episode import StoredEpisode
-from benchmarks.data.tracks.table import TrackTable
 from benchmarks.judges.fish.real import FishRecording
 from benchmarks.papers import b1, b2
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture

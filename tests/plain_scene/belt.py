@@ -244,7 +244,6 @@ register_suite(
     Suite(
         name="belt",
         summary="a box on a belt: where is it while it is outside the picture?",
-        heading="Where is the box?",
         scenes=(Scene("conveyor", trackers_of="frame-out", trackers=("hold", "constant_velocity", "colour_pf")),),
         preset="standard",
         quick_preset="quick",

@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import EventWords, Metric, Plot, Scene, Suite, add_scene, register_suite
+from benchmarks.contract.suite import EventWords, Metric, Scene, Suite, add_scene, register_suite
 from benchmarks.show.dot_plot import plot_groups
 from benchmarks.show.palette import LineStyle
+from benchmarks.show.plots import Plot
+from benchmarks.show.showing import Showing, register_showing
 from benchmarks.statistics import pooling
 from benchmarks.statistics.bootstrap import bootstrap_interval
 from tests.toy_scene.judge import ManyJudge, ManySheet
@@ -36,7 +38,6 @@ register_suite(
     Suite(
         name="toy-many",
         summary="warm crates under a thermal camera at rest: is each found, and does it keep its identity?",
-        heading="Are all of them found?",
         scenes=(Scene("toy-yard"),),
         preset="standard",
         quick_preset="quick",
@@ -60,7 +61,6 @@ register_suite(
             episodes=(FOUND, SWITCHES),
         ),
         silence="no track; all crates that are there are missed",
-        figures=figures,
         controller=None,
         follows_many=True,
         definitions={
@@ -74,4 +74,5 @@ register_suite(
         },
     )
 )
+register_showing("toy-many", Showing("Are all of them found?", figures))
 add_scene("follow", Scene("toy-yard", "toy-many", ("warm_bodies",)))

@@ -16,7 +16,7 @@ from benchmarks.run.jobs import Job, opened
 from benchmarks.run.processes import in_processes
 from benchmarks.run.steering import suite_watching
 from benchmarks.show.replay import replay
-from benchmarks.show.video.drawing import drawing_of
+from benchmarks.show.showing import drawing_of
 from scenarios import catalog
 from trackers.atomic_file import write_atomic
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.contract.judging import Ending, Judge, Score, ScoreSheet
-from benchmarks.contract.rows import Row
+from benchmarks.contract.rows import BlockKey, Row
 from benchmarks.contract.suite import suite
-from benchmarks.data.estimates.block_file import Facts, Run, write_block
+from benchmarks.data.estimates.block_file import Facts, Run, is_kept, write_block
 from benchmarks.data.estimates.columns import (
     AT_ONCE,
     EXTRAPOLATED,
@@ -85,6 +85,19 @@ class KeepingJudge:
                 for row in sheet.rows(self._commands, guard if repeat in timed else None)
             )
             write_block(folder, list(rows), facts)
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Keeps all answers of a run as tables, see ``benchmarks.run.keeping.Keeper``."""
+
+    def judge(self, judge: Judge) -> KeepingJudge:
+        """See ``Keeper``."""
+        return KeepingJudge(judge)
+
+    def is_kept(self, folder: Path, key: BlockKey, editions: dict[str, str] | None) -> bool:
+        """See ``Keeper``."""
+        return is_kept(folder, key, editions)
 
 
 @dataclass

@@ -33,6 +33,7 @@ from benchmarks.contract.suite import suite
 from benchmarks.data.estimates.block_file import Block, Facts, facts_of, paths_in, read_block
 from benchmarks.data.estimates.columns import EXTRAPOLATED, INTERPOLATED, Values
 from benchmarks.data.sets.benchmark import benchmark_of
+from benchmarks.data.sets.data_set import stored_episode
 from benchmarks.run.blocks import as_block
 from benchmarks.run.editions import judge_edition, scene_edition
 from benchmarks.run.experiment import Progress, check_renderer
@@ -146,7 +147,16 @@ def _judged(paths: Sequence[Path], data: str | None, modules: tuple[str, ...]) -
     key, frame_count = blocks[0].facts.key, blocks[0].facts.frame_count
     judging = suite(key.suite)
     renderer = check_renderer(key.renderer)
-    job = Job(key.suite, key.scenario, key.preset, renderer, key.seed, key.controller or None, (), data=data)
+    job = Job(
+        key.suite,
+        key.scenario,
+        key.preset,
+        renderer,
+        key.seed,
+        key.controller or None,
+        (),
+        stored=None if data is None else partial(stored_episode, data),
+    )
     episode = episode_of(job, judging.truth)
     try:
         check(str(paths[0]), frame_count == episode.frame_count, f"{episode.frame_count} frames", frame_count)

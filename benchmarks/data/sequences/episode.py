@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.sequences.sequence import BoxedSequence, UnreadableSequence, read_picture, short
+from benchmarks.contract.judging import UnreadableSequence
+from benchmarks.data.sequences.sequence import BoxedSequence, read_picture, short
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from trackers.types import CameraCommand, CameraModel, Observation, Start

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.judging import UnreadableSequence
 from benchmarks.contract.printable import printable
 from sim.checks import check
 
@@ -22,10 +23,6 @@ ENDINGS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 USUAL_RATE_HZ = 30.0
 """Frames a second, which no layout tells. UAV123 and UAVDT were recorded at this rate (their papers)."""
 _NUMBERED = re.compile(r"(\D*)(\d+)$")
-
-
-class UnreadableSequence(ValueError):
-    """A picture of a sequence is missing, broken or of another size: no tracker can be judged on the sequence."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.data.tracks.rates import rate_in, rate_of_rows, rate_told
-from benchmarks.data.tracks.table import TrackTable, from_columns, reason, stem_of, whole_frames
+from benchmarks.data.tracks.table import from_columns, reason, stem_of, whole_frames
 from sim.checks import check
 
 _CONVERSION = "idtrackerai_format SESSION --formats csv"

@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.contract.printable import printable
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.data.tracks.binary_files import read_h5, read_parquet, refuse_pickled
-from benchmarks.data.tracks.table import TrackTable
 from benchmarks.data.tracks.text_files import read_table, read_text
 from benchmarks.data.tracks.trex_files import has_trex_columns, read_trex, recording_of
 from sim.checks import check

@@ -23,8 +23,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.data.tracks.rates import rate_in, rate_of, rate_of_rows
-from benchmarks.data.tracks.table import TrackTable, from_columns, reason, stem_of, whole_frames
+from benchmarks.data.tracks.table import from_columns, reason, stem_of, whole_frames
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 

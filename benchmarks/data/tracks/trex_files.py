@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.printable import printable
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.data.tracks.rates import rate_of_rows
-from benchmarks.data.tracks.table import TrackTable, check_pauses, from_columns, reason, stem_of, whole_frames
+from benchmarks.data.tracks.table import check_pauses, from_columns, reason, stem_of, whole_frames
 from benchmarks.data.tracks.text_files import check_different, csv_text, numbers, read_table
 from sim.checks import check
 from trackers.atomic_file import write_atomic

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from benchmarks.data.tracks.table import TrackTable
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.data.tracks.text_files import write_idtracker, write_idtracker_ai
 from benchmarks.data.tracks.trex_files import write_trex, write_trex_csv
 from sim.checks import check

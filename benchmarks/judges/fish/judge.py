@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from benchmarks.contract.judging import Ending, Score, truth_as
 from benchmarks.judges.fish import contact
 from benchmarks.judges.fish.gap_scores import GapTask, gap_scores
+from benchmarks.judges.fish.identity_series import identity_series
 from benchmarks.judges.fish.link_scores import link_events, link_scores
 from benchmarks.judges.fish.links import FishGap, bearers, find_gaps, judge_links
 from benchmarks.judges.fish.measured import Measurement, body_length_px
 from benchmarks.judges.fish.motion import motion_scores
 from benchmarks.judges.identities import Pairing, clear_counts, hota, identity_counts, numbered, pairing
-from benchmarks.show.fish.timelines import identity_series
 from scenarios.fish_tank.truth import FishTruth
 from scenarios.scenario import Episode, Frame, Scenario
 from trackers.types import CameraCommand, Track

@@ -1,4 +1,4 @@
-"""How the fish swim: rows of an episode or of a block of real tracks, and the report's table."""
+"""How the fish swim: rows of an episode or of a block of real tracks."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from benchmarks.contract.judging import Score
 from benchmarks.contract.suite import Metric
 from benchmarks.judges.fish.motion_statistics import motion_statistics
-from benchmarks.show.facts import Facts
 
-_ANY = "any"
-_LAGS = ("5", "50", "100", "200")
+ANY = "any"
+LAGS = ("5", "50", "100", "200")
 _LAGGED = ("turn", "heading", "velocity", "speed", "straightness")
 _PLAIN = {
     "step_p5": "speed p5",
@@ -34,11 +33,11 @@ def motion_scores(position_px: NDArray[np.float64], body_px: float | None) -> It
     """
     found = motion_statistics(position_px, body_px or 1.0)
     for name in _LAGGED:
-        for lag in _LAGS:
+        for lag in LAGS:
             yield from _score(f"motion_{name}_{lag}", found.get(f"{name} {lag}", np.nan))
     for name, statistic in _PLAIN.items():
         if name != "meetings" or body_px is not None:
-            yield from _score(f"motion_{name}_{_ANY}", found[statistic])
+            yield from _score(f"motion_{name}_{ANY}", found[statistic])
 
 
 def _score(name: str, value: float) -> Iterator[Score]:
@@ -46,23 +45,16 @@ def _score(name: str, value: float) -> Iterator[Score]:
         yield Score(name, float(value))
 
 
-MOTION = Facts(
-    title="How they swim",
-    words="Of true places in episodes, of the file's in real tracks; means over episodes or blocks of time, with 95 % "
-    "bootstrap intervals. Directions are those of the velocity over 5 frames. Real zebrafish: five in a video (Sridhar "
-    "et al. 2019), tracked by idTracker, scaled so that their tank is as long in the picture as the simulated one; "
-    "means over pieces as long as an episode.",
-    lines={**{f"over {lag} frames": lag for lag in _LAGS}, "at any time": _ANY},
-    columns=(
-        Metric("motion_turn", "median change of direction", "degrees", "higher"),
-        Metric("motion_heading", "mean cosine of the change of direction", "1", "higher"),
-        Metric("motion_velocity", "autocorrelation of the velocity", "1", "higher"),
-        Metric("motion_speed", "autocorrelation of the speed about its mean", "1", "higher"),
-        Metric("motion_straightness", "way as the crow flies over the way swum", "fraction", "higher"),
-        Metric("motion_step_p5", "step of a frame, 5th percentile", "px", "higher"),
-        Metric("motion_step_p50", "step of a frame, median", "px", "higher"),
-        Metric("motion_step_p95", "step of a frame, 95th percentile", "px", "higher"),
-        Metric("motion_wall_p50", "distance to the nearest wall, median", "px", "higher"),
-        Metric("motion_meetings", "share of time that two fish are nearer than half a body", "fraction", "higher"),
-    ),
+MOTION = (
+    Metric("motion_turn", "median change of direction", "degrees", "higher"),
+    Metric("motion_heading", "mean cosine of the change of direction", "1", "higher"),
+    Metric("motion_velocity", "autocorrelation of the velocity", "1", "higher"),
+    Metric("motion_speed", "autocorrelation of the speed about its mean", "1", "higher"),
+    Metric("motion_straightness", "way as the crow flies over the way swum", "fraction", "higher"),
+    Metric("motion_step_p5", "step of a frame, 5th percentile", "px", "higher"),
+    Metric("motion_step_p50", "step of a frame, median", "px", "higher"),
+    Metric("motion_step_p95", "step of a frame, 95th percentile", "px", "higher"),
+    Metric("motion_wall_p50", "distance to the nearest wall, median", "px", "higher"),
+    Metric("motion_meetings", "share of time that two fish are nearer than half a body", "fraction", "higher"),
 )
+"""Metrics of the rows of one line, without its suffix."""

@@ -6,13 +6,11 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
 
 from benchmarks.contract.judging import Ending, Score
-from benchmarks.data.tracks.reading import read_each
-from benchmarks.data.tracks.table import TrackTable
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.judges.fish.gap_protocol import BLOCK_FRAMES, Tracks
 from benchmarks.judges.fish.gap_scores import GapTask, gap_scores
 from benchmarks.judges.fish.link_scores import LENGTHS, link_events, link_scores
@@ -68,20 +66,16 @@ class FishRecording:
             yield block, [*bridged, *link_scores(mine, groups=LENGTHS), *link_events(mine), *motion]
 
 
-def recordings(files: Sequence[Path]) -> tuple[list[FishRecording], list[str], list[str]]:
-    """Return the recordings in files of tracking programs, notes about them, and what is wrong with the others.
+def recordings(tables: Sequence[TrackTable]) -> tuple[list[FishRecording], list[str], list[str]]:
+    """Return the recordings in tracks, notes about them, and what is wrong with those that cannot be used.
 
     Raises:
-        ValueError: for files that are missing or of no tracking program, for two recordings of one name, and if no
-            file can be read.
+        ValueError: for two recordings of one name.
     """
-    tables, unusable = read_each(files)
-    if not tables:
-        raise ValueError(unusable[0])
     names = [each.name for each in tables]
     twice = sorted({name for name in names if names.count(name) > 1})
     check("real", not twice, "recordings of different names", f"two called {', '.join(twice)}")
-    found, notes = [], list[str]()
+    found, notes, unusable = [], list[str](), list[str]()
     for table in tables:
         tracked = _without_zeros(table)
         notes += [*table.notes, *_notes(table, tracked)]
@@ -89,8 +83,6 @@ def recordings(files: Sequence[Path]) -> tuple[list[FishRecording], list[str], l
             found.append(FishRecording(tracked))
         except ValueError as error:
             unusable.append(f"{table.name}: {error}")
-    if not found:
-        raise ValueError(unusable[0])
     return found, notes, unusable
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Literal
 
 from benchmarks.contract.suite import Metric, Scene, Suite, register_suite
@@ -14,12 +13,8 @@ from benchmarks.judges.fish.judge import AT_ONCE, FishJudge
 from benchmarks.judges.fish.link_scores import GROUPS
 from benchmarks.judges.fish.motion import MOTION
 from benchmarks.judges.fish.real import recordings
-from benchmarks.judges.fish.real_ratios import real_ratios
 from benchmarks.judges.fish.row_meanings import ROW_MEANINGS
-from benchmarks.judges.fish.zebrafish import zebrafish_rows
 from benchmarks.judges.tracker_speed import SPEED
-from benchmarks.show.fish.drawing import FishDrawing
-from benchmarks.show.fish.figures import figures
 
 _GROUP_WORDS = {
     "50": "gaps of at most 50 frames",
@@ -104,11 +99,9 @@ FISH = Suite(
     name="fish",
     edition=2,
     summary="fish in a tank from above: are lost pieces of track bridged, and does every fish keep its name?",
-    heading="Does every fish keep its name?",
     scenes=(
         Scene(
             "fish-tank",
-            drawing=FishDrawing,
             tuned_on=TuningEpisodes(seeds=range(300, 302), fresh_presets=("standard", "hard")),
         ),
     ),
@@ -153,18 +146,15 @@ FISH = Suite(
     tuned_for={"idf1": 1.0, "hota": 1.0, "gap_error_50_px": -0.001, "gap_interpolation_error_50_px": -0.001},
     events=EVENTS,
     silence="no track",
-    figures=figures,
-    facts=replace(MOTION, beside={"real zebrafish": zebrafish_rows()}),
     controller=None,
     follows_many=True,
     recordings=recordings,
-    ratios_on_files=real_ratios,
     definitions={
         judge.chain_scores: (*_CHAIN_NAMES, *(f"{name}{AT_ONCE}" for name in _CHAIN_NAMES)),
         link_scores.link_scores: (*_LINK_NAMES, *(f"{name}{AT_ONCE}" for name in _LINK_NAMES)),
         link_scores.link_events: ("link_made", "link_right"),
         gap_scores.gap_scores: _GAP_NAMES,
-        motion.motion_scores: tuple(row for metric in MOTION.columns for row in metric.rows),
+        motion.motion_scores: tuple(row for metric in MOTION for row in metric.rows),
     },
     row_meanings=ROW_MEANINGS,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from benchmarks.run.contestants import Entrant
+from benchmarks.contract.entrant import Entrant
 from scenarios.loop import given
 from scenarios.scenario import Frame
 from trackers.registry import NoParameters

@@ -11,7 +11,6 @@ from benchmarks.judges.follow.metrics import following
 from benchmarks.judges.follow.references import ORACLE
 from benchmarks.judges.follow.row_meanings import ROW_MEANINGS
 from benchmarks.judges.tracker_speed import SPEED
-from benchmarks.show.follow.figures import figures
 
 _WITHOUT_PICTURES = TuningEpisodes(seeds=range(64), fresh=8)
 """Without pictures episodes are cheap; those that check the best setting have pictures."""
@@ -25,7 +24,6 @@ FOLLOW = Suite(
     name="follow",
     edition=2,
     summary="a controller steers the camera by a tracker's estimate: is the target kept in view?",
-    heading="Is it kept in view?",
     scenes=(
         Scene("road-town", "frame-out", ("mosaic_graph_pf", "colour_pf"), tuned_on=_WITHOUT_PICTURES),
         Scene("stereo-follow", "stereo", ("stereo_people", "stereo_wb_shutter_gain"), tuned_on=_WITHOUT_PICTURES),
@@ -79,9 +77,7 @@ FOLLOW = Suite(
     tuned_for={"time_in_view": 1.0, "effort": -0.1},
     events=EVENTS,
     silence="no estimate for its controller; only where the camera looks is scored",
-    figures=figures,
     references=(ORACLE,),
-    oracles="An oracle's controller steers by the true position: what it misses is due to carrier, gusts, controller.",
     contestants=("controller", "tracker"),
     truth="target",
     definitions={

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from benchmarks.contract.entrant import Entrant
 from benchmarks.judges.frame_out.oracle_map import OracleMap, OracleParameters
-from benchmarks.run.contestants import Entrant
 from scenarios.road_town.road_map import RoadMap
 
 

@@ -18,8 +18,6 @@ from benchmarks.judges.frame_out.row_meanings import ROW_MEANINGS
 from benchmarks.judges.recovery import Recovery, judge_recovery, time_scores
 from benchmarks.judges.tracker_speed import SPEED
 from benchmarks.judges.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
-from benchmarks.show.frame_out.figures import figures
-from benchmarks.show.frame_out.picture import show_frame_out
 from benchmarks.statistics import long_term
 
 
@@ -59,7 +57,6 @@ FRAME_OUT = Suite(
     name="frame-out",
     edition=2,
     summary="a car seen from a helicopter: where is it while outside the picture, and is it found again?",
-    heading="What happens outside the picture",
     scenes=(Scene("road-town", tuned_on=TuningEpisodes(seeds=range(300, 308), fresh=16)),),
     preset="standard",
     quick_preset="quick",
@@ -159,18 +156,8 @@ FRAME_OUT = Suite(
     tuned_for={"kept_rate": 1.0, "f_measure": 1.0, "offscreen_error_m": -0.01},
     events=EVENTS,
     silence=f"the worst error, {offscreen.WORST_ERROR_M:g} m",
-    figures=figures,
-    picture=show_frame_out,
     references=ORACLES,
     on_sequences=ON_SEQUENCES,
-    oracles="Oracles know the map and the car's state at the exit, and get no picture until the car is back: "
-    "what they miss is hardly predictable.",
-    remarks={
-        "hold": "Why can hold be ahead of particle filters? It looks at every picture anew, around the place in the "
-        "picture where it matched last, and takes what is most like the car there. The filters as written look where "
-        "their particles are, and nothing in them searches the whole picture: one that is off the car when it leaves "
-        "is hardly ever on it when it is back. Nor does hold know where the car is meanwhile: see the error outside.",
-    },
     definitions={
         FrameOut: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
         Recovery: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.run.contestants import Entrant
+from benchmarks.contract.entrant import Entrant
 from scenarios.loop import Contestant, ManyFromPictures
 from scenarios.scenario import Episode, Scenario
 from trackers import registry

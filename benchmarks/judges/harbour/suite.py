@@ -21,11 +21,17 @@ from benchmarks.judges.harbour.row_meanings import ROW_MEANINGS
 from benchmarks.judges.harbour.sizes import DIMENSIONS
 from benchmarks.judges.harbour.visits import EVENTS, KINDS
 from benchmarks.judges.tracker_speed import SPEED
-from benchmarks.show.harbour.drawing import HarbourDrawing
-from benchmarks.show.harbour.figures import FEW_ALARMS, FROC_ROWS, MANY_ALARMS, figures
-from benchmarks.show.harbour.picture import show_visit
 from benchmarks.statistics.average_precision import LEAST_OVERLAP
 
+FROC_ROWS = ("froc_found", "froc_findable", "froc_alarms", "watched_hours")
+
+
+def _area(name: str, low: float, high: float) -> Metric:
+    words = f"mean detection rate over log alarms, {low:g} to {high:g} an hour"
+    return Metric(name, words, "fraction", "higher", FROC_ROWS, "froc", alarms_per_hour=(low, high))
+
+
+FEW_ALARMS, MANY_ALARMS = _area("froc_area_01_10", 0.1, 10.0), _area("froc_area_1_100", 1.0, 100.0)
 _IDENTITY_ROWS = ("identity_right_frames", "identity_false_frames", "identity_missed_frames")
 _CAUSE_WORDS = {
     "tide": "by moored boats and ropes",
@@ -112,10 +118,7 @@ HARBOUR = Suite(
     edition=2,
     summary="a harbour through a thermal camera: which intruders are found, and how often is it a false alarm? All "
     "presets and both splits are of one site, on which confidences, places, tuned values and settings were learnt",
-    heading="Who comes into the harbour?",
-    scenes=(
-        Scene("harbour", drawing=HarbourDrawing, tuned_on=TuningEpisodes("ten-minutes", fresh_presets=("standard",))),
-    ),
+    scenes=(Scene("harbour", tuned_on=TuningEpisodes("ten-minutes", fresh_presets=("standard",))),),
     preset="standard",
     quick_preset="quick",
     judge=HarbourJudge,
@@ -168,8 +171,6 @@ HARBOUR = Suite(
     tuned_for={MANY_ALARMS.name: 1.0},
     events=replace(EVENTS, episodes=(FEW_ALARMS, MANY_ALARMS, _TENTH)),
     silence="no track",
-    figures=figures,
-    picture=show_visit,
     references=tuple(TAUGHT_BY_FEW.values()),
     controller=None,
     follows_many=True,

@@ -1,4 +1,4 @@
-"""Errors of the disparity that trackers match from the pair: rows of an episode, table of the report."""
+"""Errors of the disparity that trackers match from the pair: rows of an episode."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ from collections.abc import Iterator
 from benchmarks.contract.judging import Score, truth_as
 from benchmarks.contract.suite import Metric
 from benchmarks.judges.stereo.metrics.disparity import DisparityErrors, disparity_error_px, seen_by_both
-from benchmarks.show.facts import Facts
 from scenarios.scenario import Frame
-from scenarios.stereo_follow.floor_plan import PLACES
 from scenarios.stereo_follow.truth import StereoTruth
 from trackers.light_adaptive_stereo.matching import StereoMatcher
 
 EVERY_FRAMES = 10
 """Matching costs as much as a tracker, so one picture of ten is measured."""
-_ALL, _TARGET = "all", "target"
+ALL_PIXELS, TARGET_PIXELS = "all", "target"
 
 
 class DisparityMeasurement:
@@ -36,8 +34,8 @@ class DisparityMeasurement:
         error_px = disparity_error_px(frame, self._matcher.depth_m(seen.image_rgb, seen.right_rgb, seen.camera))
         counts = seen_by_both(frame)
         on_target = truth.instance_map == truth.instance_id[truth.index_of(self._target)]
-        self._errors[_ALL].add(error_px[counts])
-        self._errors[_TARGET].add(error_px[counts & on_target])
+        self._errors[ALL_PIXELS].add(error_px[counts])
+        self._errors[TARGET_PIXELS].add(error_px[counts & on_target])
         self._errors[truth.place].add(error_px[counts])
 
     def scores(self) -> Iterator[Score]:
@@ -49,22 +47,10 @@ class DisparityMeasurement:
             yield Score(f"disparity_density_{pixels}", errors.density, float(errors.pixels))
 
 
-DISPARITY = Facts(
-    title="Disparity matched from the pair",
-    words="The disparity that stereo trackers match from the two noisy pictures, against the true one, f b / z, over "
-    "pixels whose point both cameras see by their true depths, in every tenth pair without a lost picture. Pixels at "
-    "full size; the pair's small misalignment counts as an error. Error: median of a picture; bad 1 and bad 3: off by "
-    "more than 1 or 3 pixels, of pixels with a disparity; density: pixels with one. Intervals: 95 % bootstrap "
-    "over seeds.",
-    lines={
-        "all pixels": _ALL,
-        "pixels of the target": _TARGET,
-        **{f"all, the target in: {place}": place for place in PLACES},
-    },
-    columns=(
-        Metric("error_px", "median absolute error", "px", "lower", ("disparity_error_px",)),
-        Metric("bad_1", "disparities off by more than 1 pixel", "fraction", "lower", ("disparity_bad_1",)),
-        Metric("bad_3", "disparities off by more than 3 pixels", "fraction", "lower", ("disparity_bad_3",)),
-        Metric("density", "pixels that have a disparity", "fraction", "higher", ("disparity_density",)),
-    ),
+DISPARITY = (
+    Metric("error_px", "median absolute error", "px", "lower", ("disparity_error_px",)),
+    Metric("bad_1", "disparities off by more than 1 pixel", "fraction", "lower", ("disparity_bad_1",)),
+    Metric("bad_3", "disparities off by more than 3 pixels", "fraction", "lower", ("disparity_bad_3",)),
+    Metric("density", "pixels that have a disparity", "fraction", "higher", ("disparity_density",)),
 )
+"""Metrics of the rows of one line, without its suffix."""

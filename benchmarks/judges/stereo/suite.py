@@ -12,9 +12,6 @@ from benchmarks.judges.stereo.metrics import disparity, people
 from benchmarks.judges.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR, PeopleEvent
 from benchmarks.judges.stereo.row_meanings import ROW_MEANINGS
 from benchmarks.judges.tracker_speed import SPEED
-from benchmarks.show.stereo.drawing import StereoDrawing
-from benchmarks.show.stereo.figures import figures
-from benchmarks.show.stereo.picture import show_event
 
 _COUNTS = ("right_frames", "wrong_frames", "missed_frames")
 
@@ -35,8 +32,7 @@ STEREO = Suite(
     name="stereo",
     edition=2,
     summary="a stereo camera follows a person among others under changing light: is it still the same person?",
-    heading="Is it still the same person?",
-    scenes=(Scene("stereo-follow", drawing=StereoDrawing.of), Scene("paper-sheet", drawing=StereoDrawing.of)),
+    scenes=(Scene("stereo-follow"), Scene("paper-sheet")),
     preset="standard",
     quick_preset="quick",
     judge=StereoJudge,
@@ -101,9 +97,6 @@ STEREO = Suite(
     tuned_for={"detection_f1": 1.0, "wrong_person_rate": -1.0},
     events=EVENTS,
     silence="no answer; it is a miss where at least a tenth of the person is seen",
-    figures=figures,
-    picture=show_event,
-    facts=DISPARITY,
     controller=None,
     definitions={
         people: ("right_frames", "wrong_frames", "missed_frames", *EVENT_COUNTS),
@@ -112,7 +105,7 @@ STEREO = Suite(
         PeopleEvent: ("recovered", "recovery_frames", "watched_frames", "event_wrong_person_rate", *EVENT_COUNTS),
         Recovery: ("recovered", "recovery_frames", "watched_frames", "locked_on_wrong_person"),
         people.PeopleSeries: ("rate_hz",),
-        disparity: tuple(row for metric in DISPARITY.columns for row in metric.rows),
+        disparity: tuple(row for metric in DISPARITY for row in metric.rows),
         disparity.DisparityErrors.median_px: ("disparity_error_px",),
         disparity.DisparityErrors.bad_1: ("disparity_bad_1",),
         disparity.DisparityErrors.bad_3: ("disparity_bad_3",),

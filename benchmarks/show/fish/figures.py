@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric, Plot
+from benchmarks.contract.suite import Metric
 from benchmarks.judges.fish.gap_scores import GAP_FRAMES, TURNS_DEG
 from benchmarks.show import curves, dot_plot, plots
 from benchmarks.show.fish.timelines import plot_timeline
 from benchmarks.show.palette import LineStyle
+from benchmarks.show.plots import Plot
 from benchmarks.statistics import pooling
 from benchmarks.statistics.bootstrap import bootstrap_interval
 

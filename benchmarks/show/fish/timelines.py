@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.judging import Score
 from benchmarks.contract.rows import Row
-from benchmarks.judges.fish.links import Bearers
-from benchmarks.judges.runs import runs
+from benchmarks.judges.fish.identity_series import BORNE, GAPS
 from benchmarks.show.fish.drawing import colour_of
 from benchmarks.show.palette import GRID, INK, QUIET
 from benchmarks.show.plots import count_frames, drawn_as, new_figure, svg
@@ -19,23 +17,7 @@ from benchmarks.show.plots import count_frames, drawn_as, new_figure, svg
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MOST_FISH = 20
-"""Fish of an episode whose identities are kept in rows and drawn."""
-_BORNE, _GAPS = "identity_runs_", "gap_runs_"
 _HEIGHT = 0.72
-
-
-def identity_series(borne: Bearers, apart: NDArray[np.bool_]) -> Iterator[Score]:
-    """Yield ``identity_runs_FISH`` (*series*: first frame, end and identity of every run of frames with one identity)
-    and ``gap_runs_FISH`` (*series*: first frame and end of every stretch not apart) of the first 20 fish.
-    """
-    for fish in range(min(apart.shape[1], MOST_FISH)):
-        mine = borne.identity[:, fish]
-        spans = [
-            (first, end, name) for name in np.unique(mine[mine >= 0]).tolist() for first, end in runs(mine == name)
-        ]
-        yield Score(f"{_BORNE}{fish}", [float(number) for span in sorted(spans) for number in span])
-        yield Score(f"{_GAPS}{fish}", [float(number) for span in runs(~apart[:, fish]) for number in span])
 
 
 def plot_timeline(rows: Sequence[Row], name: str) -> str | None:
@@ -43,16 +25,16 @@ def plot_timeline(rows: Sequence[Row], name: str) -> str | None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    series = {row["metric"]: row["value"] for row in rows if row["metric"].startswith((_BORNE, _GAPS))}
-    count = sum(metric.startswith(_BORNE) for metric in series)
+    series = {row["metric"]: row["value"] for row in rows if row["metric"].startswith((BORNE, GAPS))}
+    count = sum(metric.startswith(BORNE) for metric in series)
     if count == 0:
         return None
     frames = 0.0
     with drawn_as(f"timeline-{name}"):
         figure, axes = new_figure("frame", "fish")
         for fish in range(count):
-            borne = np.array(series[f"{_BORNE}{fish}"]).reshape(-1, 3)
-            gaps = np.array(series[f"{_GAPS}{fish}"]).reshape(-1, 2)
+            borne = np.array(series[f"{BORNE}{fish}"]).reshape(-1, 3)
+            gaps = np.array(series[f"{GAPS}{fish}"]).reshape(-1, 2)
             _draw(axes, borne, gaps, count - 1.0 - fish)
             frames = max(frames, borne[:, 1].max(initial=0), gaps[:, 1].max(initial=0))
         axes.set_yticks(np.arange(count)[::-1], [str(fish) for fish in range(count)])

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Plot
 from benchmarks.judges.follow.events import LONGEST_SEARCH_FRAMES
 from benchmarks.judges.view_time import LOSS_S, TIME_SEEN
 from benchmarks.show import curves, plots
 from benchmarks.show.dot_plot import draw_share, lay_out_lines, offsets_of
 from benchmarks.show.palette import GROUND, QUIET, LineStyle, line_styles
+from benchmarks.show.plots import Plot
 from benchmarks.statistics import pooling
 from benchmarks.statistics.bootstrap import bootstrap_interval
 

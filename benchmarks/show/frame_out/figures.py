@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Plot
 from benchmarks.judges.recovery import RECOVERY_WINDOW_FRAMES
 from benchmarks.show import curves, plots
 from benchmarks.show.palette import LineStyle
+from benchmarks.show.plots import Plot
 
 
 def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:

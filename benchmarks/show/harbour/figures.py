@@ -8,25 +8,18 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric, Plot
+from benchmarks.contract.suite import Metric
 from benchmarks.judges.harbour.alarms import CAUSES
 from benchmarks.judges.harbour.few_pictures import TAUGHT_BY_FEW
+from benchmarks.judges.harbour.suite import FROC_ROWS, MANY_ALARMS
 from benchmarks.judges.harbour.visits import SEEABLE
 from benchmarks.show import curves, plots
 from benchmarks.show.palette import LineStyle
+from benchmarks.show.plots import Plot
 from benchmarks.statistics import pooling
 from benchmarks.statistics.bootstrap import bootstrap_interval
 from scenarios import catalog
 
-FROC_ROWS = ("froc_found", "froc_findable", "froc_alarms", "watched_hours")
-
-
-def _area(name: str, low: float, high: float) -> Metric:
-    words = f"mean detection rate over log alarms, {low:g} to {high:g} an hour"
-    return Metric(name, words, "fraction", "higher", FROC_ROWS, "froc", alarms_per_hour=(low, high))
-
-
-FEW_ALARMS, MANY_ALARMS = _area("froc_area_01_10", 0.1, 10.0), _area("froc_area_1_100", 1.0, 100.0)
 _ALARMS = np.geomspace(0.1, 500.0, 75)
 _CONTRASTS = SEEABLE * 2.0 ** np.arange(-2, 12)
 """Ends of the classes of contrast to noise, octaves."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric, Plot
+from benchmarks.contract.suite import Metric
 from benchmarks.judges.stereo.events import EVENT_COUNTS
 from benchmarks.judges.stereo.judge import OCCLUSION_WINDOW_FRAMES
 from benchmarks.judges.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR
 from benchmarks.show import curves, dot_plot, plots
 from benchmarks.show.palette import LineStyle
+from benchmarks.show.plots import Plot
 from benchmarks.show.stereo import timelines as strips
 from benchmarks.statistics import pooling
 from benchmarks.statistics.bootstrap import bootstrap_interval

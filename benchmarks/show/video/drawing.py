@@ -7,11 +7,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.suite import suites
 from benchmarks.show.video import legend, marks
 from benchmarks.show.video.instant import Instant, describe_state, draw_instant
 from benchmarks.show.video.legend import Sign
-from scenarios.scenario import Episode
 
 _SHADE: dict[str, marks.Rgb] = {
     "in": (54, 58, 66),
@@ -72,10 +70,3 @@ class InLargerView:
         if len(instant.targets) != 1:
             return (_SHADE["in"],)
         return (_SHADE[str(instant.frame.judged[0].state[instant.target])],)
-
-
-def drawing_of(scenario: str, episode: Episode) -> Drawing:
-    """Return the drawing of an episode of a scenario: of a suite's scene, else the larger view."""
-    of_suites = (each.scene(scenario).drawing for each in suites().values())
-    make = next((drawing for drawing in of_suites if drawing is not None), None)
-    return InLargerView() if make is None else make(episode)

@@ -12,8 +12,9 @@ from benchmarks.run.experiment import Progress, make_folder
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job, opened
 from benchmarks.show.replay import replay
+from benchmarks.show.showing import drawing_of
 from benchmarks.show.video.caption import Caption
-from benchmarks.show.video.drawing import Drawing, drawing_of
+from benchmarks.show.video.drawing import Drawing
 from benchmarks.show.video.instant import Instant
 from benchmarks.show.video.mp4 import Mp4Writer
 from scenarios import catalog

@@ -13,7 +13,6 @@ from typing import Any
 import cv2
 from markupsafe import Markup
 
-from benchmarks.contract.suite import Plot
 from benchmarks.contract.text import ranges_text
 from benchmarks.data.sets.channels import NORMALS, coding_of
 from benchmarks.data.sets.data_set import DataSet
@@ -21,6 +20,7 @@ from benchmarks.data.sets.page import figures, scans
 from benchmarks.data.sets.page.sheets import Shot, boxed_shots, channel_shots
 from benchmarks.data.sets.page.statistics import by_group, check_episodes, state_shares
 from benchmarks.show.page import page_style
+from benchmarks.show.plots import Plot
 from benchmarks.show.templates import page_environment
 from scenarios import catalog
 from scenarios.truth import meanings

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.contract.rows import read_rows
+from benchmarks.data.estimates.keeping import Estimates
 from benchmarks.data.estimates.rejudging import Rejudged, rejudge
 from benchmarks.run.experiment import Experiment
 from tests import fakes_scenario
@@ -19,7 +20,7 @@ TOWN = Experiment(
     seeds=range(3, 5),
     workers=0,
     modules=(fakes_scenario.__name__,),
-    keep_estimates=True,
+    keeper=Estimates(),
 )
 
 

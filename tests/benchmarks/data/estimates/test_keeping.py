@@ -28,7 +28,7 @@ def test_every_tracker_and_episode_has_a_file(kept: Path) -> None:
 
 @pytest.mark.heavy
 def test_rows_do_not_depend_on_whether_estimates_are_kept(kept: Path, tmp_path: Path) -> None:
-    run(replace(TOWN, keep_estimates=False), tmp_path)
+    run(replace(TOWN, keeper=None), tmp_path)
     assert not (tmp_path / "estimates").exists()
     one, other = ([row for row in rows_in(path) if row["metric"] not in TIMES] for path in (kept, tmp_path))
     assert one == other
@@ -37,13 +37,13 @@ def test_rows_do_not_depend_on_whether_estimates_are_kept(kept: Path, tmp_path: 
 def test_one_that_keeps_none_needs_no_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("pyarrow", "benchmarks.data.estimates.keeping", "benchmarks.data.estimates.block_file"):
         monkeypatch.setitem(sys.modules, name, None)
-    assert run(replace(STILL, keep_estimates=False), tmp_path / "none").episodes == 2
+    assert run(replace(STILL, keeper=None), tmp_path / "none").episodes == 2
     with pytest.raises(ImportError):
         run(STILL, tmp_path / "kept")
 
 
 def test_blocks_without_estimates_are_made_again(tmp_path: Path) -> None:
-    run(replace(STILL, keep_estimates=False), tmp_path)
+    run(replace(STILL, keeper=None), tmp_path)
     outcome = run(STILL, tmp_path)
     assert (outcome.resumed, outcome.episodes) == (0, 2)
     files = sorted((tmp_path / "estimates").iterdir())

@@ -14,6 +14,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from benchmarks.contract.rows import FILE_NAME
+from benchmarks.data.estimates.keeping import Estimates
 from benchmarks.data.estimates.rejudging import Rejudged
 from benchmarks.run.experiment import Experiment, run
 from tests.benchmarks.data.estimates import odd_fish
@@ -28,7 +29,7 @@ FISH = Experiment(
     seeds=range(3, 4),
     workers=0,
     modules=(odd_fish.__name__,),
-    keep_estimates=True,
+    keeper=Estimates(),
 )
 
 

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.contract.judging import UnreadableSequence
 from benchmarks.data.sequences.reading import read_collections
-from benchmarks.data.sequences.sequence import UnreadableSequence, read_picture
+from benchmarks.data.sequences.sequence import read_picture
 from tests.benchmarks.data.sequences.written import (
     FRAMES,
     HEIGHT_PX,

@@ -13,8 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.data.tracks.reading import read_each, read_tracks
-from benchmarks.data.tracks.table import TrackTable
 from benchmarks.data.tracks.writing import write_tracks
 from tests.benchmarks.data.tracks.test_reading import IDTRACKER, one, written
 

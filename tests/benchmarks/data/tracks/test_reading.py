@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.data.tracks.reading import read_tracks
-from benchmarks.data.tracks.table import TrackTable
 from benchmarks.data.tracks.writing import write_tracks
 
 IDTRACKER = "X1\tY1\tProbId1\tX2\tY2\tProbId2\t\n1\t2\tNaN\t3.5\t4\t0.9\nNaN\tNaN\tNaN\t5\t6\t1\n"

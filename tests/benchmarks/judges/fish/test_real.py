@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.data.tracks.table import TrackTable
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.data.tracks.writing import write_tracks
 from benchmarks.judges.fish.real import FishRecording, recordings
 from tests.benchmarks.judges.fish.gap_methods import swimming

@@ -17,7 +17,7 @@ import pytest
 from benchmarks.cli.bench_function import bench as python_bench
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import suite
-from benchmarks.data.tracks.table import TrackTable
+from benchmarks.contract.track_table import TrackTable
 from benchmarks.data.tracks.writing import write_tracks
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.outcome import ContestantWarning

@@ -11,8 +11,9 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.contract.rows import Row
-from benchmarks.judges.stereo.disparity import DISPARITY, EVERY_FRAMES, DisparityMeasurement
+from benchmarks.judges.stereo.disparity import EVERY_FRAMES, DisparityMeasurement
 from benchmarks.show.facts import facts_table
+from benchmarks.show.stereo.showing import MATCHES
 from scenarios.scenario import Frame
 from tests.benchmarks.judges.follow.fake_follow import CAMERA, POSE, FakeFollow, FakeFollowEpisode
 
@@ -106,7 +107,7 @@ def test_an_episode_counts_once_however_many_watch_it() -> None:
         "one": [row("one", 0, 0.1), row("one", 1, 0.4)],
         "other": [row("other", 0, 0.1), row("other", 0, 0.1, repeat=1)],
     }
-    table = facts_table(DISPARITY, trackers)
+    table = facts_table(MATCHES, trackers)
     (line,) = table.lines
     assert line.names == ("all pixels",)
     assert [cell.text for cell in line.cells] == ["–", "–", "25.0", "–"]
@@ -121,5 +122,5 @@ def test_an_episode_counts_once_however_many_watch_it() -> None:
 
 def test_a_tracker_that_steers_sees_pictures_of_its_own() -> None:
     trackers = {name: [row(name, 0, value, "centre")] for name, value in (("one", 0.1), ("other", 0.3))}
-    (line,) = facts_table(DISPARITY, trackers).lines
+    (line,) = facts_table(MATCHES, trackers).lines
     assert line.cells[2].text == "20.0"

@@ -2,7 +2,7 @@
 
 Made from idTracker's tracks of the Tracktor project's video (Sridhar, Roche and Gingins 2019, MIT licence)::
 
-    python -m benchmarks.judges.fish.zebrafish zebrafish_video_idtracked.txt
+    python -m tools.learn.zebrafish zebrafish_video_idtracked.txt
 
 Places are scaled so that the box of all is as wide as the simulated tank. The file tells neither the size of the tank
 nor that of the fish, which are taken to be as long, for their tank, as the simulated ones. The statistics are means
@@ -22,18 +22,13 @@ import numpy as np
 from benchmarks.data.tracks.reading import read_tracks
 from benchmarks.judges.fish.motion import motion_scores
 from benchmarks.judges.fish.scale import scaled_to_tank
+from benchmarks.show.fish.showing import ZEBRAFISH
 from scenarios.fish_tank.presets import PRESETS
 from sim.checks import check
 
-_FILE = Path(__file__).with_suffix(".json")
 _BODY_PX = 35.0
 """Length of a simulated body in the overview's picture."""
 PIECE_FRAMES = PRESETS["standard"].frame_count
-
-
-def zebrafish_rows() -> dict[str, float]:
-    """Return the stored statistics by the name of their row."""
-    return dict(json.loads(_FILE.read_text()))
 
 
 def measured_rows(file: Path) -> dict[str, float]:
@@ -53,4 +48,4 @@ def measured_rows(file: Path) -> dict[str, float]:
 
 
 if __name__ == "__main__":
-    _FILE.write_text(json.dumps(measured_rows(Path(sys.argv[1])), indent=1) + "\n")
+    ZEBRAFISH.write_text(json.dumps(measured_rows(Path(sys.argv[1])), indent=1) + "\n")

@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from benchmarks.cli import progress
-from benchmarks.cli.progress import progress_bar
+from benchmarks.show import progress
+from benchmarks.show.progress import progress_bar
 
 
 @pytest.fixture

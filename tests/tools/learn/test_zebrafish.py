@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.judges.fish.motion import motion_scores
-from benchmarks.judges.fish.suite import FISH
-from benchmarks.judges.fish.zebrafish import PIECE_FRAMES, measured_rows, zebrafish_rows
 from benchmarks.show.facts import facts_table
+from benchmarks.show.fish.showing import SWIMS
+from tools.learn.zebrafish import PIECE_FRAMES, measured_rows
 
 RNG = np.random.default_rng(0)
 PLACES_PX = 200.0 + np.cumsum(RNG.normal(0, 2, (400, 2, 2)), axis=0)
@@ -27,7 +27,7 @@ def idtracker_file(folder: Path, name: str, places_px: NDArray[np.float64]) -> P
 
 
 def test_the_stored_rows_are_those_of_an_episode() -> None:
-    assert zebrafish_rows().keys() == {score.metric for score in motion_scores(PLACES_PX, 35.0)}
+    assert SWIMS.beside["real zebrafish"].keys() == {score.metric for score in motion_scores(PLACES_PX, 35.0)}
 
 
 def test_a_file_is_scaled_to_the_tank(tmp_path: Path) -> None:
@@ -53,13 +53,12 @@ def test_statistics_are_means_over_pieces_as_long_as_an_episode(tmp_path: Path) 
 
 
 def test_real_fish_stand_beside_each_line_of_an_episode() -> None:
-    assert FISH.facts is not None
     rows = [
         {"metric": s.metric, "value": s.value, "weight": s.weight, "seed": 0, "controller": None, "event": None}
         for s in motion_scores(PLACES_PX, 35.0)
     ]
-    table = facts_table(FISH.facts, {"hold": rows})
+    table = facts_table(SWIMS, {"hold": rows})
     names = [line.names[0] for line in table.lines]
     assert names[:2] == ["over 5 frames", "over 5 frames, real zebrafish"]
-    assert len(names) == 2 * len(FISH.facts.lines)
-    assert table.lines[1].cells[0].text == f"{zebrafish_rows()['motion_turn_5']:.1f}"
+    assert len(names) == 2 * len(SWIMS.lines)
+    assert table.lines[1].cells[0].text == f"{SWIMS.beside['real zebrafish']['motion_turn_5']:.1f}"
