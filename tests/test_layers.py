@@ -6,12 +6,17 @@ import ast
 import subprocess
 import sys
 import tomllib
+from graphlib import TopologicalSorter
+from itertools import pairwise
 from pathlib import Path
 
+import grimp
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("sim", "trackers", "scenarios", "benchmarks")
+PACKAGES = ("sim", "trackers", "scenarios", "benchmarks", "tools")
+ROOMS = ("contract", "statistics", "judges", "run", "show", "data", "learning", "papers", "cli")
+"""Of benchmarks, the lowest first; learning and papers lie beside one another."""
 VAGUE_NAMES = {"utils", "util", "common", "helpers", "helper", "base", "misc"}
 SEEDED = {"Generator", "PCG64", "Philox", "SeedSequence", "default_rng"}
 NO_DRAW = {"get_state", "set_state", "getstate", "setstate"}
@@ -29,7 +34,7 @@ def lint_imports(folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def write_tree(folder: Path, module: str, source: str) -> None:
-    """Write four packages that keep the contracts, but for ``source`` in ``module``."""
+    """Write packages that keep the contracts, but for ``source`` in ``module``."""
     files = {f"{package}/__init__.py": "" for package in PACKAGES}
     files |= {
         "sim/bullet.py": "import pybullet\n",
@@ -38,11 +43,12 @@ def write_tree(folder: Path, module: str, source: str) -> None:
         "trackers/protocols.py": "",
     }
     files |= {"trackers/registry.py": "", "scenarios/town.py": "import sim.world\nimport trackers.types\n"}
+    files |= {f"benchmarks/{room}/__init__.py": "" for room in ROOMS}
     files |= {"benchmarks/cli/main.py": "import scenarios.town\nimport trackers.registry\n"}
     files |= {f"{Path(module).parent}/__init__.py": "", module: source}
     for name, text in files.items():
         path = folder / name
-        path.parent.mkdir(exist_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
 
 
@@ -65,6 +71,12 @@ def test_the_contracts_hold() -> None:
         ("tools/speed/rendering.py", "import pybullet", "only sim.bullet imports pybullet"),
         ("scenarios/env.py", "import gymnasium", "gymnasium is imported by envs"),
         ("trackers/env.py", "import gymnasium", "gymnasium is imported by envs"),
+        *(
+            (f"benchmarks/{low}/one.py", f"import benchmarks.{high}", "the rooms of benchmarks")
+            for low, high in pairwise(room for room in ROOMS if room != "papers")
+        ),
+        ("benchmarks/learning/one.py", "import benchmarks.papers", "the rooms of benchmarks"),
+        ("benchmarks/cli/one.py", "import tools", "the rooms of benchmarks"),
     ],
 )
 def test_a_contract_can_fail(tmp_path: Path, module: str, source: str, contract: str) -> None:
@@ -78,6 +90,12 @@ def test_a_tree_that_keeps_them_passes(tmp_path: Path) -> None:
     write_tree(tmp_path, "tools/speed/rendering.py", "import sim.world\n")
     result = lint_imports(tmp_path)
     assert result.returncode == 0, result.stdout + result.stderr
+
+
+def test_no_module_imports_itself_by_way_of_others() -> None:
+    graph = grimp.build_graph(*PACKAGES, cache_dir=None)
+    imports = {module: graph.find_modules_directly_imported_by(module) for module in graph.modules}
+    TopologicalSorter(imports).prepare()
 
 
 def our_modules() -> list[Path]:

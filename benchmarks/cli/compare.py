@@ -15,8 +15,9 @@ from rich.table import Table
 from benchmarks.cli.arguments import NAMES, ONE_NAME, names
 from benchmarks.cli.ignored_rows import report_ignored_rows
 from benchmarks.cli.with_modules import WithModules
+from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import REAL, Row, read_rows
-from benchmarks.contract.suite import DEFAULT, EventWords, Metric, suite
+from benchmarks.contract.suite import DEFAULT, EventWords, suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
 from benchmarks.show.console import console_of
 from benchmarks.show.tables import NO_NUMBER

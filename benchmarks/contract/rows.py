@@ -132,7 +132,7 @@ from __future__ import annotations
 import itertools
 import json
 import os
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -184,6 +184,15 @@ def block_key(row: Row) -> BlockKey:
         row["seed"],
         row.get("link", ""),
     )
+
+
+EVENT_COLUMNS = ("event", "frame_out")
+"""Columns with the attributes of the event that a row is about; a suite has one of them."""
+
+
+def event_of(row: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Return the attributes of a row's event; None for rows about the whole episode."""
+    return row.get("frame_out") or row.get("event")
 
 
 MadeNow = Callable[[BlockKey], dict[str, str] | None]

@@ -1,4 +1,4 @@
-"""Suites by name: each combines scenarios, presets, a judge, metrics and figures.
+"""Suites by name: each combines scenarios, presets, a judge and metrics. How it is shown: ``benchmarks.show.showing``.
 
 A suite's module registers it, ``register_suite(Suite(...))``. Code that runs, pools, compares or reports looks suites
 up here and names none.
@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, Literal, get_args, get_type_hints
+from dataclasses import dataclass, replace
+from typing import Any, Literal, get_args
 
 from benchmarks.contract.entrant import Entrant
 from benchmarks.contract.judging import Judge, OnSequences, Recording
-from benchmarks.contract.metric import Metric, RowMeaning
-from benchmarks.contract.rows import REAL, Row
+from benchmarks.contract.metric import Better, Metric, Statistic
+from benchmarks.contract.rows import EVENT_COLUMNS, REAL
 from benchmarks.contract.track_table import TrackTable
-from benchmarks.contract.tuning_episodes import DEFAULT_EPISODES, TuningEpisodes
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
@@ -49,20 +48,37 @@ class EventWords:
     Attributes:
         name: in the plural, in words. key: column of the event's attributes in rows.
         tests: groups of events in comparisons of two trackers: name in words -> test of an event's attributes.
-        compared: metrics of single events in comparisons.
         describe: returns one line about all events of a condition: numbers and kinds.
+        compared: metrics of single events in comparisons.
         episodes: metrics of whole episodes in comparisons; () = the suite's ``compared`` if there are no ``tests``.
     """
 
     name: str
     key: str
     tests: Mapping[str, EventTest]
-    compared: tuple[Metric, ...]
     describe: Callable[[Sequence[dict[str, Any]]], str]
+    compared: tuple[Metric, ...] = ()
     episodes: tuple[Metric, ...] = ()
 
 
-NO_EVENTS = EventWords("events", "event", {}, (), lambda events: "no events")
+NO_EVENTS = EventWords("events", "event", {}, lambda events: "no events")
+
+
+@dataclass(frozen=True, slots=True)
+class TuningEpisodes:
+    """Development episodes on which parameters are tuned, the same for all methods of a scene.
+
+    Attributes:
+        preset: of the scenario. seeds: of the episodes that score a setting.
+        fresh: number of the episodes after them that check the best setting, in each preset of ``fresh_presets``.
+        fresh_presets: presets where values that are good on ``preset`` may be bad: longer episodes, more targets;
+            () = ``preset``.
+    """
+
+    preset: str = "standard"
+    seeds: range = range(300, 304)
+    fresh: int = 4
+    fresh_presets: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +96,7 @@ class Scene:
     trackers_of: str = ""
     trackers: tuple[str, ...] = ()
     preset: str = ""
-    tuned_on: TuningEpisodes = DEFAULT_EPISODES
+    tuned_on: TuningEpisodes = TuningEpisodes()
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,9 +122,6 @@ class Suite:
         recordings: takes real tracks, see ``frameout bench --real``, to recordings, notes for the user, and what is
             wrong with tracks that cannot be used, a line each; None: the suite judges none.
         on_sequences: judges trackers on real sequences, see ``frameout bench --real``; None: the suite does not.
-        definitions: function, class or module whose docstring defines rows -> the rows' names.
-        row_meanings: ranges, conditions and sources of rows.
-        added: functions of users' own rows by name, whose docstrings define them.
     """
 
     name: str
@@ -132,9 +145,6 @@ class Suite:
     needs_depth: bool = False
     recordings: Callable[[Sequence[TrackTable]], tuple[Sequence[Recording], list[str], list[str]]] | None = None
     on_sequences: OnSequences | None = None
-    definitions: Mapping[Any, tuple[str, ...]] = field(default_factory=dict)
-    row_meanings: tuple[RowMeaning, ...] = ()
-    added: Callable[[], Mapping[str, Callable[..., Any]]] = dict
 
     @property
     def judges_controllers(self) -> bool:
@@ -193,6 +203,7 @@ class Suite:
 def register_suite(new: Suite) -> None:
     """Register a suite under its name. Raises ValueError if the name is taken, or for the name of an unknown metric."""
     check("suite", new.name not in _SUITES, "a new name", f"{new.name!r}, which is taken")
+    check_choice("events.key", new.events.key, EVENT_COLUMNS)
     known: set[str] = set()
     for metric in new.metrics:
         _check_metric(metric)
@@ -214,10 +225,10 @@ def _named_metrics(new: Suite) -> Iterator[tuple[str, Iterable[str]]]:
 
 
 def _check_metric(metric: Metric) -> None:
-    """Raise ValueError for a direction or a statistic that there is not."""
-    hints = get_type_hints(Metric)
-    for name in ("better", "statistic"):
-        check_choice(f"{name} of metric {metric.name}", getattr(metric, name), get_args(hints[name]))
+    """Raise ValueError for a direction that there is not, or a statistic that is none."""
+    check_choice(f"better of metric {metric.name}", metric.better, get_args(Better))
+    is_one = isinstance(metric.statistic, Statistic)
+    check(f"statistic of metric {metric.name}", is_one, "a Statistic, such as Mean(quantity)", repr(metric.statistic))
 
 
 def suites() -> dict[str, Suite]:
@@ -227,8 +238,8 @@ def suites() -> dict[str, Suite]:
     return dict(sorted(_SUITES.items()))
 
 
-def add_metric(suite_name: str, metric: Metric, *, headline: bool = False, meaning: RowMeaning | None = None) -> None:
-    """Add a metric to a suite's summary, and with ``headline`` to its leaderboard; ``meaning``: of its rows.
+def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> None:
+    """Add a metric to a suite's summary, and with ``headline`` to its leaderboard.
 
     Raises:
         ValueError: if the suite is unknown or has a metric of this name, or for an unknown direction or statistic.
@@ -238,8 +249,7 @@ def add_metric(suite_name: str, metric: Metric, *, headline: bool = False, meani
     taken = any(metric.name == known.name for known in old.metrics)
     check("metric", not taken, "a new name", f"{metric.name!r}, which the suite has")
     shown = (*old.headline, metric.name) if headline else old.headline
-    meanings = old.row_meanings if meaning is None else (*old.row_meanings, meaning)
-    _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown, row_meanings=meanings)
+    _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown)
 
 
 def add_scene(suite_name: str, scene: Scene) -> None:
@@ -256,9 +266,11 @@ def suite(name: str) -> Suite:
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
-    known = suites()
-    check_choice("suite", name, known)
-    return known[name]
+    if name in _MODULES:
+        importlib.import_module(_MODULES[name])
+    if name not in _SUITES:
+        check_choice("suite", name, suites())
+    return _SUITES[name]
 
 
 def controllers_suite() -> Suite:
@@ -271,9 +283,3 @@ def check_metrics(metrics: Iterable[str], suite_names: Iterable[str]) -> None:
     known = {metric.name: None for name in suite_names for metric in suite(name).metrics}
     for name in metrics:
         check_choice("metric", name, known)
-
-
-def event_of(row: Row) -> dict[str, Any] | None:
-    """Return the attributes of a row's event; None for rows about the whole episode."""
-    event: dict[str, Any] | None = row.get(suite(row["suite"]).events.key)
-    return event

@@ -8,10 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
+
+from benchmarks.contract.metric import Mean, Metric, Quantity
+from benchmarks.statistics.pooling import f_of
 
 THRESHOLD = 0.5
 """Similarity from which on a track is on a target, for ID and CLEAR scores."""
@@ -180,3 +185,33 @@ def _shape(frames: Sequence[Pairing]) -> tuple[int, int]:
 
 
 _SIDES = ("targets", "tracks")
+
+
+_HOTA = "HOTA: Luiten et al., HOTA: a higher order metric for evaluating multi-object tracking, IJCV 129, 2021"
+_IDF1 = "IDF1: Ristani et al., Performance measures and a data set for multi-target, multi-camera tracking, ECCV 2016"
+_CLEAR = "CLEAR: Bernardin and Stiefelhagen, Evaluating multiple object tracking performance, EURASIP JIVP 2008"
+
+
+def identity_metrics(
+    similar: str, within: str, conditions: str, defined_by: Any, ending: str = "", when: str = ""
+) -> tuple[Metric, ...]:
+    """Return the metrics of whole tracks of a suite.
+
+    Args:
+        similar, within: where the similarity is 0, and where it is a half, in words.
+        conditions: which frames count. defined_by: function that yields the rows.
+        ending: of the names of rows and metrics. when: end of each summary.
+    """
+
+    def quantity(name: str, low: float, high: float, source: str) -> Quantity:
+        return Quantity(f"{name}{ending}", low, high, conditions, source, (defined_by,))
+
+    counts = (quantity(f"identity_{kind}_frames", 0, inf, _IDF1) for kind in ("right", "false", "missed"))
+    hota, mota = quantity("hota", 0, 1, _HOTA), quantity("mota", -inf, 1, _CLEAR)
+    switches = quantity("identity_switches", 0, inf, _CLEAR)
+    return (
+        Metric(hota.name, f"HOTA, similarity 0 at {similar}{when}", "fraction", "higher", Mean(hota)),
+        Metric(f"idf1{ending}", f"IDF1, within {within}{when}", "fraction", "higher", f_of(*counts)),
+        Metric(mota.name, f"MOTA of CLEAR, within {within}{when}", "fraction", "higher", Mean(mota)),
+        Metric(switches.name, f"switches of CLEAR in an episode{when}", "1", "lower", Mean(switches)),
+    )

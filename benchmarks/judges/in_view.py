@@ -8,17 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score
-from benchmarks.contract.suite import Metric
+from benchmarks.contract.metric import Mean, Metric, Quantity
+from benchmarks.statistics.pooling import GeometricMean
 
 _SEEN_AT_LEAST = 0.1
-IN_VIEW_GM = Metric(
-    "in_view_gm",
-    "geometric mean of in_view_tpr and in_view_tnr (OxUvA)",
-    "fraction",
-    "higher",
-    ("in_view_tpr", "in_view_tnr"),
-    "geometric mean",
-)
 
 
 def present_and_absent(
@@ -72,3 +65,45 @@ def failed_frames(frame_count: int, failed_at_frame: int | None) -> NDArray[np.b
 
 def _share(hits: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
     return float(hits[among].mean()) if among.any() else float("nan")
+
+
+_OXUVA = "OxUvA: Valmadre et al., Long-term tracking in the wild: a benchmark, ECCV 2018"
+TPR = Quantity(
+    "in_view_tpr",
+    0,
+    1,
+    "frames with the whole target in the picture, at least half of it seen",
+    _OXUVA,
+    (present_and_absent, true_positive_rate),
+)
+TNR = Quantity(
+    "in_view_tnr",
+    0,
+    1,
+    "frames with the target outside, or less than a tenth of it seen",
+    _OXUVA,
+    (present_and_absent, true_negative_rate),
+)
+IN_VIEW = (
+    Metric(
+        "in_view_tpr",
+        'frames in view on which the answer is "in view" and on the target',
+        "fraction",
+        "higher",
+        Mean(TPR),
+    ),
+    Metric(
+        "in_view_tnr",
+        'frames with the target absent on which the answer is "not in view"',
+        "fraction",
+        "higher",
+        Mean(TNR),
+    ),
+    Metric(
+        "in_view_gm",
+        "geometric mean of in_view_tpr and in_view_tnr (OxUvA)",
+        "fraction",
+        "higher",
+        GeometricMean(TPR, TNR),
+    ),
+)

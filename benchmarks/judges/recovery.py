@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from math import inf
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Event, Score
+from benchmarks.contract.metric import Quantity
 
 RECOVERY_WINDOW_FRAMES = 5
 """A tracker has recovered if it is on the car on ``back_frame`` or within this number of frames after it."""
@@ -105,3 +107,15 @@ def time_scores(absence: Absence, on_target: NDArray[np.bool_], *, closed_loop: 
     hits = np.flatnonzero(on_target[first:end])
     yield Score("recovery_frames", float(hits[0]) if len(hits) else None, event=absence)
     yield Score("watched_frames", float(end - first), event=absence)
+
+
+KAPLAN_MEIER = "Kaplan and Meier, Nonparametric estimation from incomplete observations, JASA 53, 1958"
+
+
+def recovery_times(conditions: str, *defined_by: Any) -> tuple[Quantity, Quantity]:
+    """Return the quantities ``recovery_frames`` and ``watched_frames`` of a suite, in whose events they are counted."""
+    first, second = (
+        Quantity(name, 0, inf, conditions, KAPLAN_MEIER, (time_scores, *defined_by))
+        for name in ("recovery_frames", "watched_frames")
+    )
+    return first, second

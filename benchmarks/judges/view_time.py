@@ -8,34 +8,22 @@ long (``scenarios.in_view``), hidden or not; *seen* is a frame in view on which 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from math import inf
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score
-from benchmarks.contract.suite import Metric
+from benchmarks.contract.metric import OWN, Mean, Metric, Quantity
 from benchmarks.judges.runs import runs
 from scenarios.visibility import MOSTLY_SEEN
 
 LOSS_S = 1.0
 """A loss is a stretch out of view longer than this."""
-
-TIME_SEEN = Metric(
-    "time_seen",
-    f"time in view with at least {MOSTLY_SEEN:.0%} of the target visible",
-    "fraction",
-    "higher",
-)
-TIME_IN_VIEW = Metric(
-    "time_in_view",
-    "time with the target's centre in the picture, hidden or not, and its box at least 12 px long",
-    "fraction",
-    "higher",
-)
-LOSSES_PER_MINUTE = Metric("losses_per_minute", f"stretches out of view longer than {LOSS_S:g} s", "1/min", "lower")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,3 +78,31 @@ def view_scores(in_view: NDArray[np.bool_], visible_fraction: NDArray[np.float64
     yield Score("time_seen", share_of_steps(in_view & (visible_fraction >= MOSTLY_SEEN)), steps)
     yield Score("time_in_view", share_of_steps(in_view), steps)
     yield Score("losses_per_minute", losses_per_minute(losses, len(in_view), rate_hz), steps)
+
+
+def _quantity(name: str, high: float, *defined_by: Any) -> Quantity:
+    return Quantity(name, 0, high, "every frame but the first, of episodes in closed loop", OWN, defined_by)
+
+
+_THIS_MODULE = sys.modules[__name__]
+TIME_SEEN = Metric(
+    "time_seen",
+    f"time in view with at least {MOSTLY_SEEN:.0%} of the target visible",
+    "fraction",
+    "higher",
+    Mean(_quantity("time_seen", 1, _THIS_MODULE)),
+)
+TIME_IN_VIEW = Metric(
+    "time_in_view",
+    "time with the target's centre in the picture, hidden or not, and its box at least 12 px long",
+    "fraction",
+    "higher",
+    Mean(_quantity("time_in_view", 1, _THIS_MODULE)),
+)
+LOSSES_PER_MINUTE = Metric(
+    "losses_per_minute",
+    f"stretches out of view longer than {LOSS_S:g} s",
+    "1/min",
+    "lower",
+    Mean(_quantity("losses_per_minute", inf, losses_per_minute, Loss)),
+)

@@ -24,7 +24,6 @@ from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.processes import results
 from benchmarks.run.steering import link_in
-from benchmarks.statistics import pooling
 from benchmarks.statistics.summary import grouped
 from scenarios import catalog
 from scenarios.scenario import Scenario
@@ -107,7 +106,7 @@ def score_of(rows: Sequence[Row], suite_name: str) -> float:
     metrics = suite(suite_name)
     total = 0.0
     for name, factor in metrics.tuned_for.items():
-        pool = pooling.pooled(rows, metrics.metric(name))
+        pool = metrics.metric(name).statistic.pooled(rows)
         total += factor * (0.0 if pool is None or not np.isfinite(pool.mean) else pool.mean)
     return total
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score, truth_as
+from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import BlockKey, MadeNow, Row, append_block, tidy, up_to_date
-from benchmarks.contract.suite import Metric
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.run.blocks import as_row
 from benchmarks.run.editions import Editions, package_versions, scene_edition
@@ -54,7 +54,7 @@ class CameraExperiment(PaperExperiment):
 
     def metric(self, name: str) -> Metric:
         """See ``PaperExperiment``."""
-        return Metric(name, "", "1", "higher", (name,))
+        return Metric(name, "", "1", "higher")
 
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
         """See ``PaperExperiment``."""

@@ -6,14 +6,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.contract.metric import Metric, Quantity
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric, suite
+from benchmarks.contract.suite import suite
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
 from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.show.palette import line_styles
 from benchmarks.show.showing import showing_of
+from benchmarks.statistics.pooling import Median
 from benchmarks.statistics.summary import grouped
 from scenarios.scenario import RendererName
 from trackers import registry
@@ -40,7 +42,7 @@ class HarbourExperiment(TrackerExperiment):
         """See ``PaperExperiment``: a metric of the suite, or the median size of a class, ``region_width_m person``."""
         row, _, kind = name.partition(" ")
         if kind:
-            return Metric(name, f"{row} of class {kind}", "m", "lower", (row,), "median", kind)
+            return Metric(name, f"{row} of class {kind}", "m", "lower", Median(Quantity(row), kind=kind))
         return suite(self.suite).metric(name)
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots:

@@ -11,8 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import MadeNow, Row, read_rows
-from benchmarks.contract.suite import Condition, Metric
+from benchmarks.contract.suite import Condition
 from benchmarks.papers.claims import Claim, Matrix
 from benchmarks.papers.robustness import Sensitivity
 from benchmarks.run.experiment import Progress

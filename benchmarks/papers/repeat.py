@@ -19,7 +19,6 @@ from benchmarks.show.pictures import read_pictures
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.templates import page_environment
 from benchmarks.statistics.bootstrap import bootstrap_interval
-from benchmarks.statistics.pooling import pooled
 from benchmarks.statistics.summary import paired
 from scenarios.scenario import RendererName
 from trackers.atomic_file import write_atomic
@@ -94,7 +93,7 @@ def _finding(experiment: PaperExperiment, claim: Claim, renderer: str, rows: Seq
         if found is None:
             return Finding(claim, renderer, None, None, None, metric.unit, 0)
         return Finding(claim, renderer, found.difference, found.ci_low, found.ci_high, metric.unit, found.n)
-    pool = pooled(mine, metric)
+    pool = metric.statistic.pooled(mine)
     if pool is None or pool.seed_count == 0:
         return Finding(claim, renderer, None, None, None, metric.unit, 0)
     return Finding(claim, renderer, pool.mean, *bootstrap_interval(pool), metric.unit, pool.seed_count)

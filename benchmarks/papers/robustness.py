@@ -6,12 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric
 from benchmarks.contract.text import interval_text, number_text, ranges_text, unit_sign
 from benchmarks.papers.claims import print_table
 from benchmarks.statistics.bootstrap import bootstrap_interval
-from benchmarks.statistics.pooling import pooled
 
 FOLDER = "robustness"
 """Of its rows, in the experiment's folder."""
@@ -83,7 +82,7 @@ def alias(name: str, words: str) -> str:
 
 def _cells(rows: Sequence[Row], columns: Sequence[tuple[str, Metric]]) -> Iterator[str]:
     for tracker, metric in columns:
-        pool = pooled([row for row in rows if row["tracker"] == tracker], metric)
+        pool = metric.statistic.pooled([row for row in rows if row["tracker"] == tracker])
         if pool is None or pool.seed_count == 0:
             yield "–"
         else:

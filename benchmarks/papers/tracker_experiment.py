@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import MadeNow, Row, read_rows
-from benchmarks.contract.suite import Metric, suite
+from benchmarks.contract.suite import suite
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import PaperExperiment, Plots
 from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity

@@ -83,7 +83,8 @@ def scene_edition(scenario: str, preset: str, changed: Mapping[str, Any] | None 
 
 def judge_edition(judging: Suite) -> str:
     """Return the edition of a suite, with the content of rows that a user adds to it."""
-    modules = {judging.judge.__module__, *(score.__module__ for score in judging.added().values())}
+    own = (metric.value.__module__ for metric in judging.metrics if metric.value is not None)
+    modules = {judging.judge.__module__, *own}
     return _words(judging.name, judging.edition, *map(own_code, sorted(modules)))
 
 

@@ -12,6 +12,7 @@ from typing import Any, TypeVar, cast
 import numpy as np
 
 from benchmarks.contract.judging import Ending, Score
+from benchmarks.judges.tracker_speed import times
 from benchmarks.run.failures import ENDED_PROCESS, place_of, reason_of
 from benchmarks.run.oddities import AnswerWatch
 from benchmarks.run.own_inputs import check_unchanged, own
@@ -25,11 +26,7 @@ from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
 from trackers.protocols import Controller
 from trackers.types import Answer, CameraCommand, Estimate, Observation, Start, Track
 
-_UNTIMED_FRAMES = 5
-"""The first updates load compiled code from disk and are left out of the timing."""
-
 FAILED_AT = "failed_at_frame"
-MS_PER_FRAME = "ms_per_frame"
 
 SILENT = Estimate(position_px=np.full(2, np.nan))
 """Answer of a failed contestant of one target."""
@@ -159,7 +156,7 @@ class GuardedContestant(Guard):
         return answer
 
     def scores(self) -> Iterator[Score]:
-        """Yield the times per frame, see ``times``, and the frame of failure."""
+        """Yield the times per frame, see ``tracker_speed.times``, and the frame of failure."""
         yield from times(self.taken, self.revision, self._frames)
         if self.failed_at_frame is not None:
             yield Score(FAILED_AT, float(self.failed_at_frame))
@@ -189,28 +186,6 @@ def _own(frame: Frame) -> Frame:
 
 def _check_unchanged(frame: Frame, its_frame: Frame) -> None:
     check_unchanged(frame.observation, its_frame.observation, "observation")
-
-
-def times(taken: Sequence[Taken], revision: Taken, frame_count: int) -> Iterator[Score]:
-    """Yield CPU time and wall time per frame, the larger of the two, ``ms_per_frame``, and ``frames_per_s``, 1,000 over
-    it; nothing if there were too few updates.
-
-    Each is the mean per update, without the first five, and a frame's share of a revision at the end. CPU time is that
-    of all threads of the process and, as told by the tracker, of other processes and of results that it shares with
-    other trackers; so one that computes in parallel gains nothing. Wall time holds what one waits for: a device, a
-    process, a sleep. The time in which the thread waited for a core that others held is left out on Linux. Elsewhere,
-    where the host of a virtual machine is loaded, and where what it waits for had to wait for a core, a loaded machine
-    makes a tracker look slow: on one of 2 cores with 25 busy processes wall time was 3 times CPU time.
-    """
-    timed = taken[_UNTIMED_FRAMES:]
-    if timed:
-        means = np.mean(timed, axis=0) + np.array(revision) / frame_count
-        cpu_ms, wall_ms = (1e3 * float(mean_s) for mean_s in means)
-        ms_per_frame = max(cpu_ms, wall_ms)
-        yield Score(MS_PER_FRAME, ms_per_frame)
-        yield Score("cpu_ms_per_frame", cpu_ms)
-        yield Score("wall_ms_per_frame", wall_ms)
-        yield Score("frames_per_s", 1e3 / max(ms_per_frame, 1e-6))
 
 
 class GuardedMany(GuardedContestant):

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.metric import PooledRatios, Quantity
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric
-from benchmarks.statistics import froc, pooling
-from benchmarks.statistics.bootstrap import PooledRatios
+from benchmarks.statistics import froc
+from benchmarks.statistics.pooling import Froc, RestrictedMean, still_waiting
 from sim.rng import generator
 
 _RESAMPLES = 1000
@@ -67,31 +67,23 @@ def calibration(rows: Sequence[Row]) -> Curve | None:
 def recovery(rows: Sequence[Row], until_frames: int = RECOVERY_FRAMES) -> Curve | None:
     """Share of targets found again, against frames since the watch began, up to ``until_frames``.
 
-    Kaplan-Meier, see ``pooling.still_waiting``; a target never found is censored at the end of its watch. The band is a
+    Kaplan-Meier, see ``still_waiting``; a target never found is censored at the end of its watch. The band is a
     percentile bootstrap over seeds. None without targets to find.
     """
-    metric = Metric(
-        "found_again",
-        "share found again",
-        "fraction",
-        "higher",
-        ("recovery_frames", "watched_frames"),
-        "restricted mean",
-        horizon_frames=until_frames + 1,
-    )
-    pool = pooling.pooled(rows, metric)
+    times, watched = Quantity("recovery_frames"), Quantity("watched_frames")
+    pool = RestrictedMean(until_frames + 1, times, watched).pooled(rows)
     if pool is None:
         return None
-    found = replace(pool, finish=lambda hazards: 1.0 - pooling.still_waiting(hazards))
+    found = replace(pool, finish=lambda hazards: 1.0 - still_waiting(hazards))
     return _with_band(found, x=np.arange(until_frames + 1.0), fewest=0)
 
 
-def found_at_alarms(rows: Sequence[Row], metric: Metric, alarms_per_hour: NDArray[np.float64]) -> Curve | None:
+def found_at_alarms(rows: Sequence[Row], statistic: Froc, alarms_per_hour: NDArray[np.float64]) -> Curve | None:
     """Return the share found against false alarms an hour (K,), see ``scores.froc``; None without rows.
 
-    ``metric``: of the statistic ``froc``. The band is a percentile bootstrap over seeds.
+    The band is a percentile bootstrap over seeds.
     """
-    pool = pooling.pooled(rows, metric)
+    pool = statistic.pooled(rows)
     if pool is None:
         return None
 

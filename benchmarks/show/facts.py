@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
+from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric
 from benchmarks.contract.text import interval_text, number_text
 from benchmarks.show.tables import Cell, Line, Table, column_of
-from benchmarks.statistics import pooling
-from benchmarks.statistics.bootstrap import bootstrap_interval
+from benchmarks.statistics.bootstrap import interval_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,13 +51,13 @@ def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
 
 
 def _beside(values: Mapping[str, float], metric: Metric, suffix: str) -> Cell:
-    (name,) = metric.rows
-    value = values.get(f"{name}_{suffix}")
+    (quantity,) = metric.statistic.of
+    value = values.get(f"{quantity.name}_{suffix}")
     return Cell("–" if value is None else number_text(value, metric.unit))
 
 
 def _cell(rows: Sequence[Row], metric: Metric, suffix: str) -> Cell | None:
-    pool = pooling.pooled(rows, replace(metric, rows=tuple(f"{name}_{suffix}" for name in metric.rows)))
-    if pool is None or pool.seed_count == 0:
+    found = interval_of(metric.statistic.of_line(suffix), rows)
+    if found is None:
         return None
-    return Cell(number_text(pool.mean, metric.unit), interval_text(*bootstrap_interval(pool), metric.unit))
+    return Cell(number_text(found.mean, metric.unit), interval_text(found.low, found.high, metric.unit))

@@ -12,8 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import event_of
+from benchmarks.contract.rows import Row, event_of
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf
 from typing import Any
 
-from benchmarks.contract.metric import Metric, RowMeaning
+from benchmarks.contract.metric import NOT_STATED, Metric
 from benchmarks.contract.suite import Suite
 from benchmarks.contract.text import range_text
-from benchmarks.judges.tracker_speed import TIMES
-from benchmarks.run.guards import times
 from benchmarks.show.docstrings import place_of
 from benchmarks.show.showing import showing_of
-from benchmarks.statistics.pooling import FORMULAS
-
-_TIMES = {times: TIMES}
-"""Rows that every suite has."""
-NOT_STATED = "not stated"
-"""Conditions and source of a user's own metric."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,56 +50,36 @@ def metrics_of(suite: Suite) -> list[Metric]:
 
 def definitions_of(suite: Suite) -> Mapping[Any, tuple[str, ...]]:
     """Return the definitions of a suite's rows: function, class or module -> names of rows."""
-    added = {score: (row,) for row, score in suite.added().items()}
-    return {**suite.definitions, **added, **_TIMES}
+    found: dict[Any, dict[str, None]] = {}
+    for metric in metrics_of(suite):
+        own = () if metric.value is None else (metric.value,)
+        for quantity in metric.statistic.of:
+            for thing in (*own, *quantity.defined_by):
+                found.setdefault(thing, {})[quantity.name] = None
+    return {thing: tuple(names) for thing, names in found.items()}
 
 
 def metric_definitions(suite: Suite) -> list[MetricDefinition]:
     """Return the definitions of all metrics of a suite, see ``metrics_of``."""
-    meanings = {row: meaning for meaning in suite.row_meanings for row in meaning.rows}
-    return [_definition(suite, metric, [meanings.get(row) for row in metric.rows]) for metric in metrics_of(suite)]
+    return [_definition(suite, metric) for metric in metrics_of(suite)]
 
 
-def _definition(suite: Suite, metric: Metric, rows: Sequence[RowMeaning | None]) -> MetricDefinition:
-    known = [row for row in rows if row is not None]
-    conditions = dict.fromkeys(filter(None, (row.conditions for row in known)))
-    places = [place_of(thing) for thing, some in definitions_of(suite).items() if set(some) & {*metric.rows}]
-    of_kind = f"; of events: {metric.kind}" if metric.kind else ""
+def _definition(suite: Suite, metric: Metric) -> MetricDefinition:
+    statistic = metric.statistic
+    stated = [each for each in statistic.of if each.conditions != NOT_STATED]
+    conditions = dict.fromkeys(each.conditions for each in stated if each.conditions)
+    of_kind = f"; of events: {statistic.kind}" if statistic.kind else ""
+    in_seconds = metric.unit == "s" and "frames" in statistic.formula
     return MetricDefinition(
         suite=suite.name,
         name=metric.name,
         summary=metric.summary,
-        formula=_formula(metric),
-        range=range_text(*_range(metric, known)) + (" frames, in s" if _is_in_seconds(metric) else ""),
+        formula=statistic.words(),
+        range=range_text(*statistic.range()) + (" frames, in s" if in_seconds else ""),
         unit=metric.unit,
         better=metric.better if metric.ideal is None else f"{metric.ideal:g}",
         conditions="; ".join(conditions or [NOT_STATED]) + of_kind,
-        source="; ".join(dict.fromkeys(row.source for row in known)) or NOT_STATED,
-        rows=metric.rows,
-        defined_in=tuple(places),
+        source="; ".join(dict.fromkeys(each.source for each in stated)) or NOT_STATED,
+        rows=tuple(each.name for each in statistic.of),
+        defined_in=tuple(map(place_of, metric.definitions)),
     )
-
-
-def _formula(metric: Metric) -> str:
-    rows = [f"`{row}`" for row in metric.rows]
-    *low, high = (f"{each:g}" for each in metric.alarms_per_hour or (0.0,))
-    alarms = f"a, its mean over log a from {low[0]} to {high}" if low else high
-    return FORMULAS[metric.statistic].format(*rows, horizon=metric.horizon_frames, alarms=alarms)
-
-
-def _is_in_seconds(metric: Metric) -> bool:
-    return metric.statistic == "restricted mean" and metric.unit == "s"
-
-
-def _range(metric: Metric, rows: Sequence[RowMeaning]) -> tuple[float, float]:
-    """Return the ends of a metric's range, from those of its rows."""
-    if metric.statistic in ("mean", "median", "geometric mean"):
-        lows, highs = zip(*((row.low, row.high) for row in rows), strict=True) if rows else ((0.0,), (inf,))
-        return (0.0, 1.0) if not rows and metric.unit == "fraction" else (min(lows), max(highs))
-    if metric.statistic == "restricted mean":
-        return 0.0, metric.horizon_frames
-    if metric.statistic == "difference of medians":
-        return -inf, inf
-    if metric.statistic == "froc at a tenth":
-        return -1.0, 1.0
-    return 0.0, 1.0 if metric.unit == "fraction" else inf

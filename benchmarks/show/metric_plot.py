@@ -10,7 +10,8 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from benchmarks.contract.suite import Condition, Metric, suite
+from benchmarks.contract.metric import Metric
+from benchmarks.contract.suite import Condition, suite
 from benchmarks.contract.text import number_text
 from benchmarks.show.palette import line_styles, on_light
 from benchmarks.show.plots import drawn_on_light, in_percent

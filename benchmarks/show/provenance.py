@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.contract.rows import HUMAN, LAST_METRIC, REAL, TEST_SPLIT, Row
-from benchmarks.contract.suite import event_of, suite
+from benchmarks.contract.rows import HUMAN, LAST_METRIC, REAL, TEST_SPLIT, Row, event_of
+from benchmarks.contract.suite import suite
 from benchmarks.contract.text import ranges_text
 from benchmarks.run.experiment import SET_PATH
 from benchmarks.run.jobs import Job

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.contract import rows as records
+from benchmarks.contract.metric import PooledRatios
 from benchmarks.contract.suite import suites
 from benchmarks.show.docstrings import attribute_meanings, place_of, words_of
 from benchmarks.show.metric_definitions import definitions_of, metric_definitions
@@ -18,7 +19,6 @@ from benchmarks.show.preset_settings import preset_settings
 from benchmarks.show.templates import page_environment
 from benchmarks.statistics import summary
 from benchmarks.statistics.bootstrap import Comparison, bootstrap_interval
-from benchmarks.statistics.pooling import pooled
 from scenarios import catalog
 from scenarios.envs.truth_info import truth_keys
 from scenarios.truth import Truth, dtype_of, meanings
@@ -45,7 +45,7 @@ def reference_page() -> str:
         suites=suites().values(),
         metrics_of=metric_definitions,
         definitions_of=definitions_of,
-        statistics=(pooled, bootstrap_interval, Comparison),
+        statistics=(PooledRatios, bootstrap_interval, Comparison),
         rows=records,
         columns={
             summary.SUMMARY_FILE_NAME: summary.SUMMARY_COLUMNS,

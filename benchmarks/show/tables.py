@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.contract.suite import Metric, Suite
+from benchmarks.contract.metric import Metric
+from benchmarks.contract.suite import Suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
 
 Entry = dict[str, Any]

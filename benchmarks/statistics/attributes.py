@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from benchmarks.contract.rows import REAL, Row
-from benchmarks.contract.suite import EventTest, Metric, event_of, suite
+from benchmarks.contract.metric import Metric
+from benchmarks.contract.rows import REAL, Row, event_of
+from benchmarks.contract.suite import EventTest, suite
 from benchmarks.statistics.bootstrap import Comparison, holm
 from benchmarks.statistics.summary import paired
 

@@ -1,62 +1,27 @@
-"""Means, intervals and comparisons over seeds.
+"""Intervals and comparisons over seeds.
 
-Every statistic here is a function of *pooled ratios*: each seed s gives numerators ``a[s]`` and denominators
-``b[s]``, both (D,), the pool's ratios are ``sum_s a[s] / sum_s b[s]``, and the statistic is a function of
-them. So a mean, a geometric mean of two rates, a quantile and the area under a survival curve are all
-bootstrapped over seeds by the same two matrix products. Seeds are resampled, not frames or frame-outs, which are
-correlated within an episode.
+Seeds are resampled, not frames or frame-outs, which are correlated within an episode. What is resampled are
+``contract.metric.PooledRatios``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.metric import PooledRatios, Statistic
+from benchmarks.contract.rows import Row
 from sim.checks import check
 from sim.rng import generator
 
 RESAMPLES = 4000
 CONFIDENCE = 0.95
 _FEWEST_SEEDS = 2
-
-
-@dataclass(frozen=True, eq=False)
-class PooledRatios:
-    """The sums of S seeds for one statistic.
-
-    Attributes:
-        seeds: (S,) sorted.
-        numerators, denominators: (S, D).
-        finish: takes ratios (..., D) to the statistic (...).
-    """
-
-    seeds: NDArray[np.int64]
-    numerators: NDArray[np.float64]
-    denominators: NDArray[np.float64]
-    finish: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-
-    def value(self, counts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the statistic (...) with every seed taken ``counts`` (..., S) times; NaN where it is undefined."""
-        return _finished(counts @ self.numerators, counts @ self.denominators, self.finish)
-
-    @property
-    def mean(self) -> float:
-        """The statistic over all seeds."""
-        return float(self.value(np.ones(len(self.seeds))))
-
-    @property
-    def seed_count(self) -> int:
-        """Number of seeds that contribute to the statistic."""
-        return int((self.denominators.sum(axis=1) > 0).sum())
-
-    def on(self, seeds: NDArray[np.int64]) -> PooledRatios:
-        """Return the sums of these seeds alone; all must be known."""
-        places = np.searchsorted(self.seeds, seeds)
-        return PooledRatios(seeds, self.numerators[places], self.denominators[places], self.finish)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,6 +40,28 @@ class Comparison:
     ci_high: float
     p: float
     n: int
+
+
+class Interval(NamedTuple):
+    """A statistic with the ends of its 95 % bootstrap interval, NaN for fewer than two seeds."""
+
+    mean: float
+    low: float
+    high: float
+
+
+def interval_of(statistic: Statistic, rows: Sequence[Row]) -> Interval | None:
+    """Return a statistic of the rows of one tracker; None where no seed contributes."""
+    pool = statistic.pooled(rows)
+    if pool is None or pool.seed_count == 0:
+        return None
+    return Interval(pool.mean, *bootstrap_interval(pool))
+
+
+def intervals_of(statistic: Statistic, rows: Mapping[str, Sequence[Row]]) -> dict[str, Interval]:
+    """Return a statistic of each tracker's rows, without those of which no seed contributes."""
+    found = {name: interval_of(statistic, mine) for name, mine in rows.items()}
+    return {name: each for name, each in found.items() if each is not None}
 
 
 def bootstrap_interval(pool: PooledRatios, resamples: int = RESAMPLES) -> tuple[float, float]:
@@ -118,10 +105,9 @@ def _permutation_p(a: PooledRatios, b: PooledRatios, resamples: int) -> float:
     kept = rng.integers(0, 2, (resamples, len(a.seeds))).astype(float)
 
     def mixed(x: PooledRatios, y: PooledRatios) -> NDArray[np.float64]:
-        return _finished(
+        return x.finished(
             kept @ x.numerators + (1 - kept) @ y.numerators,
             kept @ x.denominators + (1 - kept) @ y.denominators,
-            x.finish,
         )
 
     observed = abs(a.mean - b.mean)
@@ -139,15 +125,6 @@ def _resample(seed_count: int, resamples: int) -> NDArray[np.float64]:
     np.add.at(counts, (np.arange(resamples)[:, None], drawn), 1.0)
     counts.flags.writeable = False
     return counts
-
-
-def _finished(
-    numerators: NDArray[np.float64],
-    denominators: NDArray[np.float64],
-    finish: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-) -> NDArray[np.float64]:
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return finish(numerators / denominators)
 
 
 def _interval(values: NDArray[np.float64]) -> tuple[float, float]:

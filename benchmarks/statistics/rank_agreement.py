@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import REAL
-from benchmarks.contract.suite import Metric, Suite
+from benchmarks.contract.suite import Suite
 
 _LEAST_TRACKERS = 3
 """Two can only agree or disagree."""

@@ -26,10 +26,10 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import Row, read_rows, rounded
-from benchmarks.contract.suite import Condition, Metric, Name, suite
+from benchmarks.contract.suite import Condition, Name, suite
 from benchmarks.statistics import bootstrap as statistics
-from benchmarks.statistics import pooling
 from trackers.atomic_file import write_atomic
 
 SUMMARY_FILE_NAME = "summary.json"
@@ -93,7 +93,7 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
     for condition, contestants in groups.items():
         for rows in contestants.values():
             for metric in suite(condition[0]).metrics:
-                pool = pooling.pooled(rows, metric)
+                pool = metric.statistic.pooled(rows)
                 if pool is None or pool.seed_count == 0:
                     continue
                 low, high = statistics.bootstrap_interval(pool)
@@ -173,13 +173,7 @@ def _compare_along(
 
 def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> statistics.Comparison | None:
     """Return the paired comparison in one metric, None where one of the two has no rows of it."""
-    if metric.statistic == pooling.OF_A_PAIR:
-        mine, others = pooling.at_a_tenth(first, second, metric)
-    else:
-        grid = None
-        if metric.statistic in pooling.OF_MEDIANS:
-            grid = np.union1d(pooling.values(first, metric), pooling.values(second, metric))
-        mine, others = (pooling.pooled(rows, metric, grid) for rows in (first, second))
+    mine, others = metric.statistic.pooled_pair(first, second)
     if mine is None or others is None or len(np.intersect1d(mine.seeds, others.seeds)) == 0:
         return None
     comparison = statistics.compare(mine, others)

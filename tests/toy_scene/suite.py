@@ -5,21 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from benchmarks.contract.metric import Metric, Quantity
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import EventWords, Metric, Scene, Suite, add_scene, register_suite
+from benchmarks.contract.suite import EventWords, Scene, Suite, add_scene, register_suite
 from benchmarks.show.dot_plot import plot_groups
 from benchmarks.show.palette import LineStyle
 from benchmarks.show.plots import Plot
 from benchmarks.show.showing import Showing, register_showing
-from benchmarks.statistics import pooling
-from benchmarks.statistics.bootstrap import bootstrap_interval
-from tests.toy_scene.judge import ManyJudge, ManySheet
+from benchmarks.statistics.bootstrap import intervals_of
+from benchmarks.statistics.pooling import Median
+from tests.toy_scene.judge import ManyJudge
 
-FOUND = Metric("found_rate", "crates that are there and have a track on them", "fraction", "higher", ("found_rate",))
-SWITCHES = Metric(
-    "identity_switches", "times that a crate's track is another one", "1", "lower", ("identity_switches",)
-)
-OF_A_CRATE = Metric("crate_found_rate", "the same of a crate", "fraction", "higher", ("crate_found_rate",))
+FOUND = Metric("found_rate", "crates that are there and have a track on them", "fraction", "higher")
+SWITCHES = Metric("identity_switches", "times that a crate's track is another one", "1", "lower")
+OF_A_CRATE = Metric("crate_found_rate", "the same of a crate", "fraction", "higher")
 
 
 def _describe(stays: Sequence[dict[str, Any]]) -> str:
@@ -28,8 +27,7 @@ def _describe(stays: Sequence[dict[str, Any]]) -> str:
 
 def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
     """Return the share found of each tracker."""
-    pools = {name: pooling.pooled(rows, FOUND) for name, rows in drawn.items()}
-    shares = {name: (pool.mean, *bootstrap_interval(pool)) for name, pool in pools.items() if pool is not None}
+    shares = intervals_of(FOUND.statistic, drawn)
     svg = plot_groups({"all crates": shares}, styles, "found")
     return [Plot("How many are found?", "Dots: all episodes; bars: 95 % bootstrap over seeds.", svg)]
 
@@ -45,9 +43,9 @@ register_suite(
         metrics=(
             FOUND,
             SWITCHES,
-            Metric("position_error_px", "of crates that are there, at most 6", "px", "lower", ("position_error_px",)),
-            Metric("false_tracks", "tracks on no crate, of a frame", "1", "lower", ("false_tracks",)),
-            Metric("frames_per_s", "frames a second on one core", "1/s", "higher", ("frames_per_s",), "median"),
+            Metric("position_error_px", "of crates that are there, at most 6", "px", "lower"),
+            Metric("false_tracks", "tracks on no crate, of a frame", "1", "lower"),
+            Metric("frames_per_s", "frames a second on one core", "1/s", "higher", Median(Quantity("frames_per_s"))),
         ),
         headline=("found_rate", "identity_switches", "position_error_px", "false_tracks", "frames_per_s"),
         compared=("found_rate", "identity_switches"),
@@ -63,15 +61,6 @@ register_suite(
         silence="no track; all crates that are there are missed",
         controller=None,
         follows_many=True,
-        definitions={
-            ManySheet.scores: (
-                "found_rate",
-                "position_error_px",
-                "identity_switches",
-                "false_tracks",
-                "crate_found_rate",
-            )
-        },
     )
 )
 register_showing("toy-many", Showing("Are all of them found?", figures))

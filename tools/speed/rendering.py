@@ -23,7 +23,8 @@ from typing import Any, Protocol
 import cv2
 import numpy as np
 
-from benchmarks.statistics.bootstrap import PooledRatios, bootstrap_interval
+from benchmarks.contract.metric import PooledRatios
+from benchmarks.statistics.bootstrap import bootstrap_interval
 from scenarios import catalog
 from scenarios.scenario import Frame
 from sim.bullet import TinyRenderer

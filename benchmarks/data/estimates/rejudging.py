@@ -34,10 +34,11 @@ from benchmarks.data.estimates.block_file import Block, Facts, facts_of, paths_i
 from benchmarks.data.estimates.columns import EXTRAPOLATED, INTERPOLATED, Values
 from benchmarks.data.sets.benchmark import benchmark_of
 from benchmarks.data.sets.data_set import stored_episode
+from benchmarks.judges.tracker_speed import times
 from benchmarks.run.blocks import as_block
 from benchmarks.run.editions import judge_edition, scene_edition
 from benchmarks.run.experiment import Progress, check_renderer
-from benchmarks.run.guards import FAILED_AT, times
+from benchmarks.run.guards import FAILED_AT
 from benchmarks.run.jobs import Job, episode_of
 from benchmarks.run.own_modules import load_modules
 from scenarios import catalog

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from benchmarks.contract.suite import EventWords, Metric
+from benchmarks.contract.suite import EventWords
 from benchmarks.contract.text import counted, lengths_text
 
 
@@ -32,9 +32,5 @@ EVENTS = EventWords(
         "two fish": lambda event: bool(event["fish_count"] <= 2),
         "three or more fish": lambda event: bool(event["fish_count"] > 2),
     },
-    compared=(
-        Metric("link_precision", "right links of those made", "fraction", "higher", ("link_right",)),
-        Metric("link_rate", "links made", "fraction", "higher", ("link_made",)),
-    ),
     describe=_describe,
 )

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score
-from benchmarks.contract.suite import Metric
+from benchmarks.contract.metric import OWN, Mean, Metric, Quantity
 from benchmarks.judges.fish.motion_statistics import motion_statistics
 
 ANY = "any"
@@ -45,16 +46,22 @@ def _score(name: str, value: float) -> Iterator[Score]:
         yield Score(name, float(value))
 
 
+def _metric(name: str, summary: str, unit: str, low: float, high: float) -> Metric:
+    true_places = "the true places of all fish, the same for all trackers"
+    quantity = Quantity(f"motion_{name}", low, high, true_places, OWN, (motion_scores,))
+    return Metric(quantity.name, summary, unit, "higher", Mean(quantity))
+
+
 MOTION = (
-    Metric("motion_turn", "median change of direction", "degrees", "higher"),
-    Metric("motion_heading", "mean cosine of the change of direction", "1", "higher"),
-    Metric("motion_velocity", "autocorrelation of the velocity", "1", "higher"),
-    Metric("motion_speed", "autocorrelation of the speed about its mean", "1", "higher"),
-    Metric("motion_straightness", "way as the crow flies over the way swum", "fraction", "higher"),
-    Metric("motion_step_p5", "step of a frame, 5th percentile", "px", "higher"),
-    Metric("motion_step_p50", "step of a frame, median", "px", "higher"),
-    Metric("motion_step_p95", "step of a frame, 95th percentile", "px", "higher"),
-    Metric("motion_wall_p50", "distance to the nearest wall, median", "px", "higher"),
-    Metric("motion_meetings", "share of time that two fish are nearer than half a body", "fraction", "higher"),
+    _metric("turn", "median change of direction", "degrees", 0, 180),
+    _metric("heading", "mean cosine of the change of direction", "1", -1, 1),
+    _metric("velocity", "autocorrelation of the velocity", "1", -1, 1),
+    _metric("speed", "autocorrelation of the speed about its mean", "1", -1, 1),
+    _metric("straightness", "way as the crow flies over the way swum", "fraction", 0, 1),
+    _metric("step_p5", "step of a frame, 5th percentile", "px", 0, inf),
+    _metric("step_p50", "step of a frame, median", "px", 0, inf),
+    _metric("step_p95", "step of a frame, 95th percentile", "px", 0, inf),
+    _metric("wall_p50", "distance to the nearest wall, median", "px", 0, inf),
+    _metric("meetings", "share of time that two fish are nearer than half a body", "fraction", 0, 1),
 )
 """Metrics of the rows of one line, without its suffix."""

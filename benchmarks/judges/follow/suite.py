@@ -2,23 +2,101 @@
 
 from __future__ import annotations
 
-from benchmarks.contract.suite import Metric, Scene, Suite, register_suite
-from benchmarks.contract.tuning_episodes import TuningEpisodes
-from benchmarks.judges import in_view, view_time
-from benchmarks.judges.follow.events import COMPARED, EVENTS
+from collections.abc import Callable
+from dataclasses import replace
+from math import inf
+from typing import Any
+
+from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity
+from benchmarks.contract.suite import Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.judges import in_view
+from benchmarks.judges.follow.events import EVENTS
 from benchmarks.judges.follow.judge import FollowJudge
 from benchmarks.judges.follow.metrics import following
 from benchmarks.judges.follow.references import ORACLE
-from benchmarks.judges.follow.row_meanings import ROW_MEANINGS
+from benchmarks.judges.recovery import recovery_times
 from benchmarks.judges.tracker_speed import SPEED
+from benchmarks.judges.view_time import LOSS_S, LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN, Loss
+from benchmarks.statistics.pooling import RestrictedMean
 
 _WITHOUT_PICTURES = TuningEpisodes(seeds=range(64), fresh=8)
 """Without pictures episodes are cheap; those that check the best setting have pictures."""
 
 
-def _share(name: str, summary: str) -> Metric:
-    return Metric(name, summary, "fraction", "higher")
+LONGEST_SEARCH_FRAMES = 150
+"""Horizon of the restricted mean of the time to find the target again (10 s at 15 frames a second)."""
+_STEPS = "every frame but the first"
+_DAT = "DAT_Benchmark, 2025"
+_AD_VAT = "AD-VAT: Zhong et al., 2019; UnrealZoo: Zhong et al., 2025"
+_EVT = "EVT-Bench (TrackVLA), 2025"
+_PEOPLE = "episodes with a person as the target"
 
+
+def _metric(
+    name: str,
+    summary: str,
+    defined_by: Callable[..., Any],
+    better: Better = "higher",
+    unit: str = "fraction",
+    *,
+    high: float = 1.0,
+    conditions: str = _STEPS,
+    source: str = OWN,
+) -> Metric:
+    return Metric(name, summary, unit, better, Mean(Quantity(name, 0, high, conditions, source, (defined_by,))))
+
+
+COMPARED = (
+    TIME_SEEN,
+    TIME_IN_VIEW,
+    _metric(
+        "centring_error",
+        "distance of the target from the picture's middle, over half the diagonal, while in view",
+        following.centring_error,
+        "lower",
+        conditions=f"{_STEPS}, with the target in view",
+    ),
+    LOSSES_PER_MINUTE,
+    Metric(
+        "time_to_find_again_s",
+        f"of losses (out of view for longer than {LOSS_S:g} s): mean time from leaving view to being in view again, "
+        f"never = {LONGEST_SEARCH_FRAMES} frames (Kaplan-Meier, restricted)",
+        "s",
+        "lower",
+        RestrictedMean(
+            LONGEST_SEARCH_FRAMES,
+            *recovery_times("losses: over 1 s out of view", Loss),
+            Quantity("rate_hz", 0, inf, "", OWN, (Loss,)),
+        ),
+    ),
+    _metric(
+        "wrong_target_rate",
+        "time with the estimate on another visible object, outside the target's box",
+        following.is_on_other,
+        "lower",
+    ),
+    _metric(
+        "effort",
+        "mean size of the obeyed commands, 1 = every axis at its limit all the time",
+        following.effort,
+        "lower",
+    ),
+    _metric(
+        "jerkiness_per_s",
+        "mean change of the obeyed commands in a second, in the same measure",
+        following.jerkiness_per_s,
+        "lower",
+        "1",
+        high=inf,
+    ),
+)
+"""Metrics of whole episodes in comparisons."""
+
+_EVT_METRICS: tuple[tuple[str, str, Better], ...] = (
+    ("evt_success_rate", "episodes that end in the picture and within 3 m, never lost", "higher"),
+    ("evt_tracking_rate", "steps in the picture and within 3 m, none after a loss", "higher"),
+    ("evt_collision_rate", "episodes that end with the camera nearer than 0.5 m", "lower"),
+)
 
 FOLLOW = Suite(
     name="follow",
@@ -41,26 +119,40 @@ FOLLOW = Suite(
     judge=FollowJudge,
     metrics=(
         *COMPARED,
-        Metric("dat_cumulative_reward", "DAT_Benchmark: sum of tanh(4 p³)", "1", "higher"),
-        _share("dat_tsr", "DAT_Benchmark: steps with the target's centre in the picture"),
-        Metric(
+        _metric(
+            "dat_cumulative_reward",
+            "DAT_Benchmark: sum of tanh(4 p³)",
+            following.dat_cumulative_reward,
+            unit="1",
+            high=inf,
+            source=_DAT,
+        ),
+        _metric(
+            "dat_tsr",
+            "DAT_Benchmark: steps with the target's centre in the picture",
+            following.dat_tsr,
+            source=_DAT,
+        ),
+        _metric(
             "episode_length_steps",
             "AD-VAT, UnrealZoo: steps until it was out of view for 2 simulated seconds, or to the end",
-            "steps",
-            "higher",
+            following.episode_length_steps,
+            unit="steps",
+            high=inf,
+            source=_AD_VAT,
         ),
-        _share(
+        _metric(
             "sr_500",
             "AD-VAT, UnrealZoo: episodes of 500 steps, or shorter, never out of view for over 2 simulated s",
+            following.survives,
+            conditions="the first 500 steps of an episode, or all",
+            source=_AD_VAT,
         ),
-        _share("evt_success_rate", "EVT-Bench: episodes that end in the picture and within 3 m, never lost"),
-        _share("evt_tracking_rate", "EVT-Bench: steps in the picture and within 3 m, none after a loss"),
-        Metric(
-            "evt_collision_rate", "EVT-Bench: episodes that end with the camera nearer than 0.5 m", "fraction", "lower"
+        *(
+            _metric(name, f"EVT-Bench: {words}", following.person_following, better, conditions=_PEOPLE, source=_EVT)
+            for name, words, better in _EVT_METRICS
         ),
-        _share("in_view_tpr", 'OxUvA: frames in view on which the tracker says "in view" and is on the target'),
-        _share("in_view_tnr", "OxUvA: frames with the target absent on which the tracker says so"),
-        in_view.IN_VIEW_GM,
+        *in_view.IN_VIEW,
         *SPEED,
     ),
     headline=(
@@ -75,29 +167,10 @@ FOLLOW = Suite(
     ),
     compared=tuple(metric.name for metric in COMPARED),
     tuned_for={"time_in_view": 1.0, "effort": -0.1},
-    events=EVENTS,
+    events=replace(EVENTS, episodes=COMPARED),
     silence="no estimate for its controller; only where the camera looks is scored",
     references=(ORACLE,),
     contestants=("controller", "tracker"),
     truth="target",
-    definitions={
-        view_time: ("time_seen", "time_in_view", "losses_per_minute"),
-        following: ("centring_error", "effort", "jerkiness_per_s"),
-        view_time.losses_per_minute: ("losses_per_minute",),
-        view_time.Loss: ("losses_per_minute", "recovery_frames", "watched_frames", "rate_hz"),
-        following.centring_error: ("centring_error",),
-        following.effort: ("effort",),
-        following.jerkiness_per_s: ("jerkiness_per_s",),
-        following.is_on_other: ("wrong_target_rate",),
-        following.dat_cumulative_reward: ("dat_cumulative_reward",),
-        following.dat_tsr: ("dat_tsr",),
-        following.episode_length_steps: ("episode_length_steps",),
-        following.survives: ("sr_500",),
-        following.person_following: ("evt_success_rate", "evt_tracking_rate", "evt_collision_rate"),
-        in_view.present_and_absent: ("in_view_tpr", "in_view_tnr"),
-        in_view.true_positive_rate: ("in_view_tpr",),
-        in_view.true_negative_rate: ("in_view_tnr",),
-    },
-    row_meanings=ROW_MEANINGS,
 )
 register_suite(FOLLOW)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score
+from benchmarks.contract.suite import suite
 from benchmarks.judges import in_view, recovery
 from benchmarks.judges.frame_out.metrics import localisation, offscreen, posterior, single_object
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut, find_frame_outs
@@ -17,27 +18,6 @@ from benchmarks.statistics import long_term
 NEES_CAP = 100.0
 """Largest NEES of a frame in a mean, so that single frames on which a tracker is lost do not dominate it; also the NEES
 of a frame without a posterior, of a tracker that gives posteriors."""
-
-EpisodeScore = Callable[[TruthSeries, EstimateSeries], float]
-_ADDED: dict[str, EpisodeScore] = {}
-
-
-def episode_score(metric: str) -> Callable[[EpisodeScore], EpisodeScore]:
-    """Register a function ``f(truth, estimate) -> value`` of a whole episode: its value becomes a row ``metric``.
-
-    NaN means undefined in this episode. ``suites.add_metric`` puts the row's mean into summary and report.
-    """
-
-    def add(score: EpisodeScore) -> EpisodeScore:
-        _ADDED[metric] = score
-        return score
-
-    return add
-
-
-def added_scores() -> Mapping[str, EpisodeScore]:
-    """Return the registered functions by the name of their row."""
-    return dict(_ADDED)
 
 
 def score_episode(
@@ -61,7 +41,8 @@ def score_episode(
     scores += offscreen_scores(truth, estimate, error_m)
     scores += in_view_scores(truth, estimate, on_target, failed_at_frame)
     scores += [run_kept(scores), silent_frames(estimate)]
-    scores += [Score(metric, score(truth, estimate)) for metric, score in _ADDED.items()]
+    own = (metric for metric in suite("frame-out").metrics if metric.value is not None)
+    scores += [Score(metric.name, metric.value(truth, estimate)) for metric in own]  # type: ignore[misc]
     return scores
 
 

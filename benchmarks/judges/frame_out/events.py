@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-from benchmarks.contract.suite import EventTest, EventWords, Metric
+from benchmarks.contract.suite import EventTest, EventWords
 from benchmarks.contract.text import counted, lengths_text
 
 _LENGTHS = (1, 16, 31, 61, 121, 1_000_000)
@@ -58,10 +58,5 @@ EVENTS = EventWords(
     name="frame-outs",
     key="frame_out",
     tests=_tests(),
-    compared=(
-        Metric("recovered", "on the car within 5 frames", "fraction", "higher", ("recovered",)),
-        Metric("kept", "and still one second later", "fraction", "higher", ("kept",)),
-        Metric("reentry_error_m", "error on the last frame outside", "m", "lower", ("reentry_error_m",)),
-    ),
     describe=_describe,
 )

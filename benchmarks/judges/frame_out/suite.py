@@ -3,55 +3,114 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from math import inf
+from typing import Any
 
-from benchmarks.contract.suite import Metric, Scene, Suite, register_suite
-from benchmarks.contract.tuning_episodes import TuningEpisodes
-from benchmarks.judges import in_view, view_time
-from benchmarks.judges.frame_out.episode_scores import NEES_CAP, added_scores, errors_while_out, offscreen_scores
+from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity
+from benchmarks.contract.suite import Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.judges import in_view
+from benchmarks.judges.frame_out.episode_scores import NEES_CAP, errors_while_out, offscreen_scores
 from benchmarks.judges.frame_out.events import EVENTS
 from benchmarks.judges.frame_out.judge import FrameOutJudge
 from benchmarks.judges.frame_out.metrics import localisation, offscreen, posterior, single_object
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut
 from benchmarks.judges.frame_out.real import ON_SEQUENCES
 from benchmarks.judges.frame_out.references import ORACLES
-from benchmarks.judges.frame_out.row_meanings import ROW_MEANINGS
-from benchmarks.judges.recovery import Recovery, judge_recovery, time_scores
+from benchmarks.judges.recovery import Recovery, judge_recovery, recovery_times
 from benchmarks.judges.tracker_speed import SPEED
 from benchmarks.judges.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
 from benchmarks.statistics import long_term
+from benchmarks.statistics.pooling import BestF, BestPrecision, BestRecall, Median, RestrictedMean
+
+_ON_CAR = "on the car: IoU of the boxes at least 0.5, or centre within half a car's length on the ground"
+_JUDGED = (
+    "frame-outs with at least 5 frames and a second of the episode after the whole car is back; in closed loop after "
+    f"it left; {_ON_CAR}"
+)
+_OUT = "frames with the car wholly outside the picture"
+_POSTERIOR = f"{_OUT}, of trackers that give a posterior in the episode"
+_SEEN = "frames with the whole car in the picture, at least half of it seen"
+_OTB = "OTB: Wu, Lim and Yang, Online object tracking: a benchmark, CVPR 2013"
+_VOT_LT = "VOT-LT: Lukezic et al., Now you see me: evaluating performance in long-term visual tracking, 2018"
+_NEES = "Bar-Shalom, Li and Kirubarajan, Estimation with applications to tracking and navigation, 2001; cap: Frameout"
+_ABOUT_RECOVERY = (FrameOut, Recovery, judge_recovery, localisation.on_object)
+
+RECOVERED, KEPT, WRONG_CAR = (
+    Quantity(name, 0, 1, _JUDGED, OWN, _ABOUT_RECOVERY) for name in ("recovered", "kept", "locked_on_wrong_car")
+)
+_HAD = Quantity(
+    "had",
+    0,
+    1,
+    f"the last frame before each exit and the first one outside; {_ON_CAR}",
+    OWN,
+    (errors_while_out, localisation.on_object),
+)
+REENTRY = Quantity(
+    "reentry_error_m",
+    0,
+    offscreen.WORST_ERROR_M,
+    "the last frame of each frame-out",
+    OWN,
+    (offscreen.ground_error_m, errors_while_out),
+)
+_CURVES = (
+    Quantity(
+        "precision_curve",
+        0,
+        1,
+        "frames with an answer inside the picture",
+        _VOT_LT,
+        (long_term.precision_recall_curves,),
+    ),
+    Quantity(
+        "recall_curve", 0, 1, "frames with the car at least partly seen", _VOT_LT, (long_term.precision_recall_curves,)
+    ),
+)
 
 
-def _rate(name: str, summary: str, row: str = "", kind: str | None = None) -> Metric:
-    return Metric(name, summary, "fraction", "higher", (row or name,), kind=kind)
+def _rate(name: str, summary: str, quantity: Quantity, kind: str | None = None) -> Metric:
+    return Metric(name, summary, "fraction", "higher", Mean(quantity, kind=kind))
 
 
 def _coverage(share: float) -> Metric:
+    name = f"coverage_{100 * share:g}"
     words = f"frames outside whose truth lies in the posterior's {100 * share:g} % region ({share:g} is right)"
-    return Metric(f"coverage_{100 * share:g}", words, "fraction", "higher", ideal=share)
+    defined_by = (offscreen_scores, posterior.Calibration, posterior.coverage)
+    quantity = Quantity(name, 0, 1, _POSTERIOR, OWN, defined_by)
+    return Metric(name, words, "fraction", "higher", Mean(quantity), ideal=share)
 
 
-def _error(name: str, summary: str, unit: str = "m") -> Metric:
-    return Metric(name, summary, unit, "lower")
+def _outside(name: str, conditions: str) -> Quantity:
+    return Quantity(name, 0, offscreen.WORST_ERROR_M, conditions, OWN, (offscreen.ground_error_m, errors_while_out))
 
 
 def _errors_outside() -> Iterator[Metric]:
     """Yield mean and median of the errors outside, of all frame-outs and of those at whose exit the car was had."""
     of_all = {
-        "offscreen_error": "error on all frames outside",
-        "offscreen_error_30": "error 30 frames after the exit, of frame-outs that last longer",
-        "offscreen_error_100": "error 100 frames after the exit, of frame-outs that last longer",
+        "offscreen_error": ("error on all frames outside", _OUT),
+        **{
+            f"offscreen_error_{n}": (
+                f"error {n} frames after the exit, of frame-outs that last longer",
+                f"frame-outs of more than {n} frames",
+            )
+            for n in (30, 100)
+        },
     }
     for ending, condition in (("", ""), ("_if_had", ", where the tracker had the car at the exit")):
-        for name, summary in of_all.items():
-            row = f"{name}{ending}_m"
-            yield _error(row, summary + condition)
+        for name, (summary, frames) in of_all.items():
+            quantity = _outside(f"{name}{ending}_m", frames + condition)
+            yield Metric(quantity.name, summary + condition, "m", "lower", Mean(quantity))
             words = f"median over frame-outs of the {'mean ' if name == 'offscreen_error' else ''}{summary}{condition}"
-            yield Metric(f"{name}{ending}_median_m", words, "m", "lower", (row,), "median")
+            yield Metric(f"{name}{ending}_median_m", words, "m", "lower", Median(quantity))
 
 
-_OUTSIDE = tuple(f"offscreen_error{frames}{ending}_m" for ending in ("", "_if_had") for frames in ("", "_30", "_100"))
-"""Rows of errors outside."""
-_CURVES = ("precision_curve", "recall_curve")
+def _in_pictures(name: str, summary: str, unit: str, better: Better, high: float, *defined_by: Any) -> Metric:
+    source = f"{_OTB}, there without a cap" if unit == "px" else _OTB
+    quantity = Quantity(name, 0, high, _SEEN, source, (in_view.present_and_absent, *defined_by))
+    return Metric(name, summary, unit, better, Mean(quantity))
+
 
 FRAME_OUT = Suite(
     name="frame-out",
@@ -62,71 +121,91 @@ FRAME_OUT = Suite(
     quick_preset="quick",
     judge=FrameOutJudge,
     metrics=(
-        _rate("recovery_rate", "frame-outs after which the tracker is on the car within 5 frames", "recovered"),
-        _rate("road_recovery_rate", "the same, of frame-outs on the road", "recovered", "road"),
-        _rate("excursion_recovery_rate", "the same, of those with a way off the road", "recovered", "excursion"),
-        _rate("turn_recovery_rate", "the same, of those with a turn at a crossing", "recovered", "turned"),
+        _rate("recovery_rate", "frame-outs after which the tracker is on the car within 5 frames", RECOVERED),
+        _rate("road_recovery_rate", "the same, of frame-outs on the road", RECOVERED, "road"),
+        _rate("excursion_recovery_rate", "the same, of those with a way off the road", RECOVERED, "excursion"),
+        _rate("turn_recovery_rate", "the same, of those with a turn at a crossing", RECOVERED, "turned"),
+        _rate("long_recovery_rate", "the same, of those longer than any that the preset draws", RECOVERED, "long"),
+        _rate("kept_rate", "frame-outs recovered and still on the car one second later", KEPT),
+        _rate("road_kept_rate", "the same, of frame-outs on the road", KEPT, "road"),
+        _rate("excursion_kept_rate", "the same, of those with a way off the road", KEPT, "excursion"),
         _rate(
-            "long_recovery_rate",
-            "the same, of those longer than any that the preset draws",
-            "recovered",
-            "long",
+            "kept_run_rate",
+            "episodes with all judged frame-outs kept",
+            Quantity("run_kept", 0, 1, "episodes with such a frame-out", OWN, (FrameOut, Recovery, judge_recovery)),
         ),
-        _rate("kept_rate", "frame-outs recovered and still on the car one second later", "kept"),
-        _rate("road_kept_rate", "the same, of frame-outs on the road", "kept", "road"),
-        _rate("excursion_kept_rate", "the same, of those with a way off the road", "kept", "excursion"),
-        _rate("kept_run_rate", "episodes with all judged frame-outs kept", "run_kept"),
         Metric(
             "wrong_car_rate",
             "frame-outs after which the tracker is locked on another car",
             "fraction",
             "lower",
-            ("locked_on_wrong_car",),
+            Mean(WRONG_CAR),
         ),
         Metric(
             "time_to_recover_frames",
             "mean time from back in full to on the car, never = 60 (Kaplan-Meier, restricted)",
             "frames",
             "lower",
-            ("recovery_frames", "watched_frames"),
-            "restricted mean",
+            RestrictedMean(60, *recovery_times("frame-outs after which the car is back", FrameOut, Recovery)),
         ),
-        _rate("had_rate", "frame-outs at whose exit the tracker had the car", "had"),
+        _rate("had_rate", "frame-outs at whose exit the tracker had the car", _HAD),
         *_errors_outside(),
         Metric(
             "long_offscreen_error_m",
             "error on all frames of frame-outs that are longer than any that the preset draws",
             "m",
             "lower",
-            ("offscreen_error_m",),
-            kind="long",
+            Mean(_outside("offscreen_error_m", _OUT), kind="long"),
         ),
-        _error("offscreen_error_car_lengths", "error on all frames outside, in lengths of the car", "car lengths"),
-        _error("reentry_error_m", "error on the last frame outside"),
+        Metric(
+            "offscreen_error_car_lengths",
+            "error on all frames outside, in lengths of the car",
+            "car lengths",
+            "lower",
+            Mean(
+                Quantity("offscreen_error_car_lengths", 0, inf, _OUT, OWN, (offscreen.ground_error_m, offscreen_scores))
+            ),
+        ),
+        Metric("reentry_error_m", "error on the last frame outside", "m", "lower", Mean(REENTRY)),
         *(_coverage(share) for share in (0.5, 0.9, 0.95)),
         Metric(
             "nees",
             f"normalised error squared of the posterior outside, of a frame at most {NEES_CAP:g} (2 is right)",
             "1",
             "lower",
+            Mean(Quantity("nees", 0, NEES_CAP, _POSTERIOR, _NEES, (offscreen_scores, posterior.Calibration))),
             ideal=2.0,
         ),
-        _rate("in_view_tpr", "frames in view on which the tracker says so and is on the car"),
-        _rate("in_view_tnr", "frames out of view on which the tracker says so"),
-        in_view.IN_VIEW_GM,
-        Metric("precision", "VOT-LT precision", "fraction", "higher", _CURVES, "precision"),
-        Metric("recall", "VOT-LT recall", "fraction", "higher", _CURVES, "recall"),
+        *in_view.IN_VIEW,
+        Metric("precision", "VOT-LT precision", "fraction", "higher", BestPrecision(*_CURVES)),
+        Metric("recall", "VOT-LT recall", "fraction", "higher", BestRecall(*_CURVES)),
         Metric(
             "f_measure",
             "VOT-LT F-score, at the confidence that makes it greatest",
             "fraction",
             "higher",
-            _CURVES,
-            "f",
+            BestF(*_CURVES),
         ),
-        _error("centre_error_px", "centre error on frames in view", "px"),
-        _rate("precision_20_px", "frames in view with a centre error of at most 20 px (OTB)"),
-        _rate("success_auc", "area under the success curve (OTB)"),
+        _in_pictures(
+            "centre_error_px", "centre error on frames in view", "px", "lower", inf, single_object.centre_error_px
+        ),
+        _in_pictures(
+            "precision_20_px",
+            "frames in view with a centre error of at most 20 px (OTB)",
+            "fraction",
+            "higher",
+            1,
+            single_object.precision_20_px,
+        ),
+        _in_pictures(
+            "success_auc",
+            "area under the success curve (OTB)",
+            "fraction",
+            "higher",
+            1,
+            single_object.success_curve,
+            single_object.success_auc,
+        ),
         TIME_SEEN,
         TIME_IN_VIEW,
         LOSSES_PER_MINUTE,
@@ -154,37 +233,16 @@ FRAME_OUT = Suite(
         "f_measure",
     ),
     tuned_for={"kept_rate": 1.0, "f_measure": 1.0, "offscreen_error_m": -0.01},
-    events=EVENTS,
+    events=replace(
+        EVENTS,
+        compared=(
+            Metric("recovered", "on the car within 5 frames", "fraction", "higher", Mean(RECOVERED)),
+            Metric("kept", "and still one second later", "fraction", "higher", Mean(KEPT)),
+            Metric("reentry_error_m", "error on the last frame outside", "m", "lower", Mean(REENTRY)),
+        ),
+    ),
     silence=f"the worst error, {offscreen.WORST_ERROR_M:g} m",
     references=ORACLES,
     on_sequences=ON_SEQUENCES,
-    definitions={
-        FrameOut: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
-        Recovery: ("recovered", "kept", "locked_on_wrong_car", "run_kept", "recovery_frames", "watched_frames"),
-        judge_recovery: ("recovered", "kept", "locked_on_wrong_car", "run_kept"),
-        time_scores: ("recovery_frames", "watched_frames"),
-        localisation.on_object: ("recovered", "kept", "locked_on_wrong_car", "had", "in_view_tpr"),
-        offscreen.ground_error_m: (
-            *_OUTSIDE,
-            "offscreen_error_car_lengths",
-            "reentry_error_m",
-        ),
-        errors_while_out: ("had", *_OUTSIDE, "reentry_error_m"),
-        offscreen_scores: ("offscreen_error_car_lengths", "coverage_50", "coverage_90", "coverage_95", "nees"),
-        posterior.Calibration: ("coverage_50", "coverage_90", "coverage_95", "nees"),
-        posterior.coverage: ("coverage_50", "coverage_90", "coverage_95"),
-        in_view.present_and_absent: ("in_view_tpr", "in_view_tnr", "centre_error_px", "precision_20_px", "success_auc"),
-        in_view.true_positive_rate: ("in_view_tpr",),
-        in_view.true_negative_rate: ("in_view_tnr",),
-        long_term.precision_recall_curves: ("precision_curve", "recall_curve"),
-        single_object.centre_error_px: ("centre_error_px",),
-        single_object.precision_20_px: ("precision_20_px",),
-        single_object.success_curve: ("success_auc",),
-        single_object.success_auc: ("success_auc",),
-        view_time: ("time_seen", "time_in_view", "losses_per_minute"),
-        view_time.losses_per_minute: ("losses_per_minute",),
-    },
-    row_meanings=ROW_MEANINGS,
-    added=added_scores,
 )
 register_suite(FRAME_OUT)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.suite import EventTest, EventWords, Metric
+from benchmarks.contract.suite import EventTest, EventWords
 from benchmarks.contract.text import counted
 from benchmarks.judges.harbour.streaks import streaks
 
@@ -94,16 +94,5 @@ EVENTS = EventWords(
         "up to 60 s": lambda event: bool(event["length_frames"] <= 30),
         "longer than 60 s": lambda event: bool(event["length_frames"] > 30),
     },
-    compared=(
-        Metric("detection_rate", "found, chance taken off", "fraction", "higher", ("found",)),
-        Metric("time_to_detect_s", "time until found", "s", "lower", statistic="median"),
-        Metric("position_error_m", "error over the ground", "m", "lower"),
-        *(
-            Metric(f"{name}_error", f"error of the {name}", "fraction", "lower", statistic="median")
-            for name in ("width", "height", "depth")
-        ),
-        Metric("kind_right", "frames with the right class, of those with one", "fraction", "higher"),
-        Metric("duplicate_rate", "frames with another track", "fraction", "lower"),
-    ),
     describe=_describe,
 )

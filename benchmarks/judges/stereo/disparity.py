@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
+from math import inf
+from typing import Any
 
 from benchmarks.contract.judging import Score, truth_as
-from benchmarks.contract.suite import Metric
+from benchmarks.contract.metric import Better, Mean, Metric, Quantity
+from benchmarks.judges.stereo.metrics import disparity
 from benchmarks.judges.stereo.metrics.disparity import DisparityErrors, disparity_error_px, seen_by_both
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.truth import StereoTruth
@@ -47,10 +50,20 @@ class DisparityMeasurement:
             yield Score(f"disparity_density_{pixels}", errors.density, float(errors.pixels))
 
 
+_PIXELS = "every tenth pair whose right picture is not lost: pixels that both cameras see"
+_MIDDLEBURY = "Middlebury: Scharstein and Szeliski, A taxonomy and evaluation of dense two-frame stereo, IJCV 47, 2002"
+
+
+def _metric(name: str, summary: str, unit: str, better: Better, defined_by: Any) -> Metric:
+    high = 1.0 if unit == "fraction" else inf
+    quantity = Quantity(f"disparity_{name}", 0, high, _PIXELS, _MIDDLEBURY, (disparity, defined_by))
+    return Metric(name, summary, unit, better, Mean(quantity))
+
+
 DISPARITY = (
-    Metric("error_px", "median absolute error", "px", "lower", ("disparity_error_px",)),
-    Metric("bad_1", "disparities off by more than 1 pixel", "fraction", "lower", ("disparity_bad_1",)),
-    Metric("bad_3", "disparities off by more than 3 pixels", "fraction", "lower", ("disparity_bad_3",)),
-    Metric("density", "pixels that have a disparity", "fraction", "higher", ("disparity_density",)),
+    _metric("error_px", "median absolute error", "px", "lower", DisparityErrors.median_px),
+    _metric("bad_1", "disparities off by more than 1 pixel", "fraction", "lower", DisparityErrors.bad_1),
+    _metric("bad_3", "disparities off by more than 3 pixels", "fraction", "lower", DisparityErrors.bad_3),
+    _metric("density", "pixels that have a disparity", "fraction", "higher", DisparityErrors.density),
 )
 """Metrics of the rows of one line, without its suffix."""

@@ -6,11 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from benchmarks.contract.suite import EventTest, EventWords, Metric
+from benchmarks.contract.suite import EventTest, EventWords
 from benchmarks.contract.text import counted, lengths_text
 from benchmarks.judges.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR, OCCLUSION
-
-EVENT_COUNTS = ("event_right_frames", "event_wrong_frames", "event_missed_frames")
 
 
 def _is(kind: str) -> EventTest:
@@ -39,10 +37,5 @@ EVENTS = EventWords(
         NEAR: _is(NEAR),
         NOBODY_NEAR: _is(NOBODY_NEAR),
     },
-    compared=(
-        Metric("recovered", "on the target within 10 frames", "fraction", "higher", ("recovered",)),
-        Metric("detection_f1", "F1 over its frames", "fraction", "higher", EVENT_COUNTS, "detection f1 of counts"),
-        Metric("wrong_person_rate", "its frames on another person", "fraction", "lower", ("event_wrong_person_rate",)),
-    ),
     describe=_describe,
 )

@@ -6,15 +6,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from benchmarks.contract.metric import Mean, Quantity
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric
 from benchmarks.judges.fish.gap_scores import GAP_FRAMES, TURNS_DEG
 from benchmarks.show import curves, dot_plot, plots
 from benchmarks.show.fish.timelines import plot_timeline
 from benchmarks.show.palette import LineStyle
 from benchmarks.show.plots import Plot
-from benchmarks.statistics import pooling
-from benchmarks.statistics.bootstrap import bootstrap_interval
+from benchmarks.statistics.bootstrap import Interval, interval_of, intervals_of
 
 _LINK_GROUPS = {
     "up to 50 frames": "50",
@@ -67,20 +66,14 @@ def turn_error(rows: Sequence[Row], count: int) -> curves.Curve | None:
     found = []
     for low in TURNS_DEG:
         name = f"gap_error_{count}_turn_{low}_px"
-        pool = pooling.pooled(rows, Metric(name, "", "px", "lower"))
-        if pool is not None and pool.seed_count > 0:
-            found.append((low + 0.5 * (TURNS_DEG[1] - TURNS_DEG[0]), pool.mean, *bootstrap_interval(pool), 1.0))
+        error = interval_of(Mean(Quantity(name)), rows)
+        if error is not None:
+            found.append((low + 0.5 * (TURNS_DEG[1] - TURNS_DEG[0]), *error, 1.0))
     return curves.Curve(*np.array(found).T) if found else None
 
 
-def _precision(drawn: Mapping[str, Sequence[Row]], group: str) -> dict[str, tuple[float, float, float]]:
-    metric = Metric(f"link_precision_{group}", "", "fraction", "higher")
-    pools = {name: pooling.pooled(rows, metric) for name, rows in drawn.items()}
-    return {
-        name: (pool.mean, *bootstrap_interval(pool))
-        for name, pool in pools.items()
-        if pool is not None and pool.seed_count > 0
-    }
+def _precision(drawn: Mapping[str, Sequence[Row]], group: str) -> dict[str, Interval]:
+    return intervals_of(Mean(Quantity(f"link_precision_{group}")), drawn)
 
 
 def _timelines(drawn: Mapping[str, Sequence[Row]]) -> list[Plot]:

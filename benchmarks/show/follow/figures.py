@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 
 from benchmarks.contract.rows import Row
-from benchmarks.judges.follow.events import LONGEST_SEARCH_FRAMES
+from benchmarks.judges.follow.suite import LONGEST_SEARCH_FRAMES
 from benchmarks.judges.view_time import LOSS_S, TIME_SEEN
 from benchmarks.show import curves, plots
 from benchmarks.show.dot_plot import draw_share, lay_out_lines, offsets_of
 from benchmarks.show.palette import GROUND, QUIET, LineStyle, line_styles
 from benchmarks.show.plots import Plot
-from benchmarks.statistics import pooling
-from benchmarks.statistics.bootstrap import bootstrap_interval
+from benchmarks.statistics.bootstrap import intervals_of
 
 _LINE_HEIGHT = 0.4
 """Height of a controller's trackers together; 1 is the distance of controllers."""
@@ -51,14 +50,7 @@ def marks(roles: Mapping[str, str]) -> dict[str, Mark]:
 
 
 def _time_seen(by_tracker: ByTracker, tracker_marks: Mapping[str, Mark], styles: Mapping[str, LineStyle]) -> list[Plot]:
-    shares = {
-        tracker: {
-            controller: (pool.mean, *bootstrap_interval(pool))
-            for controller, rows in mine.items()
-            if (pool := pooling.pooled(rows, TIME_SEEN)) is not None
-        }
-        for tracker, mine in by_tracker.items()
-    }
+    shares = {tracker: intervals_of(TIME_SEEN.statistic, mine) for tracker, mine in by_tracker.items()}
     if not any(shares.values()):
         return []
     words = (

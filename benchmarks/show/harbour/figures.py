@@ -7,17 +7,17 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from benchmarks.contract.metric import Mean, Quantity
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric
 from benchmarks.judges.harbour.alarms import CAUSES
 from benchmarks.judges.harbour.few_pictures import TAUGHT_BY_FEW
-from benchmarks.judges.harbour.suite import FROC_ROWS, MANY_ALARMS
+from benchmarks.judges.harbour.suite import CURVE, FOUND, MANY_ALARMS
 from benchmarks.judges.harbour.visits import SEEABLE
 from benchmarks.show import curves, plots
 from benchmarks.show.palette import LineStyle
 from benchmarks.show.plots import Plot
-from benchmarks.statistics import pooling
-from benchmarks.statistics.bootstrap import bootstrap_interval
+from benchmarks.statistics.bootstrap import Interval, bootstrap_interval, interval_of
+from benchmarks.statistics.pooling import Froc
 from scenarios import catalog
 
 _ALARMS = np.geomspace(0.1, 500.0, 75)
@@ -68,7 +68,7 @@ def figures(contestants: Mapping[str, Sequence[Row]], styles: Mapping[str, LineS
 
 def froc_curve(rows: Sequence[Row]) -> curves.Curve | None:
     """Return the share found against false alarms an hour; None without rows."""
-    return curves.found_at_alarms(rows, Metric("found", "", "fraction", "higher", FROC_ROWS, "froc"), _ALARMS)
+    return curves.found_at_alarms(rows, Froc(*CURVE, high=1.0), _ALARMS)
 
 
 def by_contrast(rows: Sequence[Row]) -> curves.Curve | None:
@@ -77,9 +77,9 @@ def by_contrast(rows: Sequence[Row]) -> curves.Curve | None:
     both = [row | {"metric": "found"} for row in rows if row["metric"] in ("found", "found_unseen")]
     for low, high in itertools.pairwise(_CONTRASTS):
         mine = [row for row in both if low <= row["event"]["contrast_to_noise"] < high]
-        pool = pooling.pooled(mine, Metric("found", "", "fraction", "higher")) if mine else None
-        if pool is not None and pool.seed_count > 0:
-            found.append((np.sqrt(low * high), pool.mean, *bootstrap_interval(pool), float(len(mine))))
+        share = interval_of(Mean(FOUND), mine) if mine else None
+        if share is not None:
+            found.append((np.sqrt(low * high), *share, float(len(mine))))
     return curves.Curve(*np.array(found).T) if found else None
 
 
@@ -90,17 +90,15 @@ def by_pictures(drawn: Mapping[str, Sequence[Row]], tracker: str) -> curves.Curv
     names = {count: each.name for (of, count), each in TAUGHT_BY_FEW.items() if of == tracker and count < all_pictures}
     found = []
     for count, name in sorted({**names, all_pictures: tracker}.items()):
-        pool = pooling.pooled(drawn[name], MANY_ALARMS) if name in drawn else None
+        pool = MANY_ALARMS.statistic.pooled(drawn[name]) if name in drawn else None
         if pool is not None:
             found.append((float(count), pool.mean, *bootstrap_interval(pool), float(pool.seed_count)))
     return curves.Curve(*np.array(found).T) if len(found) > 1 else None
 
 
-def _causes(rows: Sequence[Row]) -> dict[str, tuple[float, float, float]]:
-    pools = {
-        cause: pooling.pooled(rows, Metric(f"false_alarms_per_hour_{cause}", "", "1/h", "lower")) for cause in CAUSES
-    }
-    return {cause: (pool.mean, *bootstrap_interval(pool)) for cause, pool in pools.items() if pool is not None}
+def _causes(rows: Sequence[Row]) -> dict[str, Interval]:
+    found = {cause: interval_of(Mean(Quantity(f"false_alarms_per_hour_{cause}")), rows) for cause in CAUSES}
+    return {cause: each for cause, each in found.items() if each is not None}
 
 
 def _plot_causes(

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric
-from benchmarks.judges.stereo.events import EVENT_COUNTS
 from benchmarks.judges.stereo.judge import OCCLUSION_WINDOW_FRAMES
 from benchmarks.judges.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR
+from benchmarks.judges.stereo.suite import event_f1
 from benchmarks.show import curves, dot_plot, plots
 from benchmarks.show.palette import LineStyle
 from benchmarks.show.plots import Plot
 from benchmarks.show.stereo import timelines as strips
-from benchmarks.statistics import pooling
-from benchmarks.statistics.bootstrap import bootstrap_interval
+from benchmarks.statistics.bootstrap import intervals_of
 
 _GROUPS = {**{f"after {kind}": kind for kind in LIGHT_KINDS}, NEAR: NEAR, NOBODY_NEAR: NOBODY_NEAR}
 """Words of the plot → kind of event."""
@@ -23,7 +21,7 @@ _GROUPS = {**{f"after {kind}": kind for kind in LIGHT_KINDS}, NEAR: NEAR, NOBODY
 def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
     """Return F1 by kind of event, the time to recover, and every frame of one episode."""
     made = []
-    groups = {words: _f1_of_kind(drawn, kind) for words, kind in _GROUPS.items()}
+    groups = {words: intervals_of(event_f1("f1", "", kind).statistic, drawn) for words, kind in _GROUPS.items()}
     groups = {words: values for words, values in groups.items() if values}
     if groups:
         words = (
@@ -41,17 +39,6 @@ def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle])
         svg = plots.plot_recovery(lines, styles, "half of the person is seen again", OCCLUSION_WINDOW_FRAMES)
         made.append(Plot("How soon is the person found again?", words, svg))
     return [*made, *_strips(drawn)]
-
-
-def _f1_of_kind(drawn: Mapping[str, Sequence[Row]], kind: str) -> dict[str, tuple[float, float, float]]:
-    """Return F1 with its interval by tracker, of those with frames of this kind."""
-    metric = Metric("f1", "", "fraction", "higher", EVENT_COUNTS, "detection f1 of counts", kind)
-    pools = {name: pooling.pooled(rows, metric) for name, rows in drawn.items()}
-    return {
-        name: (pool.mean, *bootstrap_interval(pool))
-        for name, pool in pools.items()
-        if pool is not None and pool.seed_count > 0
-    }
 
 
 def _strips(drawn: Mapping[str, Sequence[Row]]) -> list[Plot]:

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.judges.tracker_speed import TIMES
+from benchmarks.judges.tracker_speed import TIMES, times
 from benchmarks.run.failures import ENDED_PROCESS
-from benchmarks.run.guards import Guard, GuardedController, guarded, times
+from benchmarks.run.guards import Guard, GuardedController, guarded
 from benchmarks.run.time_limit import Taken, at_most
 from scenarios.command_link import CommandLink, Link
 from scenarios.loop import FromPictures, Loop

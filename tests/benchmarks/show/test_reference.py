@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from typing import get_args
 
 import numpy as np
 import pytest
@@ -12,15 +11,13 @@ import pytest
 from benchmarks.cli.main import main
 from benchmarks.contract import rows as records
 from benchmarks.contract import suite as registry
-from benchmarks.contract.metric import Metric, RowMeaning, Statistic
+from benchmarks.contract.metric import Mean, Metric, Quantity
 from benchmarks.contract.suite import suite
-from benchmarks.judges.frame_out import episode_scores
 from benchmarks.run.jobs import Job, heading_of
 from benchmarks.show.docstrings import attribute_meanings
 from benchmarks.show.metric_definitions import NOT_STATED, definitions_of, metric_definitions, metrics_of
 from benchmarks.show.preset_settings import preset_settings
 from benchmarks.show.reference import truth_fields
-from benchmarks.statistics import pooling
 from benchmarks.statistics.summary import COMPARISON_COLUMNS, SUMMARY_COLUMNS, compare_ours, grouped, summarise
 from scenarios import catalog
 from tests.benchmarks.fake_rows import TRACKERS, rows_of
@@ -52,7 +49,7 @@ def test_the_command_prints_all_definitions(capsys: pytest.CaptureFixture[str]) 
 def test_every_row_of_every_metric_is_defined(name: str) -> None:
     """A definition is a docstring of more than a few words, and defines nothing that no metric is made of."""
     scores = suite(name)
-    needed = {row for metric in metrics_of(scores) for row in metric.rows}
+    needed = {each.name for metric in metrics_of(scores) for each in metric.statistic.of}
     definitions = definitions_of(scores)
     assert {row for rows in definitions.values() for row in rows} == needed
     for thing in definitions:
@@ -71,16 +68,18 @@ def test_every_metric_says_how_it_is_made_its_range_and_where_it_comes_from(name
 
 
 @pytest.mark.parametrize("name", SUITES)
-def test_ranges_and_sources_are_said_once_and_of_no_other_rows(name: str) -> None:
-    scores = suite(name)
-    said = [row for meaning in scores.row_meanings for row in meaning.rows]
-    assert len(said) == len(set(said))
-    assert set(said) == {row for metric in metrics_of(scores) for row in metric.rows}
+def test_the_rows_of_one_name_are_defined_alike(name: str) -> None:
+    """Rows of one kind may be conditioned in a metric, e.g. on the event; their range and source are the same."""
+    found: dict[str, set[tuple[float, float, str]]] = {}
+    for metric in metrics_of(suite(name)):
+        for each in metric.statistic.of:
+            found.setdefault(each.name, set()).add((each.low, each.high, each.source))
+    assert {row: said for row, said in found.items() if len(said) > 1} == {}
 
 
 def test_values_lie_in_the_range_that_is_said() -> None:
     scores = suite("frame-out")
-    ranges = {row: (each.low, each.high) for each in scores.row_meanings for row in each.rows}
+    ranges = {each.name: (each.low, each.high) for metric in scores.metrics for each in metric.statistic.of}
     rows = [row for tracker in TRACKERS for seed in (1, 2) for row in rows_of(tracker, seed)]
     judged = [row for row in rows if row["metric"] in ranges and row["value"] is not None]
     assert len({row["metric"] for row in judged}) >= 5
@@ -91,24 +90,18 @@ def test_values_lie_in_the_range_that_is_said() -> None:
 
 def test_a_users_metric_is_defined_by_its_docstring_and_what_it_says(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "_SUITES", dict(registry.suites()))
-    monkeypatch.setattr(episode_scores, "_ADDED", {})
 
-    @episode_scores.episode_score("jitter_px")
     def jitter_px(truth: object, estimate: object) -> float:
         """Mean change of the error."""
         return 0.0
 
-    meaning = RowMeaning(("jitter_px",), 0, np.inf, "frames in view", "mine")
-    registry.add_metric("frame-out", Metric("jitter_px", "jitter", "px", "lower"), meaning=meaning)
+    mine = Quantity("jitter_px", 0, np.inf, "frames in view", "mine")
+    registry.add_metric("frame-out", Metric("jitter_px", "jitter", "px", "lower", Mean(mine), value=jitter_px))
     registry.add_metric("frame-out", Metric("bare", "nothing said", "fraction", "lower"))
     told = {each.name: each for each in metric_definitions(suite("frame-out"))}
     assert (told["jitter_px"].range, told["jitter_px"].source) == ("0 to infinity", "mine")
     assert told["jitter_px"].defined_in[0].endswith("jitter_px")
     assert (told["bare"].range, told["bare"].source) == ("0 to 1", NOT_STATED)
-
-
-def test_every_statistic_has_a_formula_with_its_rows() -> None:
-    assert set(pooling.FORMULAS) == {*get_args(Statistic)}
 
 
 def test_every_column_of_results_is_defined() -> None:

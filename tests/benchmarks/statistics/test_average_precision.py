@@ -10,11 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from benchmarks.contract.metric import Quantity
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric
-from benchmarks.statistics import average_precision, froc, pooling
+from benchmarks.statistics import average_precision, froc
+from benchmarks.statistics.pooling import AveragePrecision
 
-PRECISION = Metric("ap", "", "fraction", "higher", ("boxes_right", "boxes_told", "boxes_true"), "average precision")
+PRECISION = AveragePrecision(*map(Quantity, ("boxes_right", "boxes_told", "boxes_true")))
 Array = NDArray[np.float64]
 
 
@@ -30,7 +31,7 @@ def rows(right: list[float], wrong: list[float], true: int, seed: int = 0) -> li
 
 
 def value(of: list[Row]) -> float:
-    pool = pooling.pooled(of, PRECISION)
+    pool = PRECISION.pooled(of)
     assert pool is not None
     return pool.mean
 

@@ -5,7 +5,8 @@ import pytest
 from scipy import stats
 from statsmodels.stats.multitest import multipletests
 
-from benchmarks.statistics.bootstrap import PooledRatios, bootstrap_interval, compare, holm
+from benchmarks.contract.metric import PooledRatios
+from benchmarks.statistics.bootstrap import bootstrap_interval, compare, holm
 
 
 def pool_of(values: np.ndarray, weights: np.ndarray | None = None, seeds: np.ndarray | None = None) -> PooledRatios:

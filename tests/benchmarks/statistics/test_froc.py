@@ -7,15 +7,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.contract.metric import Metric, Quantity
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Metric
-from benchmarks.statistics import froc, pooling
+from benchmarks.statistics import froc
+from benchmarks.statistics.pooling import Froc, FrocAtATenth
 from benchmarks.statistics.summary import paired
 
 K = len(froc.THRESHOLDS)
-ROWS = ("froc_found", "froc_findable", "froc_alarms", "watched_hours")
-AREA = Metric("area", "", "fraction", "higher", ROWS, "froc", alarms_per_hour=(1.0, 100.0))
-AT_10 = Metric("at_10", "", "fraction", "higher", ROWS, "froc", alarms_per_hour=(10.0,))
+CURVE = tuple(map(Quantity, ("froc_found", "froc_findable", "froc_alarms", "watched_hours")))
+
+
+def at(high: float, low: float | None = None) -> Metric:
+    return Metric("found", "", "fraction", "higher", Froc(*CURVE, low=low, high=high))
+
+
+AREA, AT_10 = at(100.0, low=1.0), at(10.0)
 
 
 def rows(
@@ -33,7 +39,7 @@ def rows(
 
 
 def value(metric: Metric, of: list[Row]) -> float:
-    pool = pooling.pooled(of, metric)
+    pool = metric.statistic.pooled(of)
     assert pool is not None
     return pool.mean
 
@@ -73,7 +79,7 @@ def test_alarms_need_not_fall_with_the_threshold() -> None:
     of[2]["value"] = alarms.tolist()
     # Above 0.6 one of four is found, up to 0.3 three, and up to 0.1 all.
     for rate, expected in ((1.0, 0.0), (2.0, 0.25), (3.9, 0.25), (4.0, 1.0), (30.0, 1.0)):
-        assert value(Metric("at", "", "fraction", "higher", ROWS, "froc", alarms_per_hour=(rate,)), of) == expected
+        assert value(at(rate), of) == expected
     assert value(AREA, of) == pytest.approx((0.25 * np.log(2.0) + np.log(25.0)) / np.log(100.0))
 
 
@@ -91,7 +97,7 @@ def test_area_is_the_mean_of_points_on_the_curve(seed: int) -> None:
     of = rows(rng.random(20).tolist(), (0.8 * rng.random(300)).tolist(), targets=25, hours=2.0)
     of[2]["value"] = (np.array(of[2]["value"]) + rng.integers(0, 40, K)).tolist()
     at = np.exp(np.linspace(0.0, np.log(100.0), 501)[1:] - 0.5 * np.log(100.0) / 500)
-    pool = pooling.pooled(of, AREA)
+    pool = AREA.statistic.pooled(of)
     assert pool is not None
     counts = (pool.numerators.sum(axis=0) / pool.denominators.sum(axis=0))[None]
     points = [froc.found_at(counts, float(x))[0] for x in at]
@@ -119,7 +125,8 @@ def decided(found: list[float], alarms: float, *, seed: int = 0, hours: float = 
     return [*told, {"metric": "false_alarms_per_hour", "value": alarms, "weight": hours, **ending}]
 
 
-TENTH = Metric("tenth", "", "fraction", "higher", (*ROWS, "false_alarms_per_hour", "found"), "froc at a tenth")
+_DECIDED = map(Quantity, ("false_alarms_per_hour", "found"))
+TENTH = Metric("tenth", "", "fraction", "higher", FrocAtATenth(*CURVE, *_DECIDED))
 
 
 def test_one_tracker_with_a_tenth_of_the_alarms_of_another() -> None:
@@ -131,7 +138,7 @@ def test_one_tracker_with_a_tenth_of_the_alarms_of_another() -> None:
         found = paired(mine, other, TENTH)
         assert found is not None
         assert found.difference == pytest.approx(expected)
-    assert pooling.pooled(mine, TENTH) is None
+    assert TENTH.statistic.pooled(mine) is None
 
 
 def test_a_tenth_is_one_of_all_alarms_on_the_seeds_of_both() -> None:

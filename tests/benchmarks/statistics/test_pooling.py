@@ -8,12 +8,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from benchmarks.contract.suite import Metric
+from benchmarks.contract.metric import Mean, Metric, Quantity, Statistic
 from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.judges.stereo.suite import STEREO
 from benchmarks.statistics.bootstrap import bootstrap_interval
 from benchmarks.statistics.long_term import f_score
-from benchmarks.statistics.pooling import pooled
+from benchmarks.statistics.pooling import (
+    BestF,
+    BestPrecision,
+    BestRecall,
+    DifferenceOfMedians,
+    GeometricMean,
+    Median,
+    RatioOfMeans,
+)
 from benchmarks.statistics.summary import paired
 
 
@@ -23,23 +31,23 @@ def row(seed: int, metric: str, value: Any, weight: float = 1.0, **frame_out: An
     return {**of, "value": value, "weight": weight, "frame_out": frame_out or None}
 
 
-def metric_of(rows: tuple[str, ...], statistic: Any = "mean", kind: Any = None) -> Metric:
-    return Metric("m", "", "1", "higher", rows, statistic, kind)
+def of(statistic: type[Statistic], *names: str, kind: str | None = None) -> Statistic:
+    return statistic(*map(Quantity, names), kind=kind)
 
 
 def test_a_mean_weighs_rows() -> None:
     rows = [row(0, "a", 1.0, 3.0), row(1, "a", 0.0, 1.0), row(1, "b", 7.0)]
-    pool = pooled(rows, metric_of(("a",)))
+    pool = of(Mean, "a").pooled(rows)
     assert pool is not None
     assert pool.mean == 0.75
 
 
 def test_undefined_values_are_left_out_and_their_seed_stays() -> None:
     rows = [row(0, "a", 1.0), row(1, "a", None), row(2, "a", 0.0)]
-    pool = pooled(rows, metric_of(("a",)))
+    pool = of(Mean, "a").pooled(rows)
     assert pool is not None
     assert (pool.mean, pool.seed_count, pool.seeds.tolist()) == (0.5, 2, [0, 1, 2])
-    assert pooled(rows, metric_of(("nothing",))) is None
+    assert of(Mean, "nothing").pooled(rows) is None
 
 
 def test_kinds_choose_frame_outs() -> None:
@@ -50,7 +58,7 @@ def test_kinds_choose_frame_outs() -> None:
     ]
     means = {}
     for kind in (None, "road", "excursion", "turned"):
-        pool = pooled(rows, metric_of(("recovered",), kind=kind))
+        pool = of(Mean, "recovered", kind=kind).pooled(rows)
         assert pool is not None
         means[kind] = pool.mean
     assert means == {None: pytest.approx(2 / 3), "road": 1.0, "excursion": 0.0, "turned": 1.0}
@@ -59,7 +67,7 @@ def test_kinds_choose_frame_outs() -> None:
 @settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 3), st.floats(0, 200, allow_nan=False)), min_size=1, max_size=25))
 def test_a_median_is_numpys(data: list[tuple[int, float]]) -> None:
-    pool = pooled([row(seed, "a", value) for seed, value in data], metric_of(("a",), "median"))
+    pool = of(Median, "a").pooled([row(seed, "a", value) for seed, value in data])
     assert pool is not None
     assert pool.mean == pytest.approx(np.median([value for _, value in data]))
 
@@ -69,25 +77,25 @@ def test_a_difference_of_medians_is_of_pairs() -> None:
     first, second = rng.exponential(size=31), rng.exponential(size=31)
     values = {"a": first, "b": second}
     rows = [row(k, name, float(each[k])) for name, each in values.items() for k in range(31)]
-    pool = pooled(rows, metric_of(("a", "b"), "difference of medians"))
+    pool = of(DifferenceOfMedians, "a", "b").pooled(rows)
     assert pool is not None
     assert pool.mean == pytest.approx(np.median(first) - np.median(second))
     # Seeds are drawn for both together: what is the same on every seed has no spread.
     same = [row(k, name, float(first[k]) + shift) for name, shift in (("a", 0.0), ("b", 0.25)) for k in range(31)]
-    pool = pooled(same, metric_of(("a", "b"), "difference of medians"))
+    pool = of(DifferenceOfMedians, "a", "b").pooled(same)
     assert pool is not None
     assert bootstrap_interval(pool) == pytest.approx((-0.25, -0.25))
     # Compared with another tracker the grid holds the values of both.
     other = [{**each, "value": each["value"] + 0.1} for each in rows if each["metric"] == "a"]
     others = [*other, *(each for each in rows if each["metric"] == "b")]
-    found = paired(rows, others, metric_of(("a", "b"), "difference of medians"))
+    found = paired(rows, others, Metric("m", "", "1", "higher", of(DifferenceOfMedians, "a", "b")))
     assert found is not None
     assert found.difference == pytest.approx(-0.1)
 
 
 def test_the_interval_of_a_median_is_scipys() -> None:
     values = np.random.default_rng(0).exponential(5.0, 45)
-    pool = pooled([row(k, "a", float(value)) for k, value in enumerate(values)], metric_of(("a",), "median"))
+    pool = of(Median, "a").pooled([row(k, "a", float(value)) for k, value in enumerate(values)])
     assert pool is not None
     rng = np.random.default_rng(1)
     expected = stats.bootstrap(
@@ -98,15 +106,15 @@ def test_the_interval_of_a_median_is_scipys() -> None:
 
 def test_a_ratio_of_means_is_that_of_the_pooled_means() -> None:
     rows = [row(0, "far", 9.0, 1.0), row(1, "far", 3.0, 2.0), row(0, "near", 1.0, 1.0), row(1, "near", 4.0, 3.0)]
-    pool = pooled(rows, metric_of(("far", "near"), "ratio of means"))
+    pool = of(RatioOfMeans, "far", "near").pooled(rows)
     assert pool is not None
     assert pool.mean == pytest.approx((15 / 3) / (13 / 4))
-    assert pooled(rows[:2], metric_of(("far", "near"), "ratio of means")) is None
+    assert of(RatioOfMeans, "far", "near").pooled(rows[:2]) is None
 
 
 def test_a_geometric_mean_is_that_of_the_pooled_rates() -> None:
     rows = [row(0, "p", 0.5, 10), row(1, "p", 1.0, 30), row(0, "n", 0.2, 5), row(1, "n", None, 0)]
-    pool = pooled(rows, metric_of(("p", "n"), "geometric mean"))
+    pool = of(GeometricMean, "p", "n").pooled(rows)
     assert pool is not None
     assert pool.mean == pytest.approx(np.sqrt(0.875 * 0.2))
 
@@ -118,10 +126,9 @@ def test_f_is_taken_at_the_best_threshold_of_the_mean_curves() -> None:
     rows += [row(k, "recall_curve", recall[k].tolist()) for k in range(6)]
     scores = f_score(precision.mean(axis=0), recall.mean(axis=0))
     best = int(np.argmax(scores))
-    curves = ("precision_curve", "recall_curve")
-    expected = {"f": scores[best], "precision": precision.mean(axis=0)[best], "recall": recall.mean(axis=0)[best]}
+    expected = {BestF: scores[best], BestPrecision: precision.mean(axis=0)[best], BestRecall: recall.mean(axis=0)[best]}
     for statistic, value in expected.items():
-        pool = pooled(rows, metric_of(curves, statistic))
+        pool = of(statistic, "precision_curve", "recall_curve").pooled(rows)
         assert pool is not None
         assert pool.mean == pytest.approx(value)
 
@@ -140,7 +147,7 @@ def test_the_restricted_mean_is_the_area_under_scipys_curve_and_under_the_produc
         (events if recovered else censored).append(frames if recovered else watched)
     survival = stats.ecdf(stats.CensoredData(uncensored=events, right=censored)).sf
     area = float(np.sum(survival.evaluate(np.arange(60))))
-    pool = pooled(rows, FRAME_OUT.metric("time_to_recover_frames"))
+    pool = FRAME_OUT.metric("time_to_recover_frames").statistic.pooled(rows)
     assert pool is not None
     assert pool.mean == pytest.approx(area, abs=1e-9)
     product, by_hand = 1.0, 0.0
@@ -179,13 +186,13 @@ def test_precision_recall_and_f_of_counts_are_those_of_all_frames_together(
     data: list[tuple[int, int, int, int]],
 ) -> None:
     for name, expected in brute_force(data).items():
-        pool = pooled(count_rows(data), STEREO.metric(name))
+        pool = STEREO.metric(name).statistic.pooled(count_rows(data))
         assert pool is not None
         assert pool.mean == pytest.approx(expected, nan_ok=True)
 
 
 def detection_f1(right: int, wrong: int, missed: int) -> float:
-    pool = pooled(count_rows([(0, right, wrong, missed)]), STEREO.metric("detection_f1"))
+    pool = STEREO.metric("detection_f1").statistic.pooled(count_rows([(0, right, wrong, missed)]))
     assert pool is not None
     return pool.mean
 
@@ -217,7 +224,7 @@ def test_resampled_and_paired_f_is_that_of_the_seeds_drawn(
     """For any resample, F comes from the sums over all drawn seeds."""
     for data in (first, second):
         data = data + [(seed, 1, 1, 1) for seed in range(5)]
-        pool = pooled(count_rows(data), STEREO.metric("f_measure"))
+        pool = STEREO.metric("f_measure").statistic.pooled(count_rows(data))
         assert pool is not None
         times = np.bincount(drawn, minlength=5).astype(float)
         expected = brute_force([each for seed in drawn for each in data if each[0] == seed])["f_measure"]
@@ -243,13 +250,13 @@ def test_kinds_choose_events_by_what_is_true_of_them() -> None:
         }
 
     rows = [event("lamp on", True, 0.5), event("shade", True, 0.0), event("near person", False, 1.0)]
-    pool = pooled(rows, STEREO.metric("wrong_after_light_rate"))
+    pool = STEREO.metric("wrong_after_light_rate").statistic.pooled(rows)
     assert pool is not None
     assert pool.mean == 0.25
 
 
 def test_a_time_to_recover_in_seconds_is_that_in_frames_by_the_rate() -> None:
     rows = [row(0, "recovery_frames", 6.0, kind="occlusion"), row(0, "watched_frames", 50.0, kind="occlusion")]
-    pool = pooled([*rows, row(0, "rate_hz", 10.0)], STEREO.metric("time_to_recover_s"))
+    pool = STEREO.metric("time_to_recover_s").statistic.pooled([*rows, row(0, "rate_hz", 10.0)])
     assert pool is not None
     assert pool.mean == pytest.approx(0.6)

@@ -56,7 +56,7 @@ def test_rows_are_defined_and_summed_up(episode: Path) -> None:
         # An episode of 200 frames has no room for a gap of 50 with 100 frames before and after it.
         assert {"gap_error_50_px", "gap_coverage_50"} <= names
     assert not {"hota", "link_made", *TIMES} & by_tracker["fake_holds"]
-    made = {row for metric in suite("fish").metrics for row in metric.rows}
+    made = {each.name for metric in suite("fish").metrics for each in metric.statistic.of}
     drawn = ("identity_runs_", "gap_runs_", "motion_", "gap_error_by_frame_px", "link_made", "link_right", "frames")
     assert not [
         name for name in by_tracker["fake_nearest"] - made if not name.startswith(drawn) and "_turn_" not in name

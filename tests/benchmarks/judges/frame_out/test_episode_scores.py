@@ -14,7 +14,6 @@ from benchmarks.contract.suite import suite
 from benchmarks.judges.frame_out.episode_scores import NEES_CAP, score_episode
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries
 from benchmarks.statistics.bootstrap import bootstrap_interval
-from benchmarks.statistics.pooling import pooled
 from tests.benchmarks.hand_made import estimate_at, pixels_of, truth_of
 
 STATES = ["in", *["out"] * 4, *["in"] * 22]
@@ -107,7 +106,7 @@ def test_mean_and_median_over_frame_outs_come_from_the_same_rows() -> None:
         {"suite": "frame-out", "seed": k, "metric": "offscreen_error_m", "value": value, "weight": weight}
         for k, (value, weight) in enumerate([(1.0, 10.0), (2.0, 10.0), (30.0, 80.0)])
     ]
-    mean, median = (pooled(rows, metric(name)) for name in ("offscreen_error_m", "offscreen_error_median_m"))
+    mean, median = (metric(name).statistic.pooled(rows) for name in ("offscreen_error_m", "offscreen_error_median_m"))
     assert mean is not None
     assert median is not None
     assert (mean.mean, median.mean) == (24.3, 2.0)

@@ -7,7 +7,6 @@ import pytest
 
 from benchmarks.contract.suite import suite
 from benchmarks.judges.harbour.sizes import MEAN_SIZE_M
-from benchmarks.statistics import pooling
 from tests.benchmarks.judges.harbour.hand_made import Intruder, judged, of_visits, standing, track
 from trackers.types import Track
 
@@ -69,6 +68,6 @@ def test_the_metric_against_the_mean_is_about_100_m() -> None:
     metric = suite("harbour").metric("width_error_to_mean_car")
     heading = {"suite": "harbour", "seed": 0, "weight": 1.0, "event": {"kind": "car"}}
     given = {"width_error": 0.9, "width_error_at_100_m": 0.05, "width_error_of_mean": 0.12}
-    pool = pooling.pooled([heading | {"metric": name, "value": value} for name, value in given.items()], metric)
+    pool = metric.statistic.pooled([heading | {"metric": name, "value": value} for name, value in given.items()])
     assert pool is not None
     assert pool.mean == pytest.approx(-0.07)

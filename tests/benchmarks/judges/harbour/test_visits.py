@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from benchmarks.contract.suite import suite
 from benchmarks.judges.harbour.visits import EVENTS
 
 
@@ -27,6 +28,6 @@ def test_every_visit_that_can_be_seen_is_in_one_group_of_contrast(contrast: floa
 
 
 def test_all_that_visits_have_of_their_own_is_compared_by_contrast() -> None:
-    compared = {row for metric in EVENTS.compared for row in metric.rows}
+    compared = {each.name for metric in suite("harbour").events.compared for each in metric.statistic.of}
     sizes = {"width_error", "height_error", "depth_error"}
     assert compared == {"found", "time_to_detect_s", "position_error_m", "kind_right", "duplicate_rate", *sizes}
