@@ -118,6 +118,11 @@ def scenario(name: str) -> Scenario:
     return found
 
 
+def id_of(name: str) -> str:
+    """Return a scenario's id with its version, without importing it. Raises ValueError for an unknown name."""
+    return _entry(name).id
+
+
 def survey(name: str) -> Survey | None:
     """Return a scenario's survey, None if it has none. Raises ValueError for an unknown name."""
     place = _entry(name).survey

@@ -21,8 +21,8 @@ from rich.table import Table
 from benchmarks.cli.arguments import COUNT, FOLDER, NAMES, WORKERS, names
 from benchmarks.contract.rows import FILE_NAME
 from benchmarks.run.arithmetic import calculates_like_published
-from benchmarks.run.cores import cores
-from benchmarks.run.experiment import make_folder
+from benchmarks.run.result_folder import make_folder
+from benchmarks.run.workers import cores
 from benchmarks.show.console import console_of
 from benchmarks.show.progress import progress_bar
 from benchmarks.statistics.summary import SUMMARY_FILE_NAME

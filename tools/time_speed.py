@@ -17,8 +17,8 @@ from benchmarks.cli.arguments import COUNT, NAMES, SEEDS, check_unset, names, se
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.text import counted
 from benchmarks.learning.settings import EPISODES
-from benchmarks.run.experiment import make_folder
 from benchmarks.run.packages import needs_data
+from benchmarks.run.result_folder import make_folder
 from benchmarks.show.console import console_of
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.tables import NO_NUMBER

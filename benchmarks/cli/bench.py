@@ -33,8 +33,8 @@ from benchmarks.contract.printable import printable
 from benchmarks.contract.rows import REAL, read_rows
 from benchmarks.contract.suite import DEFAULT, Suite, check_metrics, suite
 from benchmarks.data.sequences.sequence import USUAL_RATE_HZ
-from benchmarks.run.experiment import check_file
 from benchmarks.run.outcome import ContestantWarning, Outcome
+from benchmarks.run.result_folder import check_file
 from benchmarks.run.selection import Asked
 from benchmarks.show.page import write_report
 from benchmarks.show.progress import progress_bar

@@ -12,36 +12,35 @@ In a notebook or a script::
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from benchmarks.contract import suite as registry
 from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import DEFAULT, Suite
 from benchmarks.contract.text import counted
+from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.data.real import check_no_layout, real_episodes
 from benchmarks.data.sequences.sequence import USUAL_RATE_HZ
-from benchmarks.run.contestants import Entrant, entrants
-from benchmarks.run.cores import cores
-from benchmarks.run.experiment import Experiment, Progress, check_limits, check_names, check_renderer, run
+from benchmarks.run.episodes import EpisodeSpec
+from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.keeping import Keeper
 from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
-from benchmarks.run.real import trackers_on_pictures
-from benchmarks.run.selection import Asked, Party, parties
+from benchmarks.run.selection import Asked, Registered, choices, experiment_on, tracker_named, trackers_of
+from benchmarks.run.workers import cores
 from benchmarks.show.results import Results
-from scenarios.scenario import Episode
 from sim.checks import check
-from trackers.registry import entries
 
 if TYPE_CHECKING:
     from benchmarks.data.sets.request import Request
 
+_NEED_TRUTH = ("blind", "oracle")
+"""Roles of trackers that are given the true state in metres."""
 ShowProgress = Callable[[str], AbstractContextManager[Progress | None]]
 """Takes a title and opens what shows progress, e.g. ``benchmarks.show.progress.progress_bar``."""
 
@@ -117,46 +116,33 @@ def bench(
         trackers=_several("trackers", trackers),
         controllers=_several("controllers", controllers),
     )
-    if paths:
-        _check_real(wanted, asked, seeds, renderer=renderer, link=link, data=data, keep_estimates=keep_estimates)
-    else:
-        _check_steering(wanted, link, data)
-    seeds = range(0) if seeds is None else seeds
     if keep_estimates:
         needs_data()
-    if data is not None:
-        stored = _stored(data, seeds, renderer, asked)
-        asked = Asked(scenarios=(stored.scenario,), presets=(stored.preset,), trackers=asked.trackers)
-        renderer = stored.renderer
-    common = Experiment(
-        suite=wanted.name,
-        scenario="",
-        presets=(),
-        trackers=(),
-        seeds=seeds,
-        renderer=check_renderer(renderer),
-        link=link,
-        workers=cores(workers),
-        repeats=1 if quick else 3,
-        limit_s=limit_s,
-        modules=own_modules,
-        backend=backend,
-        stored=None if data is None else _stored_episodes(data),
-        keeper=_keeper() if keep_estimates else None,
-    )
+    how = {
+        "workers": cores(workers),
+        "repeats": 1 if quick else 3,
+        "limit_s": limit_s,
+        "modules": own_modules,
+        "backend": backend,
+        "keeper": _keeper() if keep_estimates else None,
+    }
+    outcome = Outcome()
     if paths:
-        check_limits(common)
-        made, unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)
-        experiments = [_on_real(replace(common, real=made), wanted, asked.trackers, quick=quick)]
-        name, outcome = f"{wanted.name}-real", Outcome(unusable=unusable)
+        _check_real(wanted, asked, seeds, renderer=renderer, link=link, data=data, keep_estimates=keep_estimates)
+        Experiment(wanted, [], {}, **how)  # A number out of range is refused before anything is read.
+        episodes, outcome.unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)
+        experiments = [Experiment(wanted, episodes, _trackers_on_real(wanted, asked.trackers, quick=quick), **how)]
+        name = f"{wanted.name}-real"
     else:
         check_no_layout(layout, target, rate_hz)
-        experiments = _experiments(common, wanted, asked, quick=quick)
-        name, outcome = "quick" if quick else wanted.name, Outcome()
+        assert seeds is not None
+        _check_steering(wanted, link, data)
+        experiments = _experiments(wanted, asked, seeds, link, data, renderer, quick=quick, how=how)
+        name = "quick" if quick else wanted.name
     folder = Path(out or Path("results") / name)
     for experiment in experiments:
-        with progress(_title(wanted, experiment)) as report, _damage_told(data):
-            outcome = outcome.followed_by(run(experiment, folder, report))
+        with progress(_title(experiment)) as report, _damage_told(data):
+            outcome = outcome.followed_by(run(experiment, folder, report or (lambda done, of: None)))
     silence = wanted.silence_in(REAL if paths else "")
     for line in (*outcome.unusable, *outcome.failures_in_words(), *outcome.oddities_in_words(silence)):
         warnings.warn(line, ContestantWarning, stacklevel=2)
@@ -174,8 +160,7 @@ def check_suites(suites: Iterable[Suite], asked: Asked, *, link: str, data: str 
     for wanted in suites:
         _check_steering(wanted, link, data)
         if data is None:
-            common = Experiment(suite=wanted.name, scenario="", presets=(), trackers=(), seeds=range(1))
-            _experiments(common, wanted, asked, quick=quick)
+            _experiments(wanted, asked, range(1), link, None, "raster", quick=quick, how={})
 
 
 def _check_steering(wanted: Suite, link: str, data: str | None) -> None:
@@ -185,14 +170,29 @@ def _check_steering(wanted: Suite, link: str, data: str | None) -> None:
     check("data", not stored, f"none with suite {wanted.name}, as stored pictures cannot be steered", data)
 
 
-def _experiments(common: Experiment, wanted: Suite, asked: Asked, *, quick: bool) -> list[Experiment]:
+def _experiments(
+    wanted: Suite,
+    asked: Asked,
+    seeds: range,
+    link: str,
+    data: str | None,
+    renderer: str,
+    *,
+    quick: bool,
+    how: dict[str, Any],
+) -> list[Experiment]:
     """Return an experiment for each scenario. Raises ValueError for unknown names."""
+    if data is not None:
+        stored = _stored(data, seeds, renderer, asked)
+        asked = Asked(scenarios=(stored.scenario,), presets=(stored.preset,), trackers=asked.trackers)
+        renderer = stored.renderer
     shown = asked.presets or ((wanted.quick_preset,) if quick else ())
-    found = parties(wanted, replace(asked, presets=shown), variants=not quick)
-    experiments = [_of_party(common, party) for party in found]
-    for experiment in experiments:
-        check_names(experiment)
-        _check_usable(experiment.trackers)
+    experiments = []
+    for each in choices(wanted, replace(asked, presets=shown), variants=not quick):
+        names = {"controllers": each.controllers or None, "link": link, "renderer": renderer}
+        made = experiment_on(wanted, each.scenario, each.presets, each.trackers, seeds, **names, **how)
+        _check_usable(made.trackers)
+        experiments.append(made if data is None else replace(made, episodes=_stored_episodes(data, made.episodes)))
     return experiments
 
 
@@ -217,35 +217,18 @@ def _check_real(
     check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)
 
 
-def _registered(wanted: Suite) -> dict[str, Entrant]:
-    """Return the trackers of a suite without its references, which know the truth."""
-    return {name: each for name, each in entrants(wanted.name).items() if name in entries()}
-
-
-def _on_real(common: Experiment, wanted: Suite, trackers: tuple[str, ...], *, quick: bool) -> Experiment:
-    """Return the experiment on what is real. Raises ValueError for unknown names."""
-    on_pictures = wanted.on_sequences is not None
-    known = trackers_on_pictures(wanted) if on_pictures else _registered(wanted)
-    able = (name for name, each in known.items() if each.available() and not (quick and each.role == "variant"))
-    experiment = replace(
-        common,
-        scenario=REAL,
-        presets=tuple(dict.fromkeys(each.preset for each in common.real)),
-        trackers=trackers or tuple(able),
-    )
-    check_names(experiment)
-    _check_usable(experiment.trackers)
-    return experiment
-
-
-def _of_party(common: Experiment, party: Party) -> Experiment:
-    return replace(
-        common,
-        scenario=party.scenario,
-        presets=party.presets,
-        trackers=party.trackers,
-        controllers=party.controllers or None,
-    )
+def _trackers_on_real(wanted: Suite, names: tuple[str, ...], *, quick: bool) -> dict[str, TrackerSpec]:
+    """Return the trackers that run on what is real. Raises ValueError for unknown names."""
+    ours = {name: each for name, each in trackers_of(wanted.name).items() if isinstance(each, Registered)}
+    if wanted.on_sequences is not None:
+        ours = {name: each for name, each in ours.items() if each.role not in _NEED_TRUTH}
+        expected = f"some of {', '.join(ours)}, which need pictures alone"
+        for name in names:
+            check("trackers", name in ours, expected, repr(name))
+    able = (name for name, each in ours.items() if not each.missing() and not (quick and each.role == "variant"))
+    chosen = {name: tracker_named(name) for name in names or able}
+    _check_usable(chosen)
+    return chosen
 
 
 def _damage_told(data: str | None) -> AbstractContextManager[None]:
@@ -258,12 +241,12 @@ def _damage_told(data: str | None) -> AbstractContextManager[None]:
     return damage_told(place_of(data)[1], "data")
 
 
-def _stored_episodes(data: str) -> Callable[[int], Episode]:
-    """Return what takes a seed to the stored episode of a data set."""
+def _stored_episodes(data: str, episodes: Sequence[EpisodeSpec]) -> list[EpisodeSpec]:
+    """Return the stored episodes of a data set in place of rendered ones."""
     # Here, since it imports the packages of the extra.
-    from benchmarks.data.sets.data_set import stored_episode
+    from benchmarks.data.sets.stored_spec import stored_specs
 
-    return partial(stored_episode, data)
+    return stored_specs(data, episodes)
 
 
 def _keeper() -> Keeper:
@@ -305,21 +288,23 @@ def _several(parameter: str, names: str | Sequence[str] | None) -> tuple[str, ..
     return (names,) if isinstance(names, str) else tuple(dict.fromkeys(names))
 
 
-def _check_usable(trackers: Sequence[str]) -> None:
+def _check_usable(trackers: Mapping[str, TrackerSpec]) -> None:
     """Raise ValueError for trackers of a cell or a script, which no worker can import and no version tells the code of,
     and for those that need what is not installed.
     """
-    known = entrants()
-    for name in trackers:
-        importable = known[name].module != "__main__"
+    for name, each in trackers.items():
+        importable = each.module != "__main__"
         check("trackers", importable, "ones that a module of their own registers (modules=…)", f"{name!r} of __main__")
-        needs = known[name].missing()
+        needs = each.missing()
         check("trackers", not needs, "ones of which all that they need is installed", f"{name}: {needs}")
 
 
-def _title(wanted: Suite, experiment: Experiment) -> str:
-    if experiment.real:
-        real = "real sequences" if experiment.real[0].sequence else "real tracks"
-        return f"{wanted.name}, {real}, {counted(len(experiment.trackers), 'tracker')}"
-    steering = f" × {counted(len(experiment.controllers or ()), 'controller')}" if wanted.judges_controllers else ""
-    return f"{wanted.name}, {counted(len(experiment.trackers), 'tracker')}{steering}"
+def _title(experiment: Experiment) -> str:
+    wanted, first = experiment.suite, experiment.episodes[0]
+    trackers = counted(len(experiment.trackers), "tracker")
+    if first.scenario is None:
+        return f"{wanted.name}, real {'sequences' if first.sequence else 'tracks'}, {trackers}"
+    controllers = {each.steering.name for each in experiment.episodes if each.steering is not None}
+    return f"{wanted.name}, {trackers}" + (
+        f" × {counted(len(controllers), 'controller')}" if wanted.judges_controllers else ""
+    )

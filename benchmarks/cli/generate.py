@@ -25,10 +25,10 @@ from benchmarks.cli.arguments import (
 )
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.text import counted
-from benchmarks.run.cores import cores
-from benchmarks.run.editions import package_versions, scene_edition
-from benchmarks.run.experiment import check_renderer
+from benchmarks.run.editions import package_versions, preset_edition
 from benchmarks.run.packages import needs_data
+from benchmarks.run.selection import check_renderer
+from benchmarks.run.workers import cores
 from benchmarks.show.progress import progress_bar
 from scenarios import catalog
 from sim.checks import check
@@ -102,7 +102,7 @@ class Generate(WithModules):
             self.size,
             self.rate_hz,
             self.frame_count,
-            scene_edition(scenario.id, self.preset),
+            preset_edition(scenario.id, self.preset),
             package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )
         existing, chosen = existing_channels(request, self.on_error), names(self.channels)

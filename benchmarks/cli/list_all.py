@@ -14,8 +14,7 @@ from rich.table import Table
 from benchmarks.cli.arguments import SEEDS, check_unset, seed_range
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import Suite, suites
-from benchmarks.run.contestants import entrants
-from benchmarks.run.editions import scene_edition
+from benchmarks.run.editions import preset_edition
 from benchmarks.show.console import console_of
 from benchmarks.show.envs_page import envs_page
 from benchmarks.show.metric_definitions import MetricDefinition, metric_definitions
@@ -112,7 +111,7 @@ def _measure(seeds: range) -> None:
             for k, (preset, configuration) in enumerate(presets.items()):
                 progress(k, len(presets))
                 held[preset] = survey.measure(configuration, seeds)
-                editions[preset] = scene_edition(name, preset)
+                editions[preset] = preset_edition(name, preset)
             progress(len(presets), len(presets))
         contents[name] = {"seeds": f"{seeds.start}:{seeds.stop}", "editions": editions, "holds": held}
     write_atomic(_CONTENTS, json.dumps(contents, indent=1) + "\n")
@@ -153,7 +152,7 @@ def _measured(name: str, kept: dict[str, Any]) -> str:
     if not kept:
         return "contents not measured yet (--measure)"
     measured = f"contents measured over episodes {kept['seeds']}"
-    other = [preset for preset, edition in kept["editions"].items() if edition != scene_edition(name, preset)]
+    other = [preset for preset, edition in kept["editions"].items() if edition != preset_edition(name, preset)]
     if other:
         measured += f", of other editions of {', '.join(other)}; measure again: frameout list --measure"
     return measured

@@ -13,8 +13,8 @@ from benchmarks.cli.arguments import FOLDER, USUAL_SEEDS, WORKERS, seed_range
 from benchmarks.contract.rows import FILE_NAME, read_rows
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import repeat
-from benchmarks.run.cores import cores
-from benchmarks.run.experiment import check_renderer
+from benchmarks.run.selection import check_renderer
+from benchmarks.run.workers import cores
 from sim.checks import check
 from sim.choices import check_choice
 

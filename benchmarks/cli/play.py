@@ -13,7 +13,7 @@ from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import controllers_suite
 from benchmarks.learning import playing
-from benchmarks.run.experiment import make_folder
+from benchmarks.run.result_folder import make_folder
 from benchmarks.show.page import write_report
 from benchmarks.statistics.summary import write_summary
 from scenarios import catalog

@@ -12,10 +12,8 @@ import tyro
 from benchmarks.cli.arguments import COUNT, FILE, ONE_NAME
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import suites
-from benchmarks.run.contestants import entrants, entrants_of
-from benchmarks.run.experiment import check_renderer
 from benchmarks.run.jobs import Job
-from benchmarks.run.steering import link_in, suite_shown, suite_watching
+from benchmarks.run.selection import check_renderer
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.video.episode_video import render_episode
 from scenarios import catalog

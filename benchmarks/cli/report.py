@@ -15,8 +15,8 @@ from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import check_metrics
 from benchmarks.contract.text import counted
-from benchmarks.run.cores import cores
 from benchmarks.run.packages import needs_data
+from benchmarks.run.workers import cores
 from benchmarks.show.page import write_report
 from benchmarks.show.progress import progress_bar
 from benchmarks.statistics.summary import write_summary

@@ -10,8 +10,8 @@ import tyro
 
 from benchmarks.cli.arguments import FILE
 from benchmarks.cli.with_modules import WithModules
-from benchmarks.run.experiment import check_file
 from benchmarks.run.packages import needs_data
+from benchmarks.run.result_folder import check_file
 from trackers.atomic_file import write_atomic
 
 

@@ -20,8 +20,9 @@ from benchmarks.learning.judging import Judging
 from benchmarks.learning.model_check import as_table, model_check
 from benchmarks.learning.settings import EPISODES, Algorithm, Corrects, Training
 from benchmarks.learning.training import Standing, needs_stable_baselines, train
-from benchmarks.run.cores import cores
-from benchmarks.run.experiment import Progress, make_folder
+from benchmarks.run.experiment import Progress
+from benchmarks.run.result_folder import make_folder
+from benchmarks.run.workers import cores
 from benchmarks.show.progress import progress_bar
 from scenarios import catalog
 from scenarios.envs.actions import check_values

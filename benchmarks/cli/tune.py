@@ -49,10 +49,9 @@ from benchmarks.learning.tracker_tuning import (
     tune,
     write_tuned,
 )
-from benchmarks.run.contestants import entrant
-from benchmarks.run.cores import cores
-from benchmarks.run.experiment import make_folder
 from benchmarks.run.failures import Failure
+from benchmarks.run.result_folder import make_folder
+from benchmarks.run.workers import cores
 from benchmarks.show.progress import progress_bar
 from scenarios import catalog
 from sim.checks import check

@@ -27,13 +27,25 @@ class Event(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
+class TimeBlock:
+    """A block of time of a recording, which has rows of its own: its number, and the number of its frames."""
+
+    index: int
+    frame_count: int
+
+
+@dataclass(frozen=True, slots=True)
 class Score:
-    """One value of one metric, see ``benchmarks.contract.rows``; ``event`` None is about the whole episode."""
+    """One value of one metric, see ``benchmarks.contract.rows``; ``event`` None is about the whole episode.
+
+    ``block``: of a recording; None of episodes.
+    """
 
     metric: str
     value: float | list[float] | None
     weight: float = 1.0
     event: Event | None = None
+    block: TimeBlock | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,23 +118,20 @@ class OnSequences:
     silence: str
 
 
-class Recording(Protocol):
-    """Real tracks without pictures, judged by what was measured.
+class Recording(Judge, Protocol):
+    """Real tracks without pictures, judged by what was measured: a judge that sees no frame.
+
+    Its sheets take the method to bridge gaps alone; their scores have a ``block``.
 
     Attributes:
-        name: of the recording. block_frames: length of its blocks of time.
+        name: of the recording.
     """
 
     name: str
-    block_frames: int
 
     @property
     def fingerprint(self) -> str:
         """Hash of the tracks and their rate: rows of others are outdated."""
-        ...
-
-    def scores(self, ending: Ending) -> Iterable[tuple[int, Sequence[Score]]]:
-        """Return the scores of a contestant, of which the gap method is known, by number of the block of time."""
         ...
 
 

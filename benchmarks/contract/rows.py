@@ -131,14 +131,12 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 from sim.checks import check
-from trackers.atomic_file import write_atomic
 
 FILE_NAME = "records.jsonl"
 LAST_METRIC = "frames"
@@ -195,10 +193,6 @@ def event_of(row: Mapping[str, Any]) -> dict[str, Any] | None:
     return row.get("frame_out") or row.get("event")
 
 
-MadeNow = Callable[[BlockKey], dict[str, str] | None]
-"""Returns the present ``editions`` of a block of an experiment, None for other blocks."""
-
-
 @dataclass(frozen=True, slots=True)
 class Contents:
     """Contents of a file of rows.
@@ -211,32 +205,6 @@ class Contents:
     blocks: dict[BlockKey, list[Row]]
     replaced: list[bytes]
     broken: list[bytes]
-
-
-def append_block(directory: Path, rows: Sequence[Row]) -> None:
-    """Append one whole block: a killed run leaves at most one torn block, at the end.
-
-    Raises:
-        ValueError: if the block's last row is not its ``frames`` row.
-        OSError: if it cannot be written whole, e.g. on a full disk; nothing of it is left.
-    """
-    ends = rows[-1]["metric"] if rows else "no rows"
-    check("rows", ends == LAST_METRIC, f"a block that ends with the metric {LAST_METRIC!r}", ends)
-    path = directory / FILE_NAME
-    unwritten = memoryview(lines_of(rows))
-    with path.open("ab+", buffering=0) as file:
-        end = file.seek(0, os.SEEK_END)
-        try:
-            if end > 0 and os.pread(file.fileno(), 1, end - 1) != b"\n":
-                # A torn line of a killed run must not join our first one.
-                file.write(b"\n")
-            while unwritten:
-                unwritten = unwritten[file.write(unwritten) :]
-            os.fsync(file.fileno())
-        except OSError as error:
-            file.truncate(end)
-            error.filename = str(path)
-            raise
 
 
 def read(directory: Path) -> Contents:
@@ -277,43 +245,6 @@ def read_blocks(directory: Path) -> dict[BlockKey, list[Row]]:
 def read_rows(directory: Path) -> list[Row]:
     """Return all rows of whole blocks in canonical order."""
     return list(itertools.chain.from_iterable(read_blocks(directory).values()))
-
-
-def up_to_date(directory: Path, seeds: range, made_now: MadeNow) -> tuple[set[BlockKey], list[str]]:
-    """Return the blocks of an experiment in a directory that the present editions made, and messages about the others,
-    which are moved to another file.
-
-    Raises:
-        ValueError: for a directory that holds rows of other seeds.
-    """
-    if not (directory / FILE_NAME).is_file():
-        return set(), []
-    blocks = read_blocks(directory)
-    # A person may have played other episodes.
-    strangers = [key.seed for key in blocks if key.controller != HUMAN and key.seed not in seeds]
-    wanted = f"a folder with no seeds but {seeds.start}:{seeds.stop}, e.g. an empty one"
-    check("out", not strangers, wanted, f"{str(directory)!r}, which holds seed {min(strangers, default=None)}")
-    mine = {key: made for key in blocks if (made := made_now(key)) is not None}
-    outdated = {key for key, made in mine.items() if blocks[key][0].get("editions") != made}
-    return mine.keys() - outdated, list(filter(None, [tidy(directory, outdated)]))
-
-
-def tidy(directory: Path, outdated: Collection[BlockKey] = ()) -> str | None:
-    """Sort the records; move outdated blocks and lines of no whole block to another file.
-
-    Return a message about it, None if nothing was moved.
-    """
-    contents, message = read(directory), None
-    old = b"".join(lines_of(contents.blocks[key]) for key in sorted(outdated))
-    aside = [*contents.replaced, *contents.broken, *old.splitlines()]
-    if aside:
-        names = (directory / f"records.outdated-{number}.jsonl" for number in itertools.count(1))
-        beside = next(path for path in names if not path.exists())
-        write_atomic(beside, b"\n".join([*aside, b""]))
-        message = f"{len(aside)} rows that are outdated, cut off or broken were moved to {beside}"
-    kept = (rows for key, rows in contents.blocks.items() if key not in outdated)
-    write_atomic(directory / FILE_NAME, b"".join(map(lines_of, kept)))
-    return message
 
 
 def lines_of(rows: Sequence[Row]) -> bytes:

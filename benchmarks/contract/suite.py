@@ -11,11 +11,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
-from benchmarks.contract.entrant import Entrant
 from benchmarks.contract.judging import Judge, OnSequences, Recording
 from benchmarks.contract.metric import Better, Metric, Statistic
 from benchmarks.contract.rows import EVENT_COLUMNS, REAL
 from benchmarks.contract.track_table import TrackTable
+from benchmarks.contract.tracker_spec import TrackerSpec
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
@@ -137,7 +137,7 @@ class Suite:
     silence: str
     edition: int = 1
     events: EventWords = NO_EVENTS
-    references: tuple[Entrant, ...] = ()
+    references: tuple[TrackerSpec, ...] = ()
     controller: str | None = "centre"
     contestants: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"

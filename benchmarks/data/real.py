@@ -4,17 +4,78 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import Final
 
+from benchmarks.contract.judging import Judge, Recording, UnreadableSequence
 from benchmarks.contract.printable import printable
+from benchmarks.contract.rows import REAL, Row
 from benchmarks.contract.suite import Suite, suites
 from benchmarks.data.sequences.episode import USUAL_FOCAL, SequenceEpisode
 from benchmarks.data.sequences.reading import read_collections
-from benchmarks.data.sequences.sequence import USUAL_RATE_HZ
+from benchmarks.data.sequences.sequence import USUAL_RATE_HZ, BoxedSequence
+from benchmarks.data.tracks.episode import TracksEpisode
 from benchmarks.data.tracks.reading import read_each
-from benchmarks.run.real import RealEpisode
+from scenarios.command_link import CommandLink
+from scenarios.scenario import Episode
+from scenarios.truth import TruthExtent
 from sim.checks import check
+
+
+@dataclass(frozen=True, eq=False)
+class RealEpisode:
+    """See ``EpisodeSpec``.
+
+    Attributes:
+        preset: collection of the sequence, or the recording of tracks.
+        seed: number of the sequence in its collection; 0 of a recording, whose blocks of time are numbered in rows.
+        recorded: arguments of ``frameout bench`` that say which recordings, and how they are read.
+    """
+
+    preset: str
+    seed: int
+    recorded: tuple[str, ...]
+    content: BoxedSequence | Recording
+    scenario = None
+    renderer: Final = REAL
+    scenario_id = REAL
+    steering = None
+
+    @property
+    def sequence(self) -> str:
+        """See ``EpisodeSpec``."""
+        return self.content.name if isinstance(self.content, BoxedSequence) else ""
+
+    @cached_property
+    def edition(self) -> str:
+        """See ``EpisodeSpec``: name and content; "" of a sequence that lacks a picture, which gets no row."""
+        try:
+            return f"{self.content.name} {self.content.fingerprint}"
+        except UnreadableSequence:
+            return ""
+
+    @property
+    def columns(self) -> Row:
+        """See ``EpisodeSpec``."""
+        named = {"sequence": self.sequence} if self.sequence else {}
+        return {**named, "recorded": list(self.recorded)}
+
+    def open(self, truth: TruthExtent) -> Episode:
+        """See ``EpisodeSpec``."""
+        return SequenceEpisode(self.content) if isinstance(self.content, BoxedSequence) else TracksEpisode()
+
+    def judge(self, suite: Suite, episode: Episode) -> Judge:
+        """See ``EpisodeSpec``."""
+        if not isinstance(self.content, BoxedSequence):
+            return self.content
+        assert suite.on_sequences is not None
+        return suite.on_sequences.judge(episode)
+
+    def command_link(self, episode: Episode) -> CommandLink | None:
+        """See ``EpisodeSpec``: no camera is steered."""
+        return None
 
 
 def check_no_layout(layout: str, target: int | None, rate_hz: float) -> None:
@@ -26,7 +87,7 @@ def check_no_layout(layout: str, target: int | None, rate_hz: float) -> None:
 
 def real_episodes(
     suite: Suite, paths: Sequence[Path], layout: str, target: int | None, rate_hz: float
-) -> tuple[tuple[RealEpisode, ...], list[str]]:
+) -> tuple[list[RealEpisode], list[str]]:
     """Return the sequences or recordings of paths, and what is wrong with those that cannot be read, a line each.
 
     What a user should know of how they were read is printed to stderr.
@@ -45,21 +106,17 @@ def real_episodes(
         notes = [f"the sequences tell no focal length: {USUAL_FOCAL:g} times the longer side of the picture is taken"]
         notes += [note for each in collections for sequence in each.sequences for note in sequence.notes]
         unusable = [line for each in collections for line in each.unusable]
-        found = [
-            RealEpisode(each.name, one.number, one, partial(SequenceEpisode, one), recorded)
-            for each in collections
-            for one in each.sequences
-        ]
+        found = [RealEpisode(each.name, one.number, recorded, one) for each in collections for one in each.sequences]
     elif suite.recordings is not None:
         tables, unusable = read_each(paths)
         recordings, notes, unjudged = suite.recordings(tables)
         unusable += unjudged
         if not recordings:
             raise ValueError(unusable[0])
-        found = [RealEpisode(each.name, 0, each, None, recorded) for each in recordings]
+        found = [RealEpisode(each.name, 0, recorded, each) for each in recordings]
     else:
         able = sorted(name for name, each in suites().items() if each.recordings or each.on_sequences)
         raise ValueError(f"real: expected a suite that judges recordings ({', '.join(able)}), got {suite.name}")
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
-    return tuple(found), unusable
+    return found, unusable

@@ -15,13 +15,11 @@ from benchmarks.learning.fresh_scores import ScoresOn, fresh_scores
 from benchmarks.learning.search import Progress, announce_check, search
 from benchmarks.learning.tracker_tuning import LIMIT_S, Tuned, chosen, rows_of, score_of
 from benchmarks.learning.without_pictures import scores_without_pictures
-from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import judge_edition, own_code, package_versions, tracker_edition
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_modules import load_modules
-from benchmarks.run.processes import in_processes
-from benchmarks.run.steering import link_in
+from benchmarks.run.workers import in_processes
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
 from scenarios.envs.pictureless.error_model import error_model

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from benchmarks.contract.suite import controllers_suite
 from benchmarks.learning.settings import Training
-from benchmarks.run.cores import cores
 from benchmarks.run.episode_time import seconds_of_episode
 from benchmarks.run.jobs import Job
+from benchmarks.run.workers import cores
 
 SEEDS = range(9_996, 10_000)
 """Development episodes; a training without pictures reaches them only if it plans nearly all there are."""

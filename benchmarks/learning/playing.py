@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Ending, Judge, Score, ScoreSheet
-from benchmarks.contract.rows import HUMAN, LAST_METRIC, append_block
+from benchmarks.contract.rows import HUMAN, LAST_METRIC
 from benchmarks.contract.suite import controllers_suite
-from benchmarks.run.blocks import as_row
-from benchmarks.run.contestants import entrant
-from benchmarks.run.editions import editions_of
+from benchmarks.run.episodes import editions_of
 from benchmarks.run.jobs import Job, heading_of, take_in
+from benchmarks.run.result_folder import append_block
 from benchmarks.show.video.instant import draw_steered
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv

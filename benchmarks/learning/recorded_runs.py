@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.suite import controllers_suite
-from benchmarks.run.contestants import entrant
-from benchmarks.run.editions import editions_of
+from benchmarks.run.episodes import editions_of
 from scenarios import catalog
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.watched_episode import watched_episode

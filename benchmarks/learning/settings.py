@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from benchmarks.run.cores import cores
+from benchmarks.run.workers import cores
 from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward

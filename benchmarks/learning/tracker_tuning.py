@@ -18,12 +18,10 @@ from benchmarks.contract.suite import suite
 from benchmarks.contract.text import counted
 from benchmarks.learning.fresh_scores import FreshScores, ScoresOn, fresh_entries, fresh_scores
 from benchmarks.learning.search import Found, Progress, announce_check, search
-from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import judge_edition, package_versions, tracker_edition
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
-from benchmarks.run.processes import results
-from benchmarks.run.steering import link_in
+from benchmarks.run.workers import results
 from benchmarks.statistics.summary import grouped
 from scenarios import catalog
 from scenarios.scenario import Scenario

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score, truth_as
 from benchmarks.contract.metric import Metric
-from benchmarks.contract.rows import BlockKey, MadeNow, Row, append_block, tidy, up_to_date
+from benchmarks.contract.rows import BlockKey, Row
 from benchmarks.papers.experiment import PaperExperiment
-from benchmarks.run.blocks import as_row
-from benchmarks.run.editions import Editions, package_versions, scene_edition
-from benchmarks.run.experiment import Progress, make_folder
+from benchmarks.run.editions import Editions, package_versions, preset_edition
+from benchmarks.run.experiment import Progress
+from benchmarks.run.result_folder import MadeNow, append_block, make_folder, tidy, up_to_date
 from benchmarks.show.video import marks
 from scenarios.paper_sheet.scenario import PAPER_SHEET
 from scenarios.paper_sheet.sheet import region_of_sheet
@@ -90,7 +90,7 @@ class CameraExperiment(PaperExperiment):
         return [{**heading, **as_row(0, score, "frame_out"), **ending} for score in scores]
 
     def _editions(self, renderer: str) -> Editions:
-        scene = scene_edition(self.scenario, self.preset)
+        scene = preset_edition(self.scenario, self.preset)
         return {**package_versions(renderer), "scene": scene, "judge": f"{self.name} {self.edition}"}
 
     def _key(self, seed: int, renderer: str) -> BlockKey:

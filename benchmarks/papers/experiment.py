@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.metric import Metric
-from benchmarks.contract.rows import MadeNow, Row, read_rows
+from benchmarks.contract.rows import Row, read_rows
 from benchmarks.contract.suite import Condition
 from benchmarks.papers.claims import Claim, Matrix
 from benchmarks.papers.robustness import Sensitivity
 from benchmarks.run.experiment import Progress
+from benchmarks.run.result_folder import MadeNow
 from benchmarks.show.pictures import write_picture
 from scenarios.scenario import RendererName
 

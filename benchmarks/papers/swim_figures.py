@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from benchmarks.judges.fish.gap_protocol import PAST_FRAMES, BridgedGap, Gap, Tracks, bridge_gaps, turn_rad
 from benchmarks.judges.fish.gap_scores import GAP_FRAMES, GapTask
 from benchmarks.judges.fish.judge import FishJudge
-from benchmarks.run.jobs import Job, episode_of
+from benchmarks.run.jobs import Job
 from benchmarks.show.video import marks
 from scenarios import catalog
 from scenarios.loop import Loop, tracker_stream

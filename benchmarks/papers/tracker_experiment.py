@@ -7,15 +7,15 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from benchmarks.contract.metric import Metric
-from benchmarks.contract.rows import MadeNow, Row, read_rows
+from benchmarks.contract.rows import Row, read_rows
 from benchmarks.contract.suite import suite
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import PaperExperiment, Plots
 from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity
-from benchmarks.run.experiment import Experiment, Progress, made_now_of
+from benchmarks.run.experiment import Experiment, Progress
 from benchmarks.run.experiment import run as run_experiment
 from benchmarks.run.jobs import Job, opened
-from benchmarks.run.steering import link_in
+from benchmarks.run.result_folder import MadeNow
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import showing_of
 from benchmarks.show.video.contact_sheet import contact_sheet

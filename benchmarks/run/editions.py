@@ -35,7 +35,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from benchmarks.contract.suite import Suite, suite
+from benchmarks.contract.suite import Suite
+from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.imports import imported_files
 from scenarios import catalog
 from scenarios.scenario import Scenario
@@ -43,7 +44,7 @@ from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_e
 from trackers.controllers.policy_file import load_policy, policy_path
 
 if TYPE_CHECKING:
-    from benchmarks.run.contestants import Entrant
+    pass
 
 Editions = dict[str, str]
 """Part of a row -> what made it."""
@@ -53,32 +54,15 @@ _PYBULLET = ("pybullet", "pybullet-arm64")
 _DIGITS = 10
 
 
-def editions_of(
-    suite_name: str,
-    scenario: str,
-    preset: str,
-    entrant: Entrant,
-    controller: ControllerEntry | None = None,
-    changed: Mapping[str, Any] | None = None,
-    renderer: str = "raster",
-) -> Editions:
-    """Return ``editions`` of the rows of a contestant in a preset, whose fields ``changed`` have other values."""
-    made = {
-        **package_versions(renderer),
-        "scene": scene_edition(scenario, preset, changed),
-        "judge": judge_edition(suite(suite_name)),
-        "tracker": tracker_edition(entrant),
-    }
-    return made if controller is None else made | controller_edition(controller)
+def scene_edition(scenario: Scenario, configuration: Any) -> str:
+    """Return the edition of a configuration of a scenario."""
+    return _words(scenario.id, digest_of(configuration), own_code(type(scenario).__module__))
 
 
-def scene_edition(scenario: str, preset: str, changed: Mapping[str, Any] | None = None) -> str:
-    """Return the edition of a preset of a scenario, with other values of the fields ``changed``."""
-    found: Scenario = catalog.scenario(scenario)
-    configuration = found.presets.get(preset)
-    if configuration is not None and changed:
-        configuration = dataclasses.replace(configuration, **changed)
-    return _words(found.id, digest_of(configuration), own_code(type(found).__module__))
+def preset_edition(scenario: str, preset: str) -> str:
+    """Return the edition of a preset by its name. Raises ValueError for an unknown scenario."""
+    found = catalog.scenario(scenario)
+    return scene_edition(found, found.presets.get(preset))
 
 
 def judge_edition(judging: Suite) -> str:
@@ -88,18 +72,9 @@ def judge_edition(judging: Suite) -> str:
     return _words(judging.name, judging.edition, *map(own_code, sorted(modules)))
 
 
-def tracker_edition(entrant: Entrant) -> str:
+def tracker_edition(tracker: TrackerSpec) -> str:
     """Return the edition of a tracker with its parameters."""
-    return _words(entrant.name, entrant.edition, digest_of(entrant.parameters), own_code(entrant.module))
-
-
-def editions_on_recordings(suite_name: str, entrant: Entrant) -> Editions:
-    """Return ``editions`` of rows about real recordings or sequences but for ``scene``, which each has of its own."""
-    return {
-        **package_versions(),
-        "judge": judge_edition(suite(suite_name)),
-        "tracker": tracker_edition(entrant),
-    }
+    return _words(tracker.name, tracker.edition, digest_of(tracker.parameters), own_code(tracker.module))
 
 
 def controller_edition(controller: ControllerEntry) -> Editions:

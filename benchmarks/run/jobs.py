@@ -1,102 +1,98 @@
-"""One job of an experiment: one episode, simulated or read once for all of its trackers, in a worker process."""
+"""One job of an experiment: one episode, opened once for all of its trackers, in a worker process."""
 
 from __future__ import annotations
 
 import hashlib
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import groupby
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any
 
 import cv2
 import numba
 
-from benchmarks.contract.judging import Ending, Judge, Recording, Score, ScoreSheet, UnreadableSequence
-from benchmarks.contract.rows import REAL, Row
-from benchmarks.contract.suite import suite
-from benchmarks.run.blocks import as_block
-from benchmarks.run.contestants import Entrant, contestant_of_one, entrant, gap_method_of
+from benchmarks.contract.judging import Judge, Score, ScoreSheet, TimeBlock, UnreadableSequence
+from benchmarks.contract.rows import ESTIMATES, LAST_METRIC, BlockKey, Row, rounded
+from benchmarks.contract.suite import Suite
+from benchmarks.contract.tracker_spec import TrackerSpec
+from benchmarks.run.editions import Editions
+from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.failures import Failure
-from benchmarks.run.guards import Guard, GuardedContestant, GuardedController, GuardedGapMethod, guarded
+from benchmarks.run.guards import Guard, GuardedController, GuardedTracker
 from benchmarks.run.keeping import Keeper
 from benchmarks.run.notes import Note, note_at
 from benchmarks.run.oddities import AnswerWatch, Oddities
-from benchmarks.run.own_modules import load_modules
-from benchmarks.run.real import RealEpisode
-from benchmarks.run.steering import controller_maker
-from scenarios import catalog
-from scenarios.command_link import episode_link, link_named
-from scenarios.loop import Contestant, Loop, tracker_stream
-from scenarios.scenario import Episode, Frame, RendererName
+from scenarios.loop import Loop, tracker_stream
+from scenarios.scenario import Frame
 from scenarios.truth import Truth, TruthExtent, check_truth
 from sim.checks import check
-from trackers.controllers import catalogue
+
+CONTROLLER_FAILED_AT = "controller_failed_at_frame"
 
 
 @dataclass(frozen=True)
 class Job:
-    """An episode and its contestants, run by one worker.
+    """An episode and its trackers, run by one worker.
 
     Attributes:
-        suite, scenario, preset, renderer, seed: which episode.
-        controller: name of the one that steers by the (then only) tracker; None = the set path.
-        controller_values: parameter values in place of the tuned ones.
-        trackers: labels of the contestants.
-        link: how commands reach the camera's carrier, see ``scenarios.command_link``; None = unchanged.
-        modules: users' own modules to import first.
+        suite: judges.
+        episode: is opened once. Its controller steers by the (then only) tracker.
+        trackers: name in rows → the tracker.
+        modules: users' own modules that the run imported.
         repeats: runs of a tracker whose random numbers no seed reaches.
         limit_s: of CPU time of a tracker for one frame, see ``time_limit.at_most``.
-        notes: folder for the worker's note, which explains a crash; None = no note.
+        out: folder of the rows, where the worker keeps a note that explains a crash, and ``keeper`` all answers; None
+            = no note.
         editions: tracker → ``editions`` of its rows, from the start of the experiment.
-        settings: label in ``trackers`` → the tracker's name and its parameter values.
-        changes: the preset that ``preset`` is a change of, and its changed fields; None = ``preset`` as it is.
-        stored: returns the stored episode of a seed; None = it is rendered.
-        keeper: keeps all answers in the folder ``estimates``; None = they are not kept.
+        keeper: keeps all answers; None = they are not kept.
         deadly: tracker that ended its process in this episode → frame.
-        real: what takes the episode's place; None = it is simulated. Scenario and renderer are then ``REAL``.
     """
 
-    suite: str
-    scenario: str
-    preset: str
-    renderer: RendererName | Literal["real"]
-    seed: int
-    controller: str | None
-    trackers: tuple[str, ...]
-    controller_values: dict[str, Any] = field(default_factory=dict)
-    link: str | None = None
+    suite: Suite
+    episode: EpisodeSpec
+    trackers: Mapping[str, TrackerSpec]
     modules: tuple[str, ...] = ()
     repeats: int = 3
     limit_s: float = 60.0
-    notes: Path | None = None
-    editions: dict[str, dict[str, str]] = field(default_factory=dict)
-    settings: dict[str, tuple[str, dict[str, Any]]] = field(default_factory=dict)
-    changes: tuple[str, dict[str, Any]] | None = None
-    stored: Callable[[int], Episode] | None = None
+    out: Path | None = None
+    editions: Mapping[str, Editions] = field(default_factory=dict)
     keeper: Keeper | None = None
-    estimates: Path | None = None
-    deadly: dict[str, int] = field(default_factory=dict)
-    real: RealEpisode | None = None
-
-    @property
-    def sequence(self) -> str:
-        """Name of the real sequence; "" without."""
-        return "" if self.real is None else self.real.sequence
+    deadly: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
         """Short name, unique within an experiment."""
-        episode = (self.scenario, self.preset, self.renderer, str(self.seed), self.controller or "", self.link or "")
-        return hashlib.sha256("/".join((*episode, *self.trackers)).encode()).hexdigest()[:16]
+        keys = (self.key(tracker) for tracker in self.trackers or ("",))
+        return hashlib.sha256(repr(tuple(keys)).encode()).hexdigest()[:16]
 
     @property
     def note_file(self) -> Path | None:
         """Path of the job's note while it runs."""
-        return None if self.notes is None else self.notes / f"{self.name}.json"
+        return None if self.out is None else self.out / ".running" / f"{self.name}.json"
+
+    def key(self, tracker: str) -> BlockKey:
+        """Return the key of a tracker's block of rows."""
+        return key_of(self.suite, self.episode, tracker)
+
+
+def key_of(suite: Suite, episode: EpisodeSpec, tracker: str) -> BlockKey:
+    """Return the key of the block of rows of a tracker in an episode; of a recording all blocks are one, of seed 0."""
+    steering = episode.steering
+    return BlockKey(
+        suite.name,
+        episode.scenario_id,
+        episode.preset,
+        episode.renderer,
+        "" if steering is None else steering.name,
+        tracker,
+        episode.seed,
+        "" if steering is None else steering.link or "",
+    )
 
 
 @dataclass(frozen=True)
@@ -104,7 +100,7 @@ class JobResult:
     """The result of a job.
 
     Attributes:
-        job: the job.
+        name: of the job.
         blocks: rows, a block for each tracker; of tracks one for each block of time. There is no block of a tracker of
             which a package is missing.
         failures: trackers that failed.
@@ -113,7 +109,7 @@ class JobResult:
         unusable: why there is no row about this recording; "" if there are some.
     """
 
-    job: Job
+    name: str
     blocks: list[list[Row]] = field(default_factory=list)
     failures: list[Failure] = field(default_factory=list)
     silent: Counter[str] = field(default_factory=Counter)
@@ -122,28 +118,28 @@ class JobResult:
 
 
 @dataclass
-class _Watcher:
+class TrackerRun:
     """One run of one tracker in the job's episode."""
 
-    label: str
-    entrant: Entrant
+    name: str
+    spec: TrackerSpec
     repeat: int
-    guard: GuardedContestant
+    guard: GuardedTracker
 
 
 @dataclass(frozen=True)
 class OpenJob:
-    """A job's episode before its first frame, with contestants and controller.
+    """A job's episode before its first frame, with trackers and controller.
 
     Attributes:
         job: the job.
-        loop: through the episode. watchers: its contestants, in order.
+        loop: through the episode. runs: its trackers, in order.
         controller: steers the camera; None on a set path.
     """
 
     job: Job
     loop: Loop
-    watchers: list[_Watcher]
+    runs: list[TrackerRun]
     controller: GuardedController | None
 
     def frames(self, count: int | None = None) -> Iterator[Frame]:
@@ -152,16 +148,19 @@ class OpenJob:
 
     def targets(self, truth: Truth) -> tuple[int, ...]:
         """Return which objects are targets in the job's suite."""
-        return suite(self.job.suite).targets(catalog.scenario(self.job.scenario), truth)
+        scenario = self.job.episode.scenario
+        assert scenario is not None
+        return self.job.suite.targets(scenario, truth)
 
     def failures(self) -> list[Failure]:
         """Return the failures so far."""
-        guards: list[tuple[str, Guard, str]] = [(each.label, each.guard, "answered nothing") for each in self.watchers]
-        if self.controller is not None:
-            guards.insert(0, (str(self.job.controller), self.controller, "commanded nothing"))
-        where = (self.job.scenario, self.job.preset, self.job.seed)
+        guards: list[tuple[str, Guard, str]] = [(each.name, each.guard, "answered nothing") for each in self.runs]
+        episode = self.job.episode
+        if self.controller is not None and episode.steering is not None:
+            guards.insert(0, (episode.steering.name, self.controller, "commanded nothing"))
+        where = (episode.scenario_id, episode.preset, episode.seed)
         return [
-            Failure(name, *where, guard.failed_at_frame, str(guard.reason), since, guard.place, self.job.sequence)
+            Failure(name, *where, guard.failed_at_frame, str(guard.reason), since, guard.place, episode.sequence)
             for name, guard, since in guards
             if guard.failed_at_frame is not None
         ]
@@ -169,57 +168,37 @@ class OpenJob:
 
 @contextmanager
 def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> Iterator[OpenJob]:
-    """Build a job's episode with fresh trackers and a fresh controller; free it at the end.
+    """Open a job's episode with fresh trackers and a fresh controller; free it at the end.
 
     Scoring and videos both run a job from here, so that they get the same pictures, estimates and commands.
 
     Raises:
         ValueError: for unknown names, a negative seed, or a controller without a tracker.
+        UnreadableSequence: if the first picture of a real sequence is broken.
     """
-    steerable = job.controller is None or bool(job.trackers)
-    check("tracker", steerable, f"a name, as {job.controller!r} steers by one", "none")
-    controller = link = None
-    if job.controller is not None:
-        carrier = catalog.scenario(job.scenario).carrier
-        create = controller_maker(job.controller, carrier.name, job.link, job.controller_values)
-    episode, watchers = episode_of(job, truth), list[_Watcher]()
+    steering = job.episode.steering
+    steered = None if steering is None else steering.name
+    check("tracker", steering is None or bool(job.trackers), f"a name, as {steered!r} steers by one", "none")
+    controller = None
+    if steering is not None:
+        _ = steering.entry  # An unknown name is refused before the episode is built.
+    episode, runs = job.episode.open(truth), list[TrackerRun]()
     try:
-        if job.controller is not None:
-            controller = GuardedController(create, job.limit_s, **_known_of(job, job.controller, note))
-            if job.link is not None:
-                link = episode_link(carrier, episode.rate_hz, link_named(job.link), job.seed)
-        watchers += _watchers(job, episode, note)
-        yield OpenJob(job, Loop(episode, [each.guard for each in watchers], link), watchers, controller)
+        if steering is not None:
+            controller = GuardedController(steering.create, job.limit_s, **_known_of(job, steering.name, note))
+        many = job.suite.follows_many and (job.episode.scenario is not None or episode.frame_count == 0)
+        for name, spec in job.trackers.items():
+            for repeat in range(1 if spec.reproducible else job.repeats):
+                rng = tracker_stream(job.episode.seed, spec.name, repeat)
+                create = partial(spec.create, episode, job.episode.scenario, rng, many=many)
+                how = {"needs_depth": job.suite.needs_depth, **_known_of(job, name, note)}
+                runs.append(TrackerRun(name, spec, repeat, GuardedTracker(create, job.limit_s, many=many, **how)))
+        link = job.episode.command_link(episode)
+        yield OpenJob(job, Loop(episode, [each.guard for each in runs], link), runs, controller)
     finally:
         episode.close()
-        for guard in (*(each.guard for each in watchers), *([] if controller is None else [controller])):
+        for guard in (*(each.guard for each in runs), *([] if controller is None else [controller])):
             guard.close()
-
-
-def episode_of(job: Job, truth: TruthExtent) -> Episode:
-    """Return a job's episode before its first frame, rendered, stored or real.
-
-    Raises:
-        UnreadableSequence: if the first picture of a real one is broken.
-    """
-    if job.real is not None:
-        assert job.real.open is not None
-        return job.real.open()
-    if job.stored is not None:
-        return job.stored(job.seed)
-    assert job.renderer != REAL
-    steered = job.controller is not None
-    scenario = catalog.scenario(job.scenario)
-    preset, changed = job.changes or (job.preset, {})
-    configuration = replace(scenario.presets[preset], **changed) if changed else preset
-    return scenario.episode(configuration, job.seed, renderer=job.renderer, closed_loop=steered, truth=truth)
-
-
-def job_of(row: Row, seed: int) -> Job:
-    """Return the job that repeats the run of a row, on this ``seed``."""
-    episode = (row["suite"], row["scenario"], row["preset"], row["renderer"], seed)
-    modules = tuple(row.get("modules", ()))
-    return Job(*episode, row["controller"], (row["tracker"],), link=row.get("link"), modules=modules, repeats=1)
 
 
 def run_job(job: Job) -> JobResult:
@@ -227,118 +206,32 @@ def run_job(job: Job) -> JobResult:
     # Times are of one core.
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
-    load_modules(job.modules)
-    if job.real is not None and job.real.open is None:
-        return _run_on_tracks(job, cast("Recording", job.real.content))
+    started = time.perf_counter()
     try:
-        return _run_on_pictures(job)
+        with note_at(job.note_file) as note, opened(job, job.suite.truth, note) as live:
+            episode = live.loop.episode
+            judge: Judge = job.episode.judge(job.suite, episode)
+            keeping = None if job.keeper is None else job.keeper.judge(judge)
+            judge = keeping or judge
+            sheets = [judge.sheet() for _ in live.runs]
+            for frame in live.frames() if episode.frame_count else ():
+                if frame.truth.frame == 0:
+                    check_truth(frame.truth)
+                take_in(live.loop, judge, sheets)
+            seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
+            result = _result(live, sheets, seconds)
+            if keeping is not None and job.out is not None:
+                keeping.write(job.out / ESTIMATES, result.blocks, [(each.name, each.guard) for each in live.runs])
     except UnreadableSequence as error:
-        return JobResult(job, unusable=str(error))
-
-
-def _run_on_pictures(job: Job) -> JobResult:
-    judging = suite(job.suite)
-    started = time.perf_counter()
-    with note_at(job.note_file) as note, opened(job, judging.truth, note) as live:
-        judge = _judge_of(job, live.loop.episode)
-        keeping = None if job.keeper is None else job.keeper.judge(judge)
-        judge = keeping or judge
-        sheets = [judge.sheet() for _ in live.watchers]
-        for frame in live.frames():
-            if frame.truth.frame == 0:
-                check_truth(frame.truth)
-            take_in(live.loop, judge, sheets)
-        seconds = round((time.perf_counter() - started) / max(len(job.trackers), 1), 3)
-        result = _result(live, sheets, seconds)
-        if keeping is not None and job.estimates is not None:
-            keeping.write(job.estimates, result.blocks, [(each.label, each.guard) for each in live.watchers])
-    return replace(result, oddities=_oddities(live))
-
-
-def _oddities(live: OpenJob) -> Oddities:
-    """Return what was odd about the contestants of a closed episode."""
-    found = Oddities()
-    for each in live.watchers:
-        found.add(each.label, each.guard.watch, each.guard.left)
-    if live.controller is not None:
-        found.add(str(live.job.controller), AnswerWatch(), live.controller.left)
-    return found
-
-
-def _judge_of(job: Job, episode: Episode) -> Judge:
-    judging = suite(job.suite)
-    if job.real is None:
-        return judging.judge(episode, catalog.scenario(job.scenario))
-    assert judging.on_sequences is not None
-    return judging.on_sequences.judge(episode)
-
-
-def _run_on_tracks(job: Job, recording: Recording) -> JobResult:
-    """Ask the job's one tracker about gaps in tracks; no row if it has no method to bridge them."""
-    (name,) = job.trackers
-    started = time.perf_counter()
-    blocks: list[tuple[int, Sequence[Score]]] = []
-    with note_at(job.note_file) as note:
-        guard = Guard(job.limit_s, "answer", **_known_of(job, name, note))
-        method = guard.made(lambda: gap_method_of(name, tracker_stream(job.seed, name)))
-        bridges = method is not None
-        if method is not None:
-            guard.begins(1)
-            blocks = list(recording.scores(Ending(new_gap_method=partial(GuardedGapMethod, method, guard, 0))))
-        # What ends its process when it is dropped is dropped before.
-        del method
-        guard.close()
-    able = bridges or guard.reason is not None
-    oddities = Oddities()
-    oddities.add(name, AnswerWatch(), guard.left if able else [*guard.left, "has no gap_method and so no row"])
-    seconds = round((time.perf_counter() - started) / max(len(blocks), 1), 3)
-    heading = heading_of(job, name, entrant(name).role) | {"blocks": len(blocks)}
-    ending = {"seconds": seconds, "editions": job.editions.get(name, {})}
-    event_key, unusable = suite(job.suite).events.key, ""
-    rows = [
-        as_block(
-            heading | {"seed": number},
-            [(0, score) for score in scores],
-            None,
-            recording.block_frames,
-            event_key,
-            ending,
-        )
-        for number, scores in blocks
-    ]
-    if bridges and not rows:
-        unusable = f"{recording.name}: expected tracks that are long enough for gaps, got none that is"
-    failures = []
-    if guard.reason is not None:
-        where = (name, job.scenario, job.preset, job.seed, 0)
-        failures.append(Failure(*where, guard.reason, "predicted nothing", guard.place))
-    return JobResult(job, rows, failures, oddities=oddities, unusable=unusable)
+        return JobResult(job.name, unusable=str(error))
+    return replace(result, oddities=result.oddities + _left_running(live))
 
 
 def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
-    """Pass a loop's latest frame to the judge and to the contestants' ``sheets``, in order."""
+    """Pass a loop's latest frame to the judge and to the trackers' ``sheets``, in order."""
     judge.see(loop.frame, loop.obeyed)
     for sheet, answer in zip(sheets, loop.answers, strict=True):
         sheet.keep(loop.frame, answer)
-
-
-def _watchers(job: Job, episode: Episode, note: Note | None) -> list[_Watcher]:
-    watchers = []
-    judging = suite(job.suite)
-    scenario = None if job.real is not None else catalog.scenario(job.scenario)
-    many = scenario is not None and judging.follows_many
-    for label in job.trackers:
-        entered = entrant(*job.settings.get(label, (label,)))
-        for repeat in range(1 if entered.reproducible else job.repeats):
-            rng = tracker_stream(job.seed, entered.name, repeat)
-            create: Callable[[], Contestant]
-            if scenario is None:
-                create = partial(contestant_of_one, label, rng)
-            else:
-                create = partial(entered.create, episode, scenario, rng, many)
-            how = {"many": many, "needs_depth": judging.needs_depth} | _known_of(job, label, note)
-            watchers.append(_Watcher(label, entered, repeat, guarded(create, job.limit_s, **how)))
-    return watchers
 
 
 def _known_of(job: Job, name: str, note: Note | None) -> dict[str, Any]:
@@ -348,57 +241,106 @@ def _known_of(job: Job, name: str, note: Note | None) -> dict[str, Any]:
 
 
 def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobResult:
-    job = live.job
+    job, episode = live.job, live.loop.episode
     blocks: list[list[Row]] = []
-    silent: Counter[str] = Counter()
-    event_key = suite(job.suite).events.key
+    silent, oddities, unusable = Counter[str](), Oddities(), ""
     controller_failed_at = None if live.controller is None else live.controller.failed_at_frame
-    unequipped = {each.label for each in live.watchers if _lacks_package(each.guard)}
-    for name in job.trackers:
-        if name in unequipped:
+    for name, group in groupby(zip(live.runs, sheets, strict=True), key=lambda pair: pair[0].name):
+        mine = list(group)
+        guards = [run.guard for run, _ in mine]
+        if any(map(_lacks_package, guards)):
             continue
-        mine = [(each, sheet) for each, sheet in zip(live.watchers, sheets, strict=True) if each.label == name]
-        heading = heading_of(job, name, mine[0][0].entrant.role)
-        ending = {"seconds": seconds, "editions": job.editions.get(name, {})}
+        if episode.frame_count == 0 and guards[0].gap_method is None and guards[0].reason is None:
+            oddities.add(name, AnswerWatch(), ["has no gap_method and so no row"])
+            continue
         scores = [
-            (each.repeat, score)
-            for each, sheet in mine
-            for score in (*sheet.scores(each.guard.ending()), *each.guard.scores())
+            (run.repeat, score)
+            for run, sheet in mine
+            for score in (*sheet.scores(run.guard.ending()), *run.guard.scores())
         ]
-        frame_count = live.loop.episode.frame_count
-        blocks.append(as_block(heading, scores, controller_failed_at, frame_count, event_key, ending))
-    for each in live.watchers:
-        if each.guard.reason is None:
-            silent[each.label] += each.guard.silent_frames
-    return JobResult(job, blocks, live.failures(), silent)
+        if controller_failed_at is not None:
+            scores.append((0, Score(CONTROLLER_FAILED_AT, float(controller_failed_at))))
+        made = _blocks(job, mine[0][0], scores, episode.frame_count, seconds)
+        if not made and guards[0].reason is None:
+            unusable = f"{job.episode.preset}: expected tracks that are long enough for gaps, got none that is"
+        blocks += made
+        silent[name] += sum(guard.silent_frames for guard in guards if guard.reason is None)
+    return JobResult(job.name, blocks, live.failures(), silent, oddities, unusable)
+
+
+def _blocks(
+    job: Job, run: TrackerRun, scores: Sequence[tuple[int, Score]], frame_count: int, seconds: float
+) -> list[list[Row]]:
+    """Return the rows of a tracker's scores: a block, or one for each block of time of a recording."""
+    heading = heading_of(job, run.name)
+    ending = {"seconds": seconds, "editions": job.editions.get(run.name, {})}
+    if frame_count:
+        return [block_of(job.suite, heading, scores, frame_count, ending)]
+    of_time: dict[TimeBlock, list[tuple[int, Score]]] = {}
+    for repeat, score in scores:
+        if score.block is not None:
+            of_time.setdefault(score.block, []).append((repeat, score))
+    return [
+        block_of(job.suite, heading | {"blocks": len(of_time), "seed": block.index}, mine, block.frame_count, ending)
+        for block, mine in of_time.items()
+    ]
+
+
+def block_of(
+    suite: Suite, heading: Row, scores: Sequence[tuple[int, Score]], frame_count: int, ending: Row
+) -> list[Row]:
+    """Return the rows of a block: of the scores of each repeat, and the last one, between ``heading`` and ``ending``,
+    the columns that all of them have.
+    """
+    return [
+        {
+            **heading,
+            "repeat": repeat,
+            "metric": score.metric,
+            "value": rounded(score.value),
+            "weight": score.weight,
+            suite.events.key: None if score.event is None else score.event.attributes(),
+            **ending,
+        }
+        for repeat, score in (*scores, (0, Score(LAST_METRIC, float(frame_count))))
+    ]
 
 
 def _lacks_package(guard: Guard) -> bool:
-    """Return whether a contestant could not begin, as a package is not installed: that is no figure of the method."""
+    """Return whether a tracker could not begin, as a package is not installed: that is no figure of the method."""
     return guard.failed_at_frame == 0 and issubclass(guard.error or type(None), ModuleNotFoundError)
 
 
-def heading_of(job: Job, tracker: str, tracker_role: str, controller_role: str | None = None) -> Row:
-    """Return the common columns of a tracker's block; the controller's role is the catalogue's unless given."""
+def _left_running(live: OpenJob) -> Oddities:
+    """Return what was odd about the trackers of a closed episode."""
+    found = Oddities()
+    for each in live.runs:
+        found.add(each.name, each.guard.watch, each.guard.left)
+    if live.controller is not None and live.job.episode.steering is not None:
+        found.add(live.job.episode.steering.name, AnswerWatch(), live.controller.left)
+    return found
+
+
+def heading_of(job: Job, tracker: str, controller_role: str | None = None) -> Row:
+    """Return the common columns of a tracker's block; the controller's role is the registered one unless given."""
+    episode, role = job.episode, job.trackers[tracker].role
+    steering = episode.steering
     heading: Row = {
-        "suite": job.suite,
-        "scenario": REAL if job.real is not None else catalog.scenario(job.scenario).id,
-        "preset": job.preset,
+        "suite": job.suite.name,
+        "scenario": episode.scenario_id,
+        "preset": episode.preset,
         "tracker": tracker,
-        "role": tracker_role,
-        "controller": job.controller,
-        "renderer": job.renderer,
-        "seed": job.seed,
+        "role": role,
+        "controller": None if steering is None else steering.name,
+        "renderer": episode.renderer,
+        "seed": episode.seed,
+        **episode.columns,
     }
-    if job.real is not None:
-        heading |= job.real.columns
     if job.modules:
         # The command that repeats the run names them.
         heading["modules"] = list(job.modules)
-    if suite(job.suite).judges_controllers:
-        carrier = catalog.scenario(job.scenario).carrier.name
-        steering = controller_role or catalogue.controller_entry(str(job.controller), carrier).role
+    if job.suite.judges_controllers and steering is not None:
         # A pair with a blind tracker sees nothing, and one with an oracle sees all, whatever its controller.
-        heading["role"] = tracker_role if tracker_role in ("blind", "oracle") else steering
-        heading |= {"tracker_role": tracker_role, "link": job.link}
+        heading["role"] = role if role in ("blind", "oracle") else controller_role or steering.entry.role
+        heading |= {"tracker_role": role, "link": steering.link}
     return heading

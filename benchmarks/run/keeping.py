@@ -8,7 +8,6 @@ from typing import Protocol
 
 from benchmarks.contract.judging import Judge
 from benchmarks.contract.rows import BlockKey, Row
-from benchmarks.run.guards import GuardedContestant
 
 
 class KeepingJudge(Judge, Protocol):

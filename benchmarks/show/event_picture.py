@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import Condition
-from benchmarks.run.jobs import Job, job_of
+from benchmarks.run.jobs import Job
+from benchmarks.run.selection import job_of
 from benchmarks.show.pictures import made_from, remove_picture, write_picture
 from benchmarks.show.replay import is_of_present_editions
 

@@ -10,8 +10,8 @@ from typing import Any
 from benchmarks.contract.rows import HUMAN, LAST_METRIC, REAL, TEST_SPLIT, Row, event_of
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import ranges_text
-from benchmarks.run.experiment import SET_PATH
 from benchmarks.run.jobs import Job
+from benchmarks.run.selection import SET_PATH
 from scenarios import catalog
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Sequence
 
 from benchmarks.contract.rows import Row
-from benchmarks.run.contestants import entrant
-from benchmarks.run.editions import editions_of
+from benchmarks.run.episodes import editions_of
 from benchmarks.run.jobs import OpenJob
 from benchmarks.show.video.instant import Instant
 from scenarios import catalog

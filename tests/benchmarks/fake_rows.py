@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.contract.rows import Row, append_block
+from benchmarks.contract.rows import Row
+from benchmarks.run.result_folder import append_block
 
 TRACKERS = {
     "sharp": ("ours", 0.95, 0.05),

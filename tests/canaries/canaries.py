@@ -37,8 +37,7 @@ from benchmarks.judges.fish.real import FishRecording
 from benchmarks.papers import b1, b2
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture
 from benchmarks.run.arithmetic import draws_like_published
-from benchmarks.run.contestants import Entrant, entrants
-from benchmarks.run.editions import controller_edition, judge_edition, scene_edition, tracker_edition
+from benchmarks.run.editions import controller_edition, judge_edition, preset_edition, tracker_edition
 from scenarios import catalog
 from scenarios.catalog import unversioned
 from scenarios.command_link import LINKS, episode_link
@@ -125,7 +124,7 @@ def _scenes() -> Iterator[Canary]:
         for preset in scenario.presets:
             yield Canary(
                 f"scene {name} {preset}",
-                scene_edition(name, preset),
+                preset_edition(name, preset),
                 f"the version in the id of {type(scenario).__module__}",
                 lambda name=name, preset=preset: digest_of_scene(name, preset),
                 scenario.presets[preset],
@@ -134,7 +133,7 @@ def _scenes() -> Iterator[Canary]:
         if "quick" in scenario.presets and name != ROAD_TOWN.id:
             yield Canary(
                 f"scene {name} steered",
-                scene_edition(name, "quick"),
+                preset_edition(name, "quick"),
                 f"the version in the id of {type(scenario).__module__}",
                 lambda name=name: digest_of_scene(name, "quick", closed_loop=True),
             )

@@ -14,7 +14,6 @@ import pytest
 from benchmarks.contract.judging import Ending
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.blindfold import ManyBlindfolded
-from benchmarks.run.guards import GuardedContestant, guarded
 from scenarios.loop import Contestant, FromPictures, Loop, ManyContestant, ManyFromPictures
 from tests.benchmarks.fake_episode import FakeTracker
 from tests.toy_scene.scenario import TOY_YARD, YardEpisode

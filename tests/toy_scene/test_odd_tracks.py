@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.run.guards import GuardedMany
 from benchmarks.run.jobs import take_in
 from benchmarks.show.video.instant import Instant, draw_instant
 from scenarios.loop import Loop, ManyFromPictures

@@ -20,7 +20,6 @@ from benchmarks.contract.rows import read_rows
 from benchmarks.contract.suite import Scene, add_scene, suite
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.jobs import Job, opened
-from benchmarks.run.steering import suite_watching
 from benchmarks.show.replay import replay
 from scenarios import catalog
 from scenarios.loop import Loop

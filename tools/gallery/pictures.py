@@ -11,10 +11,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.run.editions import scene_edition
+from benchmarks.run.editions import preset_edition
 from benchmarks.run.jobs import Job, opened
-from benchmarks.run.processes import in_processes
-from benchmarks.run.steering import suite_watching
+from benchmarks.run.workers import in_processes
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
 from scenarios import catalog
@@ -44,7 +43,7 @@ class ShownPreset:
     @property
     def file_name(self) -> str:
         """Name of its picture, with the edition of what it shows."""
-        edition = scene_edition(self.scenario, self.preset).replace(" ", "-")
+        edition = preset_edition(self.scenario, self.preset).replace(" ", "-")
         return f"{self.preset}-{self.seed}-{edition}.jpg"
 
 

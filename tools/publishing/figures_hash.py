@@ -8,7 +8,6 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from benchmarks.contract.rows import BlockKey, Row
 from benchmarks.judges.tracker_speed import TIMES
-from benchmarks.run.contestants import entrants
 
 _NOT_FIGURES = ("seconds", "editions")
 Blocks = Mapping[BlockKey, Sequence[Row]]

@@ -36,7 +36,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from benchmarks.contract.rows import FILE_NAME, Row, blocks_of_lines, lines_of, read_blocks
-from benchmarks.run.blocks import CONTROLLER_FAILED_AT
+from benchmarks.run.jobs import CONTROLLER_FAILED_AT
 from sim.checks import check
 from tools.publishing import ledger
 from tools.publishing.figures_hash import Blocks, hash_of_figures, unrepeatable

@@ -13,16 +13,16 @@ from typing import Any
 
 from benchmarks.cli.bench import Bench
 from benchmarks.cli.paper import Paper
-from benchmarks.contract.rows import FILE_NAME, BlockKey, MadeNow, Row, read_blocks, rounded, tidy
+from benchmarks.contract.rows import FILE_NAME, BlockKey, Row, read_blocks, rounded
 from benchmarks.contract.suite import suite
 from benchmarks.papers.camera_experiment import CameraExperiment
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import findings
 from benchmarks.papers.tracker_experiment import TrackerExperiment
-from benchmarks.run.contestants import entrant
 from benchmarks.run.episode_time import seconds_of_episode
-from benchmarks.run.experiment import Experiment, Progress, check_names, jobs_of, made_now_of, run
-from benchmarks.run.selection import Asked, parties
+from benchmarks.run.experiment import Experiment, Progress, run
+from benchmarks.run.result_folder import MadeNow, tidy
+from benchmarks.run.selection import Asked
 from benchmarks.statistics.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
 from scenarios.scenario import RendererName
 from sim.checks import check

@@ -27,8 +27,7 @@ from benchmarks.data.estimates.columns import (
     rows_of_bridge,
 )
 from benchmarks.judges.tracker_speed import MS_PER_FRAME
-from benchmarks.run.blocks import CONTROLLER_FAILED_AT
-from benchmarks.run.guards import GuardedContestant
+from benchmarks.run.jobs import CONTROLLER_FAILED_AT
 from benchmarks.run.time_limit import Taken
 from scenarios.scenario import Frame
 from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings

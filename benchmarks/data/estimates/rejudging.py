@@ -18,30 +18,21 @@ import numba
 import numpy as np
 
 from benchmarks.contract.judging import Ending, Score, ScoreSheet
-from benchmarks.contract.rows import (
-    ESTIMATES,
-    FILE_NAME,
-    REAL,
-    BlockKey,
-    Row,
-    append_block,
-    block_key,
-    read_blocks,
-    tidy,
-)
+from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, Row, block_key, read_blocks
 from benchmarks.contract.suite import suite
 from benchmarks.data.estimates.block_file import Block, Facts, facts_of, paths_in, read_block
 from benchmarks.data.estimates.columns import EXTRAPOLATED, INTERPOLATED, Values
 from benchmarks.data.sets.benchmark import benchmark_of
-from benchmarks.data.sets.data_set import stored_episode
+from benchmarks.data.sets.stored_spec import stored_specs
 from benchmarks.judges.tracker_speed import times
-from benchmarks.run.blocks import as_block
-from benchmarks.run.editions import judge_edition, scene_edition
-from benchmarks.run.experiment import Progress, check_renderer
+from benchmarks.run.editions import judge_edition, preset_edition
+from benchmarks.run.episodes import EpisodeSpec, simulated
+from benchmarks.run.experiment import Progress
 from benchmarks.run.guards import FAILED_AT
-from benchmarks.run.jobs import Job, episode_of
+from benchmarks.run.jobs import CONTROLLER_FAILED_AT, block_of
 from benchmarks.run.own_modules import load_modules
-from scenarios import catalog
+from benchmarks.run.result_folder import append_block, tidy
+from benchmarks.run.selection import check_renderer
 from scenarios.loop import Loop
 from sim.checks import check
 from trackers.gaps.types import Bridge, Piece, Surroundings
@@ -103,7 +94,7 @@ def rejudge(directory: Path, data: str | None, workers: int, modules: tuple[str,
 
 def _check_scene(path: Path, facts: Facts) -> None:
     key = facts.key
-    now, made = scene_edition(key.scenario, key.preset), facts.editions.get("scene")
+    now, made = preset_edition(key.scenario, key.preset), facts.editions.get("scene")
     check(str(path), made == now, f"estimates on frames of the scene's present edition, {now}", f"ones of {made}")
 
 
@@ -147,21 +138,14 @@ def _judged(paths: Sequence[Path], data: str | None, modules: tuple[str, ...]) -
     blocks = [read_block(path) for path in paths]
     key, frame_count = blocks[0].facts.key, blocks[0].facts.frame_count
     judging = suite(key.suite)
-    renderer = check_renderer(key.renderer)
-    job = Job(
-        key.suite,
-        key.scenario,
-        key.preset,
-        renderer,
-        key.seed,
-        key.controller or None,
-        (),
-        stored=None if data is None else partial(stored_episode, data),
-    )
-    episode = episode_of(job, judging.truth)
+    how = {"renderer": check_renderer(key.renderer), "controller": key.controller or None}
+    spec: EpisodeSpec = simulated(key.scenario, key.preset, key.seed, **how)
+    if data is not None:
+        (spec,) = stored_specs(data, [spec])
+    episode = spec.open(judging.truth)
     try:
         check(str(paths[0]), frame_count == episode.frame_count, f"{episode.frame_count} frames", frame_count)
-        judge = judging.judge(episode, catalog.scenario(key.scenario))
+        judge = spec.judge(judging, episode)
         sheets = [[judge.sheet() for _ in block.said] for block in blocks]
         loop = Loop(episode)
         for k, command in enumerate(blocks[0].commands):
@@ -184,10 +168,12 @@ def _rows(block: Block, sheets: Sequence[ScoreSheet]) -> list[Row]:
         scores += [(repeat, score) for score in times(said.taken, said.revision, facts.frame_count)]
         if run.failed_in_the_end is not None:
             scores.append((repeat, Score(FAILED_AT, float(run.failed_in_the_end))))
-    judge = judge_edition(suite(facts.key.suite))
+    judging = suite(facts.key.suite)
+    judge = judge_edition(judging)
     ending_columns = {"seconds": None, "editions": facts.editions | {"judge": judge}}
-    event_key = suite(facts.key.suite).events.key
-    return as_block(facts.heading, scores, facts.controller_failed_at, facts.frame_count, event_key, ending_columns)
+    if facts.controller_failed_at is not None:
+        scores.append((0, Score(CONTROLLER_FAILED_AT, float(facts.controller_failed_at))))
+    return block_of(judging, facts.heading, scores, facts.frame_count, ending_columns)
 
 
 def _timeless(rows: Sequence[Row]) -> list[Row]:

@@ -10,7 +10,7 @@ from typing import Any
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from benchmarks.run.packages import check_packages
-from benchmarks.run.processes import in_processes
+from benchmarks.run.workers import in_processes
 from sim.checks import check
 
 BACKENDS = ("loky", "dask", "ray")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES, coding_of
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.request import Request
-from benchmarks.run.editions import package_versions, scene_edition
+from benchmarks.run.editions import package_versions, preset_edition
 from sim.checks import check
 
 
@@ -28,7 +28,7 @@ def benchmark_of(data: str) -> Request:
     # No judge reads normals; of the others, each may be read by one.
     missing = [channel for channel in request.left_out() if channel != NORMALS]
     check("data", not missing, "a set with all channels", f"one without {', '.join(missing)}")
-    made, now = request.scene, scene_edition(request.scenario, request.preset)
+    made, now = request.scene, preset_edition(request.scenario, request.preset)
     check("data", made == now, f"one of the scene's present edition, {now}", f"one of {made}")
     differ = [name for name, version in package_versions().items() if request.packages.get(name, version) != version]
     check("data", not differ, "one made with the installed packages", f"one with another {', '.join(differ)}")

@@ -23,8 +23,8 @@ from benchmarks.data.sets.data_set import LEFT_OUT, MANIFEST, REQUEST, DataSet
 from benchmarks.data.sets.episode_writer import MARK, clear, episode_folder, read_mark, write_background, write_episode
 from benchmarks.data.sets.places import lasting, new_folder, place_of, put, reached
 from benchmarks.data.sets.request import OnError, Request, first_episode, of_seed, request_of
-from benchmarks.run.alone import alone_in
 from benchmarks.run.own_modules import load_modules
+from benchmarks.run.result_folder import alone_in
 from scenarios.scenario import Episode
 from sim.checks import check
 

@@ -11,7 +11,7 @@ from fsspec import AbstractFileSystem
 from fsspec.core import url_to_fs
 from fsspec.implementations.local import LocalFileSystem
 
-from benchmarks.run.experiment import make_folder
+from benchmarks.run.result_folder import make_folder
 from trackers.atomic_file import write_atomic
 
 _STORES = {"file", "s3", "gs", "az", "memory"}

@@ -6,10 +6,11 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
-from benchmarks.contract.judging import Ending, Score
+from benchmarks.contract.judging import Ending, Score, TimeBlock
 from benchmarks.contract.track_table import TrackTable
 from benchmarks.judges.fish.gap_protocol import BLOCK_FRAMES, Tracks
 from benchmarks.judges.fish.gap_scores import GapTask, gap_scores
@@ -17,7 +18,9 @@ from benchmarks.judges.fish.link_scores import LENGTHS, link_events, link_scores
 from benchmarks.judges.fish.motion import motion_scores
 from benchmarks.judges.fish.scale import TANK_PX, scaled_to_tank
 from benchmarks.judges.fish.tracklets import link_tracklets
+from scenarios.scenario import Frame
 from sim.checks import check
+from trackers.types import CameraCommand
 
 STRIDE_FRAMES = 50
 """Frames from one cut gap of an animal to its next of the same length."""
@@ -35,7 +38,6 @@ class FishRecording:
 
     def __init__(self, table: TrackTable) -> None:
         self.name = table.name
-        self.block_frames = BLOCK_FRAMES
         interval_s = 1.0 / (table.rate_hz or USUAL_RATE_HZ)
         position_px = table.position if table.unit == "px" else scaled_to_tank(table.position)
         self._tracks = Tracks(position_px, interval_s)
@@ -52,8 +54,15 @@ class FishRecording:
         cap_px = float(np.hypot(*(np.nanmax(flat, axis=0) - np.nanmin(flat, axis=0))))
         return GapTask(self._tracks, STRIDE_FRAMES, cap_px, sees_mates=False)
 
-    def scores(self, ending: Ending) -> Iterator[tuple[int, list[Score]]]:
-        """See ``Recording``: of gaps cut out, of which no method sees the other animals, and of links."""
+    def see(self, frame: Frame, command: CameraCommand | None) -> None:
+        """See ``Judge``. There is no frame."""
+
+    def sheet(self) -> RecordingSheet:
+        """See ``Judge``."""
+        return RecordingSheet(self)
+
+    def scores(self, ending: Ending) -> Iterator[Score]:
+        """Yield the scores of gaps cut out, of which no method sees the other animals, and of links."""
         if ending.new_gap_method is None:
             return
         gaps = self._task.bridged(ending.new_gap_method).by_block()
@@ -63,7 +72,22 @@ class FishRecording:
             bridged = list(gap_scores(self._tracks, gaps[block])) if block in gaps else []
             first = block * BLOCK_FRAMES
             motion = motion_scores(self._tracks.position_px[first : first + BLOCK_FRAMES], None)
-            yield block, [*bridged, *link_scores(mine, groups=LENGTHS), *link_events(mine), *motion]
+            for score in (*bridged, *link_scores(mine, groups=LENGTHS), *link_events(mine), *motion):
+                yield replace(score, block=TimeBlock(block, BLOCK_FRAMES))
+
+
+class RecordingSheet:
+    """See ``benchmarks.contract.judging.ScoreSheet``: takes no answers."""
+
+    def __init__(self, recording: FishRecording) -> None:
+        self._recording = recording
+
+    def keep(self, frame: Frame, answer: Any) -> None:
+        """See ``ScoreSheet``. There is no frame."""
+
+    def scores(self, ending: Ending) -> Iterator[Score]:
+        """See ``ScoreSheet``."""
+        return self._recording.scores(ending)
 
 
 def recordings(tables: Sequence[TrackTable]) -> tuple[list[FishRecording], list[str], list[str]]:

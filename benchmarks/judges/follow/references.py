@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from benchmarks.contract.entrant import Entrant
-from scenarios.loop import given
-from scenarios.scenario import Frame
+from benchmarks.contract.tracker_spec import TrackerSpec
+from scenarios.loop import Contestant, given
+from scenarios.scenario import Episode, Frame, Scenario
 from trackers.registry import NoParameters
 from trackers.types import Estimate, Start
 
@@ -50,13 +52,23 @@ class TrueTarget:
         )
 
 
-ORACLE = Entrant(
+@dataclass(frozen=True, kw_only=True)
+class TruthOracle(TrackerSpec):
+    """Answers with the truth, see ``TrueTarget``."""
+
+    def create(
+        self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
+    ) -> Contestant:
+        """See ``TrackerSpec``."""
+        assert scenario is not None
+        return TrueTarget(scenario.target)
+
+
+ORACLE = TruthOracle(
     name="oracle_target",
     role="oracle",
     summary="the target's true position on every picture: what a controller could do with a perfect tracker",
     suites=("follow",),
-    reproducible=True,
     parameters=NoParameters(),
     module=TrueTarget.__module__,
-    create=lambda episode, scenario, rng, many=False: TrueTarget(scenario.target),
 )

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.contract.entrant import Entrant
+from benchmarks.contract.tracker_spec import TrackerSpec
 from scenarios.loop import Contestant, ManyFromPictures
 from scenarios.scenario import Episode, Scenario
 from trackers import registry
@@ -46,27 +46,37 @@ class FewPictures:
         return self._tracker.update(observation)
 
 
-def _entrant(of: str, tracker: Any, count: int) -> Entrant:
-    parameters = registry.entry(of).parameters()
+@dataclass(frozen=True, kw_only=True)
+class TaughtByFew(TrackerSpec):
+    """A registered tracker that learns from ``count`` pictures; ``tracker``: its class."""
 
-    def create(episode: Episode, scenario: Scenario, rng: np.random.Generator, many: bool = False) -> Contestant:
-        return ManyFromPictures(FewPictures(tracker(parameters, rng), count))
+    tracker: type
+    count: int
 
-    return Entrant(
+    def create(
+        self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
+    ) -> Contestant:
+        """See ``TrackerSpec``."""
+        return ManyFromPictures(FewPictures(self.tracker(self.parameters, rng), self.count))
+
+
+def _taught_by_few(of: str, tracker: type, count: int) -> TaughtByFew:
+    entry = registry.entry(of)
+    return TaughtByFew(
         name=f"{of}_{count}_pictures",
         role="variant",
         summary=f"{of} that learns from {count} pictures",
         suites=("harbour",),
-        reproducible=True,
-        parameters=parameters,
+        parameters=entry.parameters(),
         module=tracker.__module__,
-        edition=registry.entry(of).edition,
-        create=create,
+        edition=entry.edition,
+        tracker=tracker,
+        count=count,
     )
 
 
 TAUGHT_BY_FEW = {
-    (of, count): _entrant(of, tracker, count)
+    (of, count): _taught_by_few(of, tracker, count)
     for of, tracker in (("eigen_swarm", EigenSwarm), ("harbour_watch", HarbourWatch))
     for count in COUNTS
 }

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.run.experiment import Progress, make_folder
+from benchmarks.run.experiment import Progress
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job, opened
+from benchmarks.run.result_folder import make_folder
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
 from benchmarks.show.video.caption import Caption

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cli.main import main
-from benchmarks.contract.rows import append_block
+from benchmarks.run.result_folder import append_block
 from tests.benchmarks.fake_rows import rows_of, write_rows
 
 

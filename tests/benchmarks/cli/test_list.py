@@ -12,7 +12,6 @@ import pytest
 from benchmarks.cli import list_all
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import suites
-from benchmarks.run.contestants import entrants
 from scenarios import catalog
 from scenarios.road_town.survey import FRAME_OUTS, Held
 from tests import fakes_scenario

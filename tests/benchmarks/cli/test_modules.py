@@ -96,8 +96,8 @@ def test_the_command_on_the_report_of_an_own_tracker_runs_as_it_stands(own: str,
 
 @pytest.mark.usefixtures("fake_suite")
 def test_another_content_of_the_file_is_another_edition_of_the_tracker(own: str) -> None:
-    from benchmarks.run.contestants import entrant
-    from benchmarks.run.editions import editions_of
+
+    from benchmarks.run.episodes import editions_of
 
     assert main(["list", "--json", "--modules", own]) == 0
     made = editions_of("frame-out", "fake-town-v1", "tiny", entrant("waits"))["tracker"]

@@ -12,7 +12,7 @@ from joblib.externals.loky import get_reusable_executor
 from benchmarks.cli.main import main
 from benchmarks.cli.own_faults import workers_fault
 from benchmarks.cli.report import Report
-from benchmarks.run.processes import in_processes
+from benchmarks.run.workers import in_processes
 
 OWN = """
 def divide(number):

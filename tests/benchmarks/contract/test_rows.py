@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from benchmarks.contract.rows import append_block, block_key, read, read_blocks, read_rows, rounded, tidy
+from benchmarks.contract.rows import block_key, read, read_blocks, read_rows, rounded
+from benchmarks.run.result_folder import append_block, tidy
 
 
 def block(tracker: str, seed: int, values: tuple[float, ...] = (1.0, 2.0)) -> list[dict[str, Any]]:

@@ -17,7 +17,7 @@ from benchmarks.contract.rows import read_rows
 from benchmarks.learning import judging
 from benchmarks.learning.judging import SEEDS, Judging
 from benchmarks.learning.settings import Training
-from benchmarks.run.cores import cores
+from benchmarks.run.workers import cores
 from scenarios import catalog
 from tests.scenarios.envs import stand_in
 from trackers.controllers.catalogue import controllers

@@ -9,11 +9,12 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.contract.rows import Row, append_block, read_blocks
+from benchmarks.contract.rows import Row, read_blocks
 from benchmarks.papers import b1
 from benchmarks.papers.b1 import CONDITIONS, CURVES, EXPERIMENT
 from benchmarks.papers.camera_experiment import CameraExperiment, photograph
 from benchmarks.papers.repeat import findings, repeat
+from benchmarks.run.result_folder import append_block
 from scenarios.paper_sheet.scenario import PAPER_SHEET
 from scenarios.scenario import RendererName
 

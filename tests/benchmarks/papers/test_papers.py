@@ -15,14 +15,14 @@ import pytest
 
 from benchmarks.cli import paper
 from benchmarks.cli.main import main
-from benchmarks.contract.rows import Row, append_block
+from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import suite
 from benchmarks.papers import a2, a3, b1, b2, b3, c, d
 from benchmarks.papers.claims import print_findings
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import findings, repeat
 from benchmarks.papers.tracker_experiment import TrackerExperiment
-from benchmarks.run.contestants import entrants
+from benchmarks.run.result_folder import append_block
 from scenarios import catalog
 from scenarios.road_town.presets import RoadTown
 from trackers import registry

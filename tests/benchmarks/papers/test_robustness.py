@@ -15,8 +15,6 @@ from benchmarks.papers.claims import Claim
 from benchmarks.papers.repeat import repeat
 from benchmarks.papers.robustness import FOLDER, Robustness, alias, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
-from benchmarks.run.contestants import entrant
-from benchmarks.run.experiment import check_names
 from scenarios import catalog
 from tests import fakes_scenario
 from trackers import registry

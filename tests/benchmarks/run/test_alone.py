@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.run.alone import alone_in
+from benchmarks.run.result_folder import alone_in
 
 HOLDS = """
 import sys

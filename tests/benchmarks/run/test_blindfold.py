@@ -9,7 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.run.blindfold import Blindfolded
-from benchmarks.run.contestants import Entrant, entrants
 from scenarios.scenario import Frame
 from tests.fakes_scenario import FAKE_TOWN
 from tests.fakes_trackers import NoParameters

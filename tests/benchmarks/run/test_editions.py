@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.suite import register_suite, suite, suites
 from benchmarks.run import imports
-from benchmarks.run.contestants import entrant
-from benchmarks.run.editions import digest_of, editions_of, judge_edition, own_code
+from benchmarks.run.editions import digest_of, judge_edition, own_code
+from benchmarks.run.episodes import editions_of
 from scenarios import catalog
 from trackers.controllers.catalogue import controller_entry
 

@@ -12,10 +12,10 @@ from benchmarks.contract.rows import read_blocks, read_rows
 from benchmarks.judges.frame_out.metrics.offscreen import WORST_ERROR_M
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run import experiment, jobs
-from benchmarks.run.contestants import entrant
-from benchmarks.run.experiment import SET_PATH, Experiment, _suites_in_words, run
+from benchmarks.run.experiment import Experiment, run
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.outcome import Outcome
+from benchmarks.run.selection import SET_PATH, _suites_in_words
 from benchmarks.show.provenance import provenance
 from tests import fakes_scenario
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from benchmarks.judges.tracker_speed import TIMES, times
 from benchmarks.run.failures import ENDED_PROCESS
-from benchmarks.run.guards import Guard, GuardedController, guarded
+from benchmarks.run.guards import Guard, GuardedController
 from benchmarks.run.time_limit import Taken, at_most
 from scenarios.command_link import CommandLink, Link
 from scenarios.loop import FromPictures, Loop

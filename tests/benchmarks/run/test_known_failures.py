@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.contract.rows import BlockKey
-from benchmarks.run.contestants import entrant
 from benchmarks.run.experiment import run
 from benchmarks.run.failures import Failure
-from benchmarks.run.guards import guarded
 from benchmarks.run.known_failures import FILE_NAME, ended_processes, read_failures, write_failures
 from benchmarks.show.frame_out import picture
 from benchmarks.show.page import write_report

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.run.guards import guarded
 from benchmarks.run.oddities import AnswerWatch, Oddities
 from benchmarks.run.outcome import Outcome
 from scenarios.loop import FromPictures

@@ -11,8 +11,7 @@ from benchmarks.cli.main import main
 from benchmarks.judges.follow.suite import FOLLOW
 from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.judges.stereo.suite import STEREO
-from benchmarks.run.contestants import entrants
-from benchmarks.run.selection import Asked, parties
+from benchmarks.run.selection import Asked
 from scenarios import catalog
 from scenarios.road_town.scenario import ROAD_TOWN
 from trackers import registry

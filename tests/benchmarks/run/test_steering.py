@@ -11,8 +11,7 @@ from benchmarks.contract.suite import suite
 from benchmarks.run.failures import ENDED_PROCESS
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.notes import read_note
-from benchmarks.run.selection import Asked, parties
-from benchmarks.run.steering import default_controllers
+from benchmarks.run.selection import Asked, default_controllers
 from tests.benchmarks.run.fake_steering import NothingToSet, RaisingController
 from tests.fakes_scenario import FAKE_TOWN
 from trackers.controllers import catalogue

@@ -11,11 +11,11 @@ import pytest
 from benchmarks.cli.main import main
 from benchmarks.contract import rows as records
 from benchmarks.contract import suite as registry
-from benchmarks.contract.metric import Mean, Metric, Quantity
+from benchmarks.contract.metric import NOT_STATED, Mean, Metric, Quantity
 from benchmarks.contract.suite import suite
 from benchmarks.run.jobs import Job, heading_of
 from benchmarks.show.docstrings import attribute_meanings
-from benchmarks.show.metric_definitions import NOT_STATED, definitions_of, metric_definitions, metrics_of
+from benchmarks.show.metric_definitions import definitions_of, metric_definitions, metrics_of
 from benchmarks.show.preset_settings import preset_settings
 from benchmarks.show.reference import truth_fields
 from benchmarks.statistics.summary import COMPARISON_COLUMNS, SUMMARY_COLUMNS, compare_ours, grouped, summarise

@@ -13,7 +13,8 @@ from benchmarks.cli import main as cli
 from benchmarks.contract import suite as registry
 from benchmarks.contract.rows import read_rows
 from benchmarks.run.experiment import Experiment, run
-from benchmarks.run.jobs import job_of, opened
+from benchmarks.run.jobs import opened
+from benchmarks.run.selection import job_of
 from benchmarks.show.replay import replay
 from tests import fakes_scenario
 from tests.benchmarks.run.fake_steering import FAKE_CONTROLLERS, FAKE_FOLLOW

@@ -11,7 +11,8 @@ from typing import Any
 
 import pytest
 
-from benchmarks.contract.rows import BlockKey, Row, append_block, block_key, read_blocks
+from benchmarks.contract.rows import BlockKey, Row, block_key, read_blocks
+from benchmarks.run.result_folder import append_block
 from tests.benchmarks.fake_rows import rows_of
 from tools.publishing import figures_hash
 from tools.publishing.figures_hash import unrepeatable

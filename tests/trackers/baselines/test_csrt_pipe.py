@@ -15,8 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.contract.suite import suite
-from benchmarks.run.guards import guarded
-from benchmarks.run.selection import Asked, parties
+from benchmarks.run.selection import Asked
 from benchmarks.run.time_limit import TooSlow, at_most
 from scenarios.loop import FromPictures
 from tests.benchmarks.fake_episode import FakeEpisode

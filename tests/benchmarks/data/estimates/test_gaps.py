@@ -14,7 +14,6 @@ from benchmarks.contract.judging import Ending, Score
 from benchmarks.data.estimates.block_file import read_block
 from benchmarks.data.estimates.keeping import KeepingJudge
 from benchmarks.data.estimates.rejudging import RecalledGapMethod
-from benchmarks.run.guards import GuardedContestant, guarded
 from scenarios.loop import Loop, ManyFromPictures
 from scenarios.scenario import Frame
 from tests import fakes_scenario

@@ -20,7 +20,7 @@ from benchmarks.cli.main import main
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.generating import Workers, forecast, generate
 from benchmarks.data.sets.request import first_episode
-from benchmarks.run.alone import alone_in
+from benchmarks.run.result_folder import alone_in
 from tests.benchmarks.data.sets.small import HERE, MODULES, made, tiny
 from tests.benchmarks.no_room import no_room
 from tests.fakes_scenario import FAKE_TOWN

@@ -9,7 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.judges.identities import hota, identity_counts, numbered, pairing
-from benchmarks.run.contestants import entrants
 from benchmarks.run.experiment import Experiment, run
 from scenarios.fish_tank.presets import PRESETS, FishTank
 from scenarios.fish_tank.scenario import FISH_TANK

@@ -12,10 +12,11 @@ import pytest
 
 from benchmarks.cli.main import main
 from benchmarks.contract import suite as suites
-from benchmarks.contract.rows import append_block, read_blocks, read_rows
+from benchmarks.contract.rows import read_blocks, read_rows
 from benchmarks.judges.follow.suite import FOLLOW
 from benchmarks.run.experiment import Experiment, run
 from benchmarks.run.outcome import Outcome
+from benchmarks.run.result_folder import append_block
 from benchmarks.show.page import write_report
 from benchmarks.show.palette import line_styles
 from benchmarks.statistics.summary import write_summary

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.run.contestants import entrants
 from benchmarks.run.experiment import Experiment, run
 
 BLIND, WRITTEN = ("harbour_blind", "harbour_posts"), "eigen_swarm"

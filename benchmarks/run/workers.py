@@ -2,22 +2,41 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import joblib
+import numpy as np
+from joblib.externals import cloudpickle
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from benchmarks.run.jobs import Job, JobResult, run_job
 from benchmarks.run.notes import read_note
+from benchmarks.run.own_modules import load_modules
+from sim.checks import check
 
 _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
 
+# joblib replaces a worker that has grown by 300 MB, for which a kept town is enough, and warns as of a fault.
+warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
 
-def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
-    """Yield results as they arrive; a job whose worker died is run again without the tracker that ended it.
+
+def cores(workers: int | None) -> int:
+    """Return the number of workers, by default one for each core of this process.
+
+    Raises:
+        ValueError: unless it is a whole number >= 0.
+    """
+    whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
+    check("workers", workers is None or (whole and workers >= 0), "a whole number >= 0", repr(workers))
+    return joblib.cpu_count() if workers is None else workers
+
+
+def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[tuple[Job, JobResult]]:
+    """Yield jobs with their results as they arrive; a job whose worker died is run again without the tracker that ended it.
 
     Args:
         jobs: consumed one by one. workers: processes; 0 = this process.
@@ -31,9 +50,8 @@ def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResu
     ended = False
     while not ended:
         try:
-            for result in in_processes(run_job, _taken(coming, waiting), workers, backend):
-                del waiting[result.job.name]
-                yield result
+            for result in _run(_taken(coming, waiting), workers, backend):
+                yield waiting.pop(result.name), result
             ended = True
         except BrokenProcessPool:
             # One dead worker ends the whole pool: each job that was running is suspect and is run alone.
@@ -44,7 +62,7 @@ def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResu
                 ) from None
             for job in suspects:
                 del waiting[job.name]
-                yield _alone(job, backend)
+                yield job, _alone(job, backend)
 
 
 def _taken(coming: Iterator[Job], waiting: dict[str, Job]) -> Iterator[Job]:
@@ -59,24 +77,36 @@ def _alone(job: Job, backend: str) -> JobResult:
     """Run one job in its own process until it completes, each time without the tracker that ended it."""
     while True:
         try:
-            return next(in_processes(run_job, [job], 1, backend))
+            return next(_run([job], 1, backend))
         except BrokenProcessPool:
             note = read_note(job.note_file)
             if note is None or note[0] in job.deadly:
-                episode = f"sequence {job.sequence}" if job.sequence else f"seed {job.seed}"
+                at = job.episode
+                episode = f"sequence {at.sequence}" if at.sequence else f"seed {at.seed}"
                 raise ChildProcessError(
-                    f"{job.scenario} {job.preset}, {episode}: its process ends outside of any tracker"
+                    f"{at.scenario_id} {at.preset}, {episode}: its process ends outside of any tracker"
                 ) from None
             job = replace(job, deadly={**job.deadly, note[0]: note[1]})
 
 
+def _run(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
+    return in_processes(run_job, jobs, workers, backend, modules=lambda job: job.modules)
+
+
 def in_processes(
-    function: Callable[[_Given], _Made], given: Iterable[_Given], workers: int, backend: str = "loky"
+    function: Callable[[_Given], _Made],
+    given: Iterable[_Given],
+    workers: int,
+    backend: str = "loky",
+    *,
+    modules: Callable[[_Given], tuple[str, ...]] = lambda each: (),
 ) -> Iterator[_Made]:
     """Yield what a function makes of each of ``given``, as it comes.
 
     Args:
         given: consumed one by one. workers: processes; 0 = this process. backend: joblib's.
+        modules: users' own modules that a worker imports before it unpacks one of ``given``, which may hold what they
+            define.
 
     Raises:
         BrokenProcessPool: if a process ended.
@@ -92,4 +122,11 @@ def in_processes(
         return_as="generator_unordered",
         backend=backend,
     )
-    yield from parallel(joblib.delayed(function)(each) for each in given)
+    packed = (joblib.delayed(_unpacked)(modules(each), cloudpickle.dumps((function, each))) for each in given)
+    yield from parallel(packed)
+
+
+def _unpacked(modules: tuple[str, ...], packed: bytes) -> Any:
+    load_modules(modules)
+    function, given = cloudpickle.loads(packed)
+    return function(given)

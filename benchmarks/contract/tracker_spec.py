@@ -1,0 +1,48 @@
+"""A tracker, or a reference with unfair knowledge, that may take part in a suite."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from scenarios.loop import Contestant
+from scenarios.scenario import Episode, Scenario
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackerSpec(ABC):
+    """What is known of a tracker before it runs; workers receive it.
+
+    Attributes:
+        name, role, summary, suites: see ``trackers.registry.TrackerEntry``; a suite is named in any case.
+        parameters: its settings.
+        module: where it is defined. edition: of its answers, see ``registry.TrackerEntry``.
+        reproducible: False if no seed reaches the method's own random numbers; it then runs several times.
+    """
+
+    name: str
+    role: str
+    summary: str
+    suites: tuple[str, ...]
+    parameters: Any
+    module: str
+    edition: int = 1
+    reproducible: bool = True
+
+    @abstractmethod
+    def create(
+        self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
+    ) -> Contestant:
+        """Return a fresh tracker that draws from ``rng``.
+
+        Args:
+            episode: before its first frame. scenario: its scenario; None for what is real.
+            many: whether the suite judges tracks of many targets.
+        """
+
+    def missing(self) -> str:
+        """Return what it needs that is not installed, and how to install it; "" if nothing."""
+        return ""

@@ -1,0 +1,187 @@
+"""Episodes before they are opened: what names them in rows, how they are opened and judged. Workers receive them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, Protocol
+
+from benchmarks.contract.judging import Judge
+from benchmarks.contract.rows import Row
+from benchmarks.contract.suite import Suite
+from benchmarks.contract.tracker_spec import TrackerSpec
+from benchmarks.run.editions import (
+    Editions,
+    controller_edition,
+    judge_edition,
+    package_versions,
+    preset_edition,
+    tracker_edition,
+)
+from scenarios import catalog
+from scenarios.command_link import CommandLink, episode_link, link_named
+from scenarios.scenario import Episode, RendererName, Scenario, preset_of
+from scenarios.truth import TruthExtent
+from trackers.controllers.catalogue import ControllerEntry, controller_entry
+from trackers.protocols import Controller
+
+
+@dataclass(frozen=True)
+class Steering:
+    """A controller that steers by the estimates of a tracker.
+
+    Attributes:
+        name: of the controller. carrier: name of what it steers.
+        link: how commands reach the carrier, see ``scenarios.command_link``; None = unchanged, and the controller has
+            its values as written.
+        values: parameter values in place of the tuned ones; with a link only.
+    """
+
+    name: str
+    carrier: str
+    link: str | None = None
+    values: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def entry(self) -> ControllerEntry:
+        """The registered controller. Raises ValueError for an unknown name."""
+        return controller_entry(self.name, self.carrier)
+
+    def create(self) -> Controller:
+        """Return a new controller for one episode."""
+        return self.entry.create_as_written() if self.link is None else self.entry.create(**self.values)
+
+
+class EpisodeSpec(Protocol):
+    """One episode before it is opened.
+
+    Attributes:
+        scenario: what its scenario is; None for what is real.
+        preset, renderer, seed: as they stand in rows.
+        steering: who steers the camera; None = the set path.
+    """
+
+    @property
+    def scenario(self) -> Scenario | None: ...
+
+    @property
+    def preset(self) -> str: ...
+
+    @property
+    def renderer(self) -> RendererName | Literal["real"]: ...
+
+    @property
+    def seed(self) -> int: ...
+
+    @property
+    def steering(self) -> Steering | None: ...
+
+    @property
+    def scenario_id(self) -> str:
+        """Column ``scenario`` of its rows."""
+        ...
+
+    @property
+    def edition(self) -> str:
+        """``scene`` of ``editions``; "" for what cannot be read."""
+        ...
+
+    @property
+    def columns(self) -> Row:
+        """Columns of its rows that others do not have."""
+        ...
+
+    @property
+    def sequence(self) -> str:
+        """Name of the real sequence; "" of others."""
+        ...
+
+    def open(self, truth: TruthExtent) -> Episode:
+        """Return the episode before its first frame. Raises UnreadableSequence if its first picture is broken."""
+        ...
+
+    def judge(self, suite: Suite, episode: Episode) -> Judge:
+        """Return a suite's judge of the opened episode."""
+        ...
+
+    def command_link(self, episode: Episode) -> CommandLink | None:
+        """Return what passes commands on to the carrier of the opened episode; None passes them on unchanged."""
+        ...
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """See ``EpisodeSpec``: an episode of a scenario, rendered.
+
+    Attributes:
+        configuration: of the episode, the scenario's preset or a change of it that is called ``preset``.
+    """
+
+    scenario: Scenario
+    preset: str
+    seed: int
+    configuration: Any
+    renderer: RendererName = "raster"
+    steering: Steering | None = None
+    sequence = ""
+
+    @property
+    def scenario_id(self) -> str:
+        """See ``EpisodeSpec``."""
+        return self.scenario.id
+
+    @property
+    def edition(self) -> str:
+        """See ``EpisodeSpec``."""
+        return preset_edition(self.scenario, self.configuration)
+
+    @property
+    def columns(self) -> Row:
+        """See ``EpisodeSpec``: none."""
+        return {}
+
+    def open(self, truth: TruthExtent) -> Episode:
+        """See ``EpisodeSpec``."""
+        steered = self.steering is not None
+        how = {"renderer": self.renderer, "closed_loop": steered, "truth": truth}
+        return self.scenario.episode(self.configuration, self.seed, **how)  # type: ignore[arg-type]
+
+    def judge(self, suite: Suite, episode: Episode) -> Judge:
+        """See ``EpisodeSpec``."""
+        return suite.judge(episode, self.scenario)
+
+    def command_link(self, episode: Episode) -> CommandLink | None:
+        """See ``EpisodeSpec``."""
+        if self.steering is None or self.steering.link is None:
+            return None
+        return episode_link(self.scenario.carrier, episode.rate_hz, link_named(self.steering.link), self.seed)
+
+
+def editions_of(suite: Suite, episode: EpisodeSpec, tracker: TrackerSpec) -> Editions:
+    """Return ``editions`` of the rows of a tracker in an episode."""
+    made = {
+        **package_versions(episode.renderer),
+        "scene": episode.edition,
+        "judge": judge_edition(suite),
+        "tracker": tracker_edition(tracker),
+    }
+    return made if episode.steering is None else made | controller_edition(episode.steering.entry)
+
+
+def simulated(
+    scenario: str,
+    preset: str,
+    seed: int,
+    *,
+    renderer: RendererName = "raster",
+    controller: str | None = None,
+    link: str | None = None,
+    changed: Mapping[str, Any] | None = None,
+) -> Simulated:
+    """Return an episode by names; with ``changed`` fields of the preset. Raises ValueError for unknown ones."""
+    found = catalog.scenario(scenario)
+    configuration = preset_of(found, preset)
+    if changed:
+        configuration = replace(configuration, **changed)
+    steering = None if controller is None else Steering(controller, found.carrier.name, link)
+    return Simulated(found, preset, seed, configuration, renderer, steering)
