@@ -21,6 +21,7 @@ GENERAL = tuple(f"trackers/controllers/{name}.py" for name in ("catalogue", "pol
 LISTS = {
     "scenarios/catalog.py": ("_ENTRIES", "SUCCESSORS"),
     "benchmarks/contract/suite.py": ("_MODULES",),
+    "benchmarks/show/showing.py": ("_PLACES",),
     "trackers/registry.py": ("_MODULES",),
     "trackers/controllers/catalogue.py": ("_MODULES",),
     "tools/publishing/published.py": ("TABLES", "_OF_INTRUDERS"),
@@ -38,7 +39,8 @@ def own_rooms() -> tuple[str, ...]:
     scenes = [entry.place.partition(":")[0] for entry in SCENES]
     modules = [*scenes, *SUITES.values(), *tracker_registry._MODULES, *catalogue._MODULES]
     paths = [Path(*module.split(".")) for module in modules]
-    return "benchmarks/papers/", *{f"{path.parent}/" if len(path.parts) > 2 else f"{path}.py" for path in paths}
+    shown = [f"benchmarks/show/{name.replace('-', '_')}/" for name in SUITES]
+    return "benchmarks/papers/", *shown, *{f"{path.parent}/" if len(path.parts) > 2 else f"{path}.py" for path in paths}
 
 
 @cache
@@ -55,7 +57,7 @@ def patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
     spelt |= {form.upper() for form in spelt}
     capital = "|".join(name.title().replace("-", "") for name in names)
     plain = "|".join(name for name in SUITES if "-" not in name)
-    anywhere = rf"(?<![A-Za-z])(?:{'|'.join(spelt)})(?![a-z])|(?:{capital})(?![a-z])|\bsuites\.(?:{plain})\b"
+    anywhere = rf"(?<![A-Za-z])(?:{'|'.join(spelt)})(?![a-z])|(?:{capital})(?![a-z])|\bjudges\.(?:{plain})\b"
     alone = rf"(?:^|/|\b(?:suite|bench|compare) )(?:{plain})(?:$|/| )"
     return re.compile(anywhere), re.compile(f"{anywhere}|{alone}")
 

@@ -17,7 +17,7 @@ from __future__ import annotations
 import copy
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import Any, ClassVar, Literal, Self
 
@@ -197,34 +197,31 @@ def collected(seeds: NDArray[np.int64], parts: Sequence[Parts], finish: Finish) 
     return PooledRatios(seeds, np.hstack(sums[0]), np.hstack(sums[1]), finish)
 
 
+@dataclass(frozen=True, eq=False)
 class Metric:
     """One metric of a suite, as it stands in ``summary.json``.
 
     Attributes:
         name: in the summary. summary: one line of definition. unit: ``fraction``, ``m``, ``px``, ``frames`` …
         better: better direction.
-        statistic: how rows become one number.
+        statistic: how rows become one number; by default the mean of the rows of the metric's name.
         ideal: the right value, of a metric that can be too low and too high, e.g. a coverage.
-        value: function of an episode whose values are the rows, of suites that take such functions; None: the judge
-            makes the rows.
+        value: function of an episode whose values are the rows, of suites that take such functions, NaN where it is
+            undefined; None: the judge makes the rows.
     """
 
-    def __init__(
-        self,
-        name: str,
-        summary: str,
-        unit: str,
-        better: Better,
-        statistic: Statistic | None = None,
-        *,
-        ideal: float | None = None,
-        value: Callable[..., float] | None = None,
-    ) -> None:
-        """Without a ``statistic`` it is the mean of the rows of its own name. ``value`` returns NaN where undefined."""
-        self.name, self.summary, self.unit, self.better = name, summary, unit, better
-        own = Quantity(name, 0.0, 1.0 if unit == "fraction" else inf)
-        self.statistic = Mean(own) if statistic is None else statistic
-        self.ideal, self.value = ideal, value
+    name: str
+    summary: str
+    unit: str
+    better: Better
+    statistic: Statistic = None  # type: ignore[assignment]
+    ideal: float | None = field(default=None, kw_only=True)
+    value: Callable[..., float] | None = field(default=None, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.statistic is None:
+            own = Quantity(self.name, 0.0, 1.0 if self.unit == "fraction" else inf)
+            object.__setattr__(self, "statistic", Mean(own))
 
     @property
     def definitions(self) -> tuple[Any, ...]:

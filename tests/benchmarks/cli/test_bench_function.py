@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -139,3 +140,12 @@ def test_a_tracker_of_a_cell_is_refused(tmp_path: Path, monkeypatch: pytest.Monk
     registry.register("of_a_cell", role="external", summary="", suites=("frame-out",))(mine)
     with pytest.raises(ValueError, match="trackers: expected ones that a module of their own registers"):
         bench(SUITE, out=tmp_path / "out", **{**TINY, "trackers": "of_a_cell"})
+
+
+def test_a_run_that_keeps_no_estimates_needs_no_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("pyarrow", "benchmarks.data.estimates.keeping", "benchmarks.data.estimates.block_file"):
+        monkeypatch.setitem(sys.modules, name, None)
+    one = {**TINY, "trackers": "fake_still"}
+    assert bench(SUITE, out=tmp_path / "none", **one).outcome.episodes
+    with pytest.raises(ValueError, match="packages: expected pyarrow to be installed"):
+        bench(SUITE, out=tmp_path / "kept", keep_estimates=True, **one)

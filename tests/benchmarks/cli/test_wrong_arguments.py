@@ -203,7 +203,7 @@ def test_a_fault_of_the_program_is_not_dressed_up_as_a_wrong_argument(monkeypatc
         (["list"], "list_all.console_of", False),
         (["render"], "render.render_episode", False),
         (["report", "/nix"], "report.write_summary", False),
-        (["bench"], "bench.recorded", True),
+        (["bench"], "bench.bench", True),
         (["paper", "A2"], "paper.repeat", True),
         (["train"], "train.make_folder", True),
         (["tune"], "tune.make_folder", True),

@@ -63,6 +63,7 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     file = root / "tools/publishing/test_split_runs.jsonl"
     file.parent.mkdir(parents=True)
     file.touch()
+    (root / "benchmarks").mkdir()
     (root / "benchmarks/module.py").touch()
     git(root, "init", "--quiet")
     commit_all(root, "first")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,14 +31,6 @@ def test_rows_do_not_depend_on_whether_estimates_are_kept(kept: Path, tmp_path: 
     assert not (tmp_path / "estimates").exists()
     one, other = ([row for row in rows_in(path) if row["metric"] not in TIMES] for path in (kept, tmp_path))
     assert one == other
-
-
-def test_one_that_keeps_none_needs_no_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("pyarrow", "benchmarks.data.estimates.keeping", "benchmarks.data.estimates.block_file"):
-        monkeypatch.setitem(sys.modules, name, None)
-    assert run(replace(STILL, keeper=None), tmp_path / "none").episodes == 2
-    with pytest.raises(ImportError):
-        run(STILL, tmp_path / "kept")
 
 
 def test_blocks_without_estimates_are_made_again(tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.contract.track_table import TrackTable
+from benchmarks.data.tracks.reading import read_tracks
 from benchmarks.data.tracks.writing import write_tracks
 from benchmarks.judges.fish.real import FishRecording, recordings
 from tests.benchmarks.judges.fish.gap_methods import swimming
@@ -19,7 +20,7 @@ def table_of(**changes: object) -> TrackTable:
 
 def test_a_sound_file_needs_no_words(tmp_path: Path) -> None:
     (path, _) = write_tracks(table_of(), tmp_path, "idtracker.ai")
-    assert recordings([path])[1:] == ([], [])
+    assert recordings(read_tracks([path]))[1:] == ([], [])
 
 
 def test_places_of_exactly_zero_are_not_tracked(tmp_path: Path) -> None:
@@ -27,14 +28,14 @@ def test_places_of_exactly_zero_are_not_tracked(tmp_path: Path) -> None:
     position[5:9, 0] = 0.0
     position[30, 1] = 0.0
     (path, _) = write_tracks(table_of(position=position), tmp_path, "idtracker.ai")
-    (recording,), notes, _ = recordings([path])
+    (recording,), notes, _ = recordings(read_tracks([path]))
     assert notes == ["trajectories: 5 places of exactly 0, 0 are taken as not tracked"]
     tracked = np.isfinite(recording._tracks.position_px[..., 0])
     assert [np.flatnonzero(~tracked[:, animal]).tolist() for animal in range(2)] == [[5, 6, 7, 8], [30]]
     # An animal that is nowhere else is there.
     position[:, 0] = 0.0
     (path, _) = write_tracks(table_of(position=position), tmp_path, "idtracker.ai")
-    assert np.isfinite(recordings([path])[0][0]._tracks.position_px[:, 0]).all()
+    assert np.isfinite(recordings(read_tracks([path]))[0][0]._tracks.position_px[:, 0]).all()
 
 
 def test_jumps_across_the_picture_are_told_in_one_line(tmp_path: Path) -> None:
@@ -42,7 +43,7 @@ def test_jumps_across_the_picture_are_told_in_one_line(tmp_path: Path) -> None:
     position[20:, 1] += 4000.0
     position[30, 0] += 1500.0
     (path, _) = write_tracks(table_of(position=position), tmp_path, "idtracker.ai")
-    (note,) = recordings([path])[1]
+    (note,) = recordings(read_tracks([path]))[1]
     assert note.startswith("trajectories: 3 jumps of more than 1,000 px in one frame, the longest 5,6")
     assert note.endswith(" px, of animal 2 to frame 20")
 

@@ -19,6 +19,7 @@ from benchmarks.run.outcome import Outcome
 from benchmarks.run.result_folder import append_block
 from benchmarks.show.page import write_report
 from benchmarks.show.palette import line_styles
+from benchmarks.show.showing import showing_of
 from benchmarks.statistics.summary import write_summary
 from tests.benchmarks.run.fake_steering import FAKE_CONTROLLERS, FAKE_FOLLOW
 from tests.benchmarks.run.test_experiment import without_times
@@ -214,7 +215,7 @@ def test_paired_differences_are_right_on_made_up_rows(tmp_path: Path) -> None:
 def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) -> None:
     page = write_report(outcome[1]).read_text()
     text = re.sub(r"<[^>]+>", " ", page)
-    assert f"<h1>{FOLLOW.heading}</h1>" in page
+    assert f"<h1>{showing_of(FOLLOW).heading}</h1>" in page
     for words in (
         "How long is the target seen?",
         "How soon is the target found again by fake_still?",
