@@ -12,9 +12,9 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
-from benchmarks.run.cores import cores
 from sphinx.application import Sphinx
 
+from benchmarks.run.workers import cores
 from benchmarks.show.envs_page import envs_page
 from benchmarks.show.reference import reference_page
 from tools.gallery.page import gallery_page

@@ -118,7 +118,7 @@ def bench(
     )
     if keep_estimates:
         needs_data()
-    how = {
+    how: dict[str, Any] = {
         "workers": cores(workers),
         "repeats": 1 if quick else 3,
         "limit_s": limit_s,
@@ -189,7 +189,7 @@ def _experiments(
     shown = asked.presets or ((wanted.quick_preset,) if quick else ())
     experiments = []
     for each in choices(wanted, replace(asked, presets=shown), variants=not quick):
-        names = {"controllers": each.controllers or None, "link": link, "renderer": renderer}
+        names: Any = {"controllers": each.controllers or None, "link": link, "renderer": renderer}
         made = experiment_on(wanted, each.scenario, each.presets, each.trackers, seeds, **names, **how)
         _check_usable(made.trackers)
         experiments.append(made if data is None else replace(made, episodes=_stored_episodes(data, made.episodes)))
@@ -304,7 +304,7 @@ def _title(experiment: Experiment) -> str:
     trackers = counted(len(experiment.trackers), "tracker")
     if first.scenario is None:
         return f"{wanted.name}, real {'sequences' if first.sequence else 'tracks'}, {trackers}"
+    if not wanted.judges_controllers:
+        return f"{wanted.name}, {trackers}"
     controllers = {each.steering.name for each in experiment.episodes if each.steering is not None}
-    return f"{wanted.name}, {trackers}" + (
-        f" × {counted(len(controllers), 'controller')}" if wanted.judges_controllers else ""
-    )
+    return f"{wanted.name}, {trackers} × {counted(len(controllers), 'controller')}"

@@ -15,6 +15,7 @@ from benchmarks.cli.arguments import SEEDS, check_unset, seed_range
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import Suite, suites
 from benchmarks.run.editions import preset_edition
+from benchmarks.run.selection import trackers_of
 from benchmarks.show.console import console_of
 from benchmarks.show.envs_page import envs_page
 from benchmarks.show.metric_definitions import MetricDefinition, metric_definitions
@@ -175,7 +176,7 @@ def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
     trackers = [
         (
             f"trackers of suite {name}{' beside those of its scenes' if suite.judges_controllers else ''}",
-            [(each.name, each.role, each.summary) for each in entrants(name).values()],
+            [(each.name, each.role, each.summary) for each in trackers_of(name).values()],
         )
         for name, suite in suites().items()
     ]
@@ -251,7 +252,7 @@ def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
     ]
     trackers = [
         {"name": each.name, "kind": each.role, "summary": each.summary, "suites": each.suites}
-        for each in entrants().values()
+        for each in trackers_of().values()
     ]
     papers = [{"name": each.name, "summary": each.about, "reference": each.reference()} for each in PAPERS.values()]
     envs = [

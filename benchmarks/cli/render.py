@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
@@ -13,8 +13,9 @@ from benchmarks.cli.arguments import COUNT, FILE, ONE_NAME
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import suites
 from benchmarks.run.jobs import Job
-from benchmarks.run.selection import check_renderer
+from benchmarks.run.selection import job_on, trackers_in
 from benchmarks.show.progress import progress_bar
+from benchmarks.show.showing import suite_shown, suite_watching
 from benchmarks.show.video.episode_video import render_episode
 from scenarios import catalog
 from sim.checks import check
@@ -76,18 +77,19 @@ class Render(WithModules):
             raise ValueError(f"controller: expected a name, whose commands take the link {self.link!r}; got none")
         trackers = () if self.tracker is None else (self.tracker,)
         if self.controller is None:
-            shown = suite_watching(scenario, self.tracker)
+            shown, link = suite_watching(scenario, self.tracker), None
         else:
             shown = suite_shown(scenario, preset, self.link)
-        link = None if self.controller is None else link_in(shown, self.link or "prompt")
-        episode = (shown, scenario, preset, check_renderer(self.renderer), self.seed)
-        return Job(*episode, self.controller, trackers, link=link, repeats=1)
+            link = (self.link or "prompt") if shown.judges_controllers else None
+        how: Any = {"controller": self.controller, "link": link, "renderer": self.renderer}
+        return job_on(shown, scenario, preset, self.seed, trackers, repeats=1, **how)
 
     def _say_if_not_scored(self, job: Job) -> None:
         """Print a note where the tracker was made for another scene: it is drawn, but no suite scores it here."""
-        known, about = entrants(), [each for each in suites().values() if each.is_about(job.scenario)]
-        scored = {name for each in about for name in entrants_of(each, each.scene(job.scenario))}
-        for name in job.trackers:
-            if about and name in known and name not in scored:
-                of = f"of suite {', '.join(known[name].suites)}"
-                print(f"note: {name} is {of}; `frameout bench` does not score it on {job.scenario}", file=sys.stderr)
+        scenario = job.episode.scenario_id
+        about = [each for each in suites().values() if each.is_about(scenario)]
+        scored = {name for each in about for name in trackers_in(each, each.scene(scenario))}
+        for name, tracker in job.trackers.items():
+            if about and name not in scored:
+                of = f"of suite {', '.join(tracker.suites)}"
+                print(f"note: {name} is {of}; `frameout bench` does not score it on {scenario}", file=sys.stderr)

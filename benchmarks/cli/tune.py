@@ -51,6 +51,7 @@ from benchmarks.learning.tracker_tuning import (
 )
 from benchmarks.run.failures import Failure
 from benchmarks.run.result_folder import make_folder
+from benchmarks.run.selection import tracker_named
 from benchmarks.run.workers import cores
 from benchmarks.show.progress import progress_bar
 from scenarios import catalog
@@ -187,7 +188,7 @@ class Tune(WithModules):
         for parameter, value in (("scenario", self.scenario), ("tracker", self.tracker)):
             check(parameter, bool(self.controllers) or not value, "none without --controllers", repr(value))
         tunables(name)
-        its_suite = suite(entrant(name).suites[0])
+        its_suite = suite(tracker_named(name).suites[0])
         scene = its_suite.scenes[0]
         presets, seeds, fresh = self._episodes(scene)
         checked = names(self.fresh_preset) or names(self.preset) or scene.tuned_on.fresh_presets or presets

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Final
+from typing import Final, Literal
 
 from benchmarks.contract.judging import Judge, Recording, UnreadableSequence
 from benchmarks.contract.printable import printable
@@ -39,7 +39,7 @@ class RealEpisode:
     recorded: tuple[str, ...]
     content: BoxedSequence | Recording
     scenario = None
-    renderer: Final = REAL
+    renderer: Final[Literal["real"]] = REAL
     scenario_id = REAL
     steering = None
 

@@ -16,9 +16,11 @@ from benchmarks.learning.search import Progress, announce_check, search
 from benchmarks.learning.tracker_tuning import LIMIT_S, Tuned, chosen, rows_of, score_of
 from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.run.editions import judge_edition, own_code, package_versions, tracker_edition
+from benchmarks.run.episodes import Steering, simulated
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_modules import load_modules
+from benchmarks.run.selection import tracker_named
 from benchmarks.run.workers import in_processes
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
@@ -88,7 +90,7 @@ def tune_controller(name: str, budget: ControllerBudget, progress: Progress, stu
         package_versions(),
         scene.id,
         judge_edition(controllers_suite()),
-        tracker_edition(entrant(budget.tracker)),
+        tracker_edition(tracker_named(budget.tracker)),
         (entry.edition, own_code(entry.controller.__module__)),
         scored,
     )
@@ -152,21 +154,12 @@ def _labelled_score(
 def _score_with_pictures(
     entry: ControllerEntry, values: dict[str, Any], budget: ControllerBudget, seeds: range, failures: list[Failure]
 ) -> float:
-    suite = controllers_suite().name
-    jobs = [
-        Job(
-            suite=suite,
-            scenario=budget.scenario,
-            preset=budget.preset,
-            renderer="raster",
-            seed=seed,
-            controller=entry.name,
-            controller_values=values,
-            trackers=(budget.tracker,),
-            link=link_in(suite),
-            modules=budget.modules,
-            limit_s=LIMIT_S,
-        )
-        for seed in seeds
-    ]
-    return score_of(rows_of(jobs, budget.workers, failures), suite)
+    judged = controllers_suite()
+    carrier = catalog.scenario(budget.scenario).carrier.name
+    trackers = {budget.tracker: tracker_named(budget.tracker)}
+    jobs = []
+    for seed in seeds:
+        episode = simulated(budget.scenario, budget.preset, seed)
+        steered = dataclasses.replace(episode, steering=Steering(entry.name, carrier, "prompt", values))
+        jobs.append(Job(judged, steered, trackers, budget.modules, limit_s=LIMIT_S))
+    return score_of(rows_of(jobs, budget.workers, failures), judged.name)

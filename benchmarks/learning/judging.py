@@ -10,7 +10,7 @@ from pathlib import Path
 from benchmarks.contract.suite import controllers_suite
 from benchmarks.learning.settings import Training
 from benchmarks.run.episode_time import seconds_of_episode
-from benchmarks.run.jobs import Job
+from benchmarks.run.selection import job_on
 from benchmarks.run.workers import cores
 
 SEEDS = range(9_996, 10_000)
@@ -54,14 +54,13 @@ class Judging:
         a new machine, and for the report, is not in it.
         """
         mine = self.training
-        steered = Job(
-            suite=controllers_suite().name,
-            scenario=mine.scenario,
-            preset=mine.preset_name,
-            renderer="raster",
-            seed=SEEDS.start,
+        steered = job_on(
+            controllers_suite(),
+            mine.scenario,
+            mine.preset_name,
+            SEEDS.start,
+            (mine.tracker_name,),
             controller=self.controller,
-            trackers=(mine.tracker_name,),
             link="prompt",
             modules=mine.modules,
         )

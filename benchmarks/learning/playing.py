@@ -7,7 +7,7 @@ import sys
 import time
 import warnings
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +16,13 @@ import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.judging import Ending, Judge, Score, ScoreSheet
-from benchmarks.contract.rows import HUMAN, LAST_METRIC
+from benchmarks.contract.judging import Ending, Judge, ScoreSheet
+from benchmarks.contract.rows import HUMAN
 from benchmarks.contract.suite import controllers_suite
-from benchmarks.run.episodes import editions_of
-from benchmarks.run.jobs import Job, heading_of, take_in
+from benchmarks.run.episodes import Steering, editions_of, simulated
+from benchmarks.run.jobs import Job, block_of, heading_of, take_in
 from benchmarks.run.result_folder import append_block
+from benchmarks.run.selection import tracker_named
 from benchmarks.show.video.instant import draw_steered
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
@@ -180,25 +181,16 @@ class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
     def _write(self, seed: int) -> None:
         episode, played = self._follow.episode, self._played
         settings = self._follow.settings
-        tracker = entrant(played.tracker)
-        job = Job(
-            suite=controllers_suite().name,
-            scenario=settings.scenario,
-            preset=played.preset,
-            renderer=settings.renderer,
-            seed=seed,
-            controller=HUMAN,
-            trackers=(played.tracker,),
-            link=played.link,
-            modules=played.modules,
-        )
-        seconds = round(time.perf_counter() - self._started, 3)
-        ending = {"seconds": seconds, "editions": editions_of(job.suite, job.scenario, job.preset, tracker)}
-        heading = heading_of(job, played.tracker, tracker.role, controller_role="external")
+        suite = controllers_suite()
+        watched = simulated(settings.scenario, played.preset, seed, renderer=settings.renderer)
+        made = editions_of(suite, watched, tracker := tracker_named(played.tracker))
+        steering = Steering(HUMAN, watched.scenario.carrier.name, played.link)
+        job = Job(suite, replace(watched, steering=steering), {played.tracker: tracker}, played.modules)
+        ending = {"seconds": round(time.perf_counter() - self._started, 3), "editions": made}
+        heading = heading_of(job, played.tracker, controller_role="external")
         assert self._sheet is not None
-        scores = [*self._sheet.scores(Ending()), Score(LAST_METRIC, float(episode.frame.truth.frame + 1))]
-        event_key = controllers_suite().events.key
-        append_block(played.out, [{**heading, **as_row(0, score, event_key), **ending} for score in scores])
+        scores = [(0, score) for score in self._sheet.scores(Ending())]
+        append_block(played.out, block_of(suite, heading, scores, episode.frame.truth.frame + 1, ending))
         self.finished += 1
 
 

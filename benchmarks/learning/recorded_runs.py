@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.suite import controllers_suite
-from benchmarks.run.episodes import editions_of
+from benchmarks.run.editions import controller_edition
+from benchmarks.run.episodes import editions_of, simulated
+from benchmarks.run.selection import tracker_named
 from scenarios import catalog
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.watched_episode import watched_episode
@@ -127,9 +129,9 @@ def _file_name(settings: FollowSettings, controller: str) -> str:
     """Return a run's name: the controller, and a digest of all settings and editions."""
     carrier = catalog.scenario(settings.scenario).carrier
     steering = controller_entry(controller.removeprefix(DISTURBED), carrier.name)
-    tracker = entrant(str(settings.tracker))
-    judged = (controllers_suite().name, settings.scenario, settings.preset_name)
-    made = editions_of(*judged, tracker, steering)
+    tracker = tracker_named(str(settings.tracker))
+    episode = simulated(settings.scenario, settings.preset_name, 0)
+    made = editions_of(controllers_suite(), episode, tracker) | controller_edition(steering)
     digest = hashlib.sha256(f"{settings!r}/{made!r}".encode()).hexdigest()[:10]
     return f"{controller.replace(':', '-')}-{digest}"
 

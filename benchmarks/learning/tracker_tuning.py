@@ -21,6 +21,7 @@ from benchmarks.learning.search import Found, Progress, announce_check, search
 from benchmarks.run.editions import judge_edition, package_versions, tracker_edition
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
+from benchmarks.run.selection import experiment_on, tracker_named
 from benchmarks.run.workers import results
 from benchmarks.statistics.summary import grouped
 from scenarios import catalog
@@ -136,7 +137,7 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
             _scenario(budget).id,
             judge_edition(suite(budget.suite)),
             # A search sets the parameters.
-            tracker_edition(dataclasses.replace(entrant(name), parameters=None)),
+            tracker_edition(dataclasses.replace(tracker_named(name), parameters=None)),
             suite(budget.suite).tuned_for,
         ),
     )
@@ -198,23 +199,14 @@ def _scores(
 ) -> dict[str, float]:
     """Return the score of every labelled setting; add to ``failures``."""
     scenario = _scenario(budget)
+    judged = suite(budget.suite)
+    trackers = {label: tracker_named(name, **values) for label, values in settings.items()}
     jobs = [
-        Job(
-            suite=budget.suite,
-            scenario=scenario.id,
-            preset=preset,
-            renderer="raster",
-            seed=seed,
-            controller=suite(budget.suite).controller if scenario.presets[preset].closed_loop else None,
-            trackers=labels,
-            link=link_in(budget.suite),
-            modules=budget.modules,
-            limit_s=LIMIT_S,
-            settings={label: (name, settings[label]) for label in labels},
-        )
+        job
         for preset in budget.presets
-        for seed in budget.seeds
-        for labels in _groups(scenario.presets[preset].closed_loop, tuple(settings))
+        for job in experiment_on(
+            judged, scenario.id, (preset,), trackers, budget.seeds, modules=budget.modules, limit_s=LIMIT_S
+        ).jobs()
     ]
     groups = grouped(rows_of(jobs, budget.workers, failures))
     return {
@@ -233,15 +225,15 @@ def rows_of(jobs: Sequence[Job], workers: int, failures: list[Failure]) -> list[
         ValueError: for a tracker that cannot begin, since it has no rows.
     """
     with tempfile.TemporaryDirectory() as notes:
-        noted = [dataclasses.replace(job, notes=Path(notes)) for job in jobs]
-        made = {result.job.name: result for result in results(noted, workers, "loky")}
+        noted = [dataclasses.replace(job, out=Path(notes)) for job in jobs]
+        made = {job.name: result for job, result in results(noted, workers, "loky")}
     failures += (failure for job in noted for failure in made[job.name].failures)
     for job in noted:
         scored = {block[0]["tracker"] for block in made[job.name].blocks}
         for failure in made[job.name].failures:
-            name, _ = job.settings.get(failure.tracker, (failure.tracker, {}))
-            begins = failure.tracker in (*scored, job.controller)
-            check("tracker", begins, "one that can begin", f"{name}: {failure.reason}")
+            begins = failure.tracker in scored or failure.tracker not in job.trackers
+            failed = job.trackers[failure.tracker].name if failure.tracker in job.trackers else failure.tracker
+            check("tracker", begins, "one that can begin", f"{failed}: {failure.reason}")
     return [row for job in noted for block in made[job.name].blocks for row in block]
 
 
@@ -256,8 +248,3 @@ def failures_in_words(failures: Sequence[Failure]) -> str:
 
 def _scenario(budget: Budget) -> Scenario:
     return catalog.scenario(suite(budget.suite).scenes[0].scenario)
-
-
-def _groups(closed_loop: bool, labels: tuple[str, ...]) -> list[tuple[str, ...]]:
-    """Return the labels that share an episode: all on a set path, each alone in closed loop."""
-    return [(label,) for label in labels] if closed_loop else [labels]

@@ -12,9 +12,9 @@ import joblib
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.judging import Score, truth_as
+from benchmarks.contract.judging import truth_as
 from benchmarks.contract.metric import Metric
-from benchmarks.contract.rows import BlockKey, Row
+from benchmarks.contract.rows import BlockKey, Row, rounded
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.run.editions import Editions, package_versions, preset_edition
 from benchmarks.run.experiment import Progress
@@ -59,7 +59,7 @@ class CameraExperiment(PaperExperiment):
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
         """See ``PaperExperiment``."""
         make_folder(out)
-        have, moved = up_to_date(out, seeds, self.made_now(renderer))
+        have, moved = up_to_date(out, self.made_now(renderer), seeds)
         missing = [seed for seed in seeds if self._key(seed, renderer) not in have]
         parallel = joblib.Parallel(n_jobs=max(workers, 1), return_as="generator_unordered")
         progress(len(seeds) - len(missing), len(seeds))
@@ -86,8 +86,18 @@ class CameraExperiment(PaperExperiment):
             "seed": seed,
         }
         ending = {"seconds": None, "editions": self._editions(renderer)}
-        scores = (Score(name, value) for name, value in self.measure(seed, renderer).items())
-        return [{**heading, **as_row(0, score, "frame_out"), **ending} for score in scores]
+        return [
+            {
+                **heading,
+                "repeat": 0,
+                "metric": name,
+                "value": rounded(value),
+                "weight": 1.0,
+                "frame_out": None,
+                **ending,
+            }
+            for name, value in self.measure(seed, renderer).items()
+        ]
 
     def _editions(self, renderer: str) -> Editions:
         scene = preset_edition(self.scenario, self.preset)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from benchmarks.judges.fish.gap_protocol import PAST_FRAMES, BridgedGap, Gap, Tracks, bridge_gaps, turn_rad
 from benchmarks.judges.fish.gap_scores import GAP_FRAMES, GapTask
 from benchmarks.judges.fish.judge import FishJudge
-from benchmarks.run.jobs import Job
+from benchmarks.run.episodes import simulated
 from benchmarks.show.video import marks
 from scenarios import catalog
 from scenarios.loop import Loop, tracker_stream
@@ -72,7 +72,7 @@ class Tank:
 
 def measured_tank(scenario: str, preset: str, seed: int, renderer: RendererName) -> Tank:
     """Return an episode as the suite's judge measures it."""
-    with closing(episode_of(Job("fish", scenario, preset, renderer, seed, None, ()), "all")) as episode:
+    with closing(simulated(scenario, preset, seed, renderer=renderer).open("all")) as episode:
         judge = FishJudge(episode, catalog.scenario(scenario))
         for frame in Loop(episode).frames():
             judge.see(frame, None)

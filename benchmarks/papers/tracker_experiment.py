@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import Row, read_rows
@@ -14,12 +16,14 @@ from benchmarks.papers.experiment import PaperExperiment, Plots
 from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity
 from benchmarks.run.experiment import Experiment, Progress
 from benchmarks.run.experiment import run as run_experiment
-from benchmarks.run.jobs import Job, opened
+from benchmarks.run.jobs import opened
 from benchmarks.run.result_folder import MadeNow
+from benchmarks.run.selection import experiment_on, job_on, tracker_named
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import showing_of
 from benchmarks.show.video.contact_sheet import contact_sheet
 from benchmarks.statistics.summary import grouped
+from scenarios import catalog
 from scenarios.scenario import RendererName
 
 _SCALE = 3.0
@@ -82,24 +86,30 @@ class TrackerExperiment(PaperExperiment):
 
     def made_now(self, renderer: RendererName) -> MadeNow:
         """See ``PaperExperiment``."""
-        return made_now_of(self.runs(self.seeds, renderer, workers=0))
+        return self.runs(self.seeds, renderer, workers=0).made_now
 
     def varied_runs(self, own: Experiment) -> tuple[Experiment, ...]:
         """Return what ``robustness`` adds: all varied settings on the same pictures, and other pictures."""
         made = self.robustness
         if made is None:
             return ()
-        few = replace(own, presets=(self.preset,), seeds=own.seeds[: made.episodes])
-        settings = {
-            alias(name, words): (name, dict(values))
+        seeds = sorted({each.seed for each in own.episodes})[: made.episodes]
+        varied = {
+            alias(name, words): tracker_named(name, **values)
             for words, values in made.settings.items()
             for name in made.trackers
         }
-        changes = {alias(self.preset, words): (self.preset, dict(fields)) for words, fields in made.rates.items()}
-        return (
-            replace(few, trackers=tuple(settings), settings=settings),
-            replace(few, trackers=made.trackers, presets=tuple(changes), changes=changes),
+        usual = catalog.scenario(self.scenario).presets[self.preset]
+        changed = {alias(self.preset, words): replace(usual, **fields) for words, fields in made.rates.items()}
+        few = partial(
+            experiment_on,
+            self.suite,
+            self.scenario,
+            seeds=range(seeds[0], seeds[-1] + 1),
+            renderer=own.episodes[0].renderer,
+            workers=own.workers,
         )
+        return few((self.preset,), varied), few(changed, made.trackers)
 
     def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Sensitivity | None:
         """See ``PaperExperiment``."""
@@ -113,14 +123,8 @@ class TrackerExperiment(PaperExperiment):
 
     def runs(self, seeds: range, renderer: RendererName, workers: int) -> Experiment:
         """Return what is run."""
-        return Experiment(
-            suite=self.suite,
-            scenario=self.scenario,
-            presets=self.presets,
-            trackers=self.contestants,
-            seeds=seeds,
-            renderer=renderer,
-            workers=workers,
+        return experiment_on(
+            self.suite, self.scenario, self.presets, self.contestants, seeds, renderer=renderer, workers=workers
         )
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:
@@ -136,8 +140,8 @@ class TrackerExperiment(PaperExperiment):
         """Run one episode with each method; show the observed frame inside the larger view."""
         rows = {}
         for tracker in self.trackers:
-            episode = (self.suite, self.scenario, self.preset, renderer, seed, self.controller)
-            with opened(Job(*episode, (tracker,), link=link_in(self.suite), repeats=1)) as live:
+            how: Any = {"controller": self.controller, "renderer": renderer, "repeats": 1}
+            with opened(job_on(self.suite, self.scenario, self.preset, seed, (tracker,), **how)) as live:
                 count = min(max(self.frames) + 1, live.loop.episode.frame_count)
                 rows[tracker] = list(replay(live, scale=_SCALE, wanted=self.frames, frame_count=count))
         caption = (

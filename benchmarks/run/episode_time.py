@@ -7,9 +7,7 @@ import time
 import cv2
 import numba
 
-from benchmarks.contract.suite import suite
 from benchmarks.run.jobs import Job, opened, take_in
-from scenarios import catalog
 
 _UNTIMED_FRAMES = 5
 _TIMED_FRAMES = 15
@@ -26,20 +24,20 @@ def seconds_of_episode(job: Job) -> float:
     """
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
-    if job.trackers not in _LOADED:
+    if tuple(job.trackers) not in _LOADED:
         _timed(job, 1, 2)
-        _LOADED.add(job.trackers)
+        _LOADED.add(tuple(job.trackers))
     before_s, frame_s, frame_count = _timed(job, _UNTIMED_FRAMES, _TIMED_FRAMES)
     return before_s + frame_s * frame_count
 
 
 def _timed(job: Job, untimed: int, timed: int) -> tuple[float, float, int]:
     """Return the seconds until frame 0 is through, the mean of a timed frame, and the number of all frames."""
-    judging = suite(job.suite)
+    judging = job.suite
     started = time.process_time()
     with opened(job, judging.truth) as live:
-        judge = judging.judge(live.loop.episode, catalog.scenario(job.scenario))
-        sheets = [judge.sheet() for _ in live.watchers]
+        judge = job.episode.judge(judging, live.loop.episode)
+        sheets = [judge.sheet() for _ in live.runs]
         moments = [started]
         for _ in live.frames(min(1 + untimed + timed, live.loop.episode.frame_count)):
             take_in(live.loop, judge, sheets)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, Protocol
 
@@ -15,7 +15,7 @@ from benchmarks.run.editions import (
     controller_edition,
     judge_edition,
     package_versions,
-    preset_edition,
+    scene_edition,
     tracker_edition,
 )
 from scenarios import catalog
@@ -133,7 +133,7 @@ class Simulated:
     @property
     def edition(self) -> str:
         """See ``EpisodeSpec``."""
-        return preset_edition(self.scenario, self.configuration)
+        return scene_edition(self.scenario, self.configuration)
 
     @property
     def columns(self) -> Row:
@@ -155,6 +155,23 @@ class Simulated:
         if self.steering is None or self.steering.link is None:
             return None
         return episode_link(self.scenario.carrier, episode.rate_hz, link_named(self.steering.link), self.seed)
+
+
+class Grid(Sequence[Simulated]):
+    """Episodes of several kinds, seed by seed; none is made before it is asked for."""
+
+    def __init__(self, kinds: Sequence[Simulated], seeds: range) -> None:
+        """``kinds``: episodes, of any seed."""
+        self._kinds, self._seeds = kinds, seeds
+
+    def __len__(self) -> int:
+        return len(self._kinds) * len(self._seeds)
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return [self[k] for k in range(*index.indices(len(self)))]
+        row, column = divmod(range(len(self))[index], len(self._kinds))
+        return replace(self._kinds[column], seed=self._seeds[row])
 
 
 def editions_of(suite: Suite, episode: EpisodeSpec, tracker: TrackerSpec) -> Editions:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import contextlib
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
 from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, Row
 from benchmarks.contract.suite import Suite
+from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.editions import Editions
 from benchmarks.run.episodes import EpisodeSpec, editions_of
@@ -54,15 +56,21 @@ class Experiment:
         good = isinstance(self.limit_s, int | float) and self.limit_s > 0
         check("limit_s", good, "a number of seconds > 0", repr(self.limit_s))
 
+    @property
+    def block_count(self) -> int:
+        """Number of blocks of rows; all of a recording's count as one."""
+        return len(self.episodes) * len(self.trackers)
+
     @cached_property
-    def blocks(self) -> dict[BlockKey, tuple[EpisodeSpec, str]]:
-        """Key of each block of rows that is made → its episode, and the name of its tracker."""
-        return {key_of(self.suite, each, name): (each, name) for each in self.episodes for name in self.trackers}
+    def _episodes_by_key(self) -> dict[BlockKey, EpisodeSpec]:
+        return {key_of(self.suite, each, ""): each for each in self.episodes}
 
     def made_now(self, key: BlockKey) -> Editions | None:
         """Return the present ``editions`` of a block; None for the blocks of others."""
-        found = self.blocks.get(key)
-        return None if found is None else editions_of(self.suite, found[0], self.trackers[found[1]])
+        episode = self._episodes_by_key.get(replace(key, tracker=""))
+        if episode is None or key.tracker not in self.trackers:
+            return None
+        return editions_of(self.suite, episode, self.trackers[key.tracker])
 
     def jobs(self, out: Path | None = None, have: set[BlockKey] | frozenset[BlockKey] = frozenset()) -> Iterator[Job]:
         """Yield a job for each episode on a set path, and for each tracker in each episode in closed loop, without what
@@ -116,12 +124,14 @@ def run(experiment: Experiment, out: Path, progress: Progress = lambda done, of:
 def _run(experiment: Experiment, out: Path, progress: Progress) -> Outcome:
     have, moved = _kept(experiment, out)
     outcome = Outcome(resumed=len(have), moved=moved)
-    failures = {key: each for key, each in read_failures(out).items() if key in have or key not in experiment.blocks}
+    failures = {
+        key: each for key, each in read_failures(out).items() if key in have or experiment.made_now(key) is None
+    }
     write_failures(out, failures)
     outcome.failures += (earlier(each) for key in sorted(have & failures.keys()) for each in failures[key])
     # The command that repeats the run names it.
     limited: Row = {} if experiment.limit_s == Experiment.limit_s else {"limit_s": experiment.limit_s}
-    progress(len(have), len(experiment.blocks))
+    progress(len(have), experiment.block_count)
     # Workers of an earlier run may have been started in another folder.
     jobs = experiment.jobs(out.resolve(), have)
     for job, result in results(jobs, experiment.workers, experiment.backend):
@@ -138,7 +148,7 @@ def _run(experiment: Experiment, out: Path, progress: Progress) -> Outcome:
         outcome.silent += result.silent
         outcome.oddities += result.oddities
         outcome.unusable += [result.unusable] if result.unusable not in ("", *outcome.unusable) else []
-        progress(len(have) + outcome.episodes, len(experiment.blocks))
+        progress(len(have) + outcome.episodes, experiment.block_count)
     with contextlib.suppress(OSError):
         (out / ".running").rmdir()
     if not (out / FILE_NAME).is_file():
@@ -155,6 +165,8 @@ def _kept(experiment: Experiment, out: Path) -> tuple[set[BlockKey], list[str]]:
     So are rows of other trackers on what is real and has changed or is gone: they would be compared with rows on what
     it is now.
     """
+    if not (out / FILE_NAME).is_file():
+        return set(), []
     real = {(each.preset, each.seed): each for each in experiment.episodes if each.scenario is None}
     presets = {preset for preset, _ in real}
 
@@ -164,6 +176,9 @@ def _kept(experiment: Experiment, out: Path) -> tuple[set[BlockKey], list[str]]:
         episode = real.get((key.preset, key.seed))
         return episode is None or row.get("editions", {}).get("scene") != episode.edition
 
+    if count := sum(bool(each.sequence) for each in real.values()):
+        # All of their pictures are read, which takes minutes for large sets.
+        print(f"note: comparing {counted(count, 'sequence')} with their rows …", file=sys.stderr, flush=True)
     seeds = None if real else {each.seed for each in experiment.episodes}
     have, moved = up_to_date(out, experiment.made_now, seeds, has_changed)
     if experiment.keeper is not None:

@@ -109,7 +109,13 @@ class GuardedTracker(Guard):
     """
 
     def __init__(
-        self, create: Callable[[], Contestant], limit_s: float, *, many: bool, needs_depth: bool = False, **how: Any
+        self,
+        create: Callable[[], Contestant],
+        limit_s: float,
+        *,
+        many: bool = False,
+        needs_depth: bool = False,
+        **how: Any,
     ) -> None:
         """``create`` makes it. ``needs_depth``: see ``AnswerWatch``. ``how``: see ``Guard``."""
         super().__init__(limit_s, **how)
@@ -119,13 +125,12 @@ class GuardedTracker(Guard):
         self.taken: list[Taken] = []
         self._frames, self.revision = 0, Taken(0.0, 0.0)
         self.silent_frames, self.watch = 0, AnswerWatch(needs_depth)
-        self.decides_at, self.gap_method = 0.0, None
+        self.decides_at = 0.0
+        self.gap_method: GapMethod | None = None
         self._tracker: Contestant | None = self.call(0, "construction", lambda watch: create(), None)
         if isinstance(tracker := self._tracker, ManyContestant) and many:
             self.decides_at = self.call(0, "threshold", lambda watch: _threshold(tracker), 0.0)
-            self.gap_method: GapMethod | None = self.call(
-                0, "gap method", lambda watch: copy.deepcopy(tracker.gap_method()), None
-            )
+            self.gap_method = self.call(0, "gap method", lambda watch: copy.deepcopy(tracker.gap_method()), None)
         self._follows = not many
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
@@ -241,7 +246,8 @@ class GuardedGapMethod:
             bridge = bridged()
             return None if bridge is None else check_bridge(bridge, count)
 
-        return self._call("gap", checked, Bridge(np.full((count, 2), np.nan)))
+        silent: Bridge | None = Bridge(np.full((count, 2), np.nan))
+        return self._call("gap", checked, silent)
 
     def _call(self, answer: str, function: Callable[[], _Made], otherwise: _Made) -> _Made:
         return self._guard.call(self._frame, answer, lambda watch: function(), otherwise)

@@ -8,18 +8,17 @@ from typing import Protocol
 
 from benchmarks.contract.judging import Judge
 from benchmarks.contract.rows import BlockKey, Row
+from benchmarks.run.guards import GuardedTracker
 
 
 class KeepingJudge(Judge, Protocol):
     """A judge that keeps what it passes on to another one."""
 
-    def write(
-        self, folder: Path, blocks: Sequence[list[Row]], watchers: Sequence[tuple[str, GuardedContestant]]
-    ) -> None:
+    def write(self, folder: Path, blocks: Sequence[list[Row]], trackers: Sequence[tuple[str, GuardedTracker]]) -> None:
         """Write a file for each of the judged ``blocks``, after their scores.
 
         Args:
-            watchers: tracker and its guard, in the order of the sheets.
+            trackers: tracker and its guard, in the order of the sheets.
         """
         ...
 

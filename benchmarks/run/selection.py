@@ -13,7 +13,7 @@ from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import DEFAULT, Scene, Suite, suite, suites
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
-from benchmarks.run.episodes import Simulated, Steering, simulated
+from benchmarks.run.episodes import Grid, Simulated, Steering, simulated
 from benchmarks.run.experiment import Experiment
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_inputs import own
@@ -167,14 +167,12 @@ def experiment_on(
     chosen = trackers if isinstance(trackers, Mapping) else _trackers_named(judged, scene, trackers, how)
     drawn = check_renderer(renderer)
     check("seeds", 0 <= seeds.start < seeds.stop, "A:B with 0 <= A < B", f"{seeds.start}:{seeds.stop}")
-    steering = {name: _steering(judged, scene, preset, controllers, link) for name, preset in presets.items()}
-    episodes = [
-        Simulated(scene, name, seed, presets[name], drawn, each)
-        for seed in seeds
-        for name, by in steering.items()
-        for each in by
+    kinds = [
+        Simulated(scene, name, seeds.start, preset, drawn, steering)
+        for name, preset in presets.items()
+        for steering in _steering(judged, scene, preset, controllers, link)
     ]
-    return Experiment(judged, episodes, chosen, **how)
+    return Experiment(judged, Grid(kinds, seeds), chosen, **how)
 
 
 def job_on(

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from typing import Any, TypeVar
 
+import cloudpickle
 import joblib
 import numpy as np
-from joblib.externals import cloudpickle
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from benchmarks.run.jobs import Job, JobResult, run_job
@@ -36,7 +36,9 @@ def cores(workers: int | None) -> int:
 
 
 def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[tuple[Job, JobResult]]:
-    """Yield jobs with their results as they arrive; a job whose worker died is run again without the tracker that ended it.
+    """Yield jobs with their results as they arrive.
+
+    A job whose worker died is run again without the tracker that ended it.
 
     Args:
         jobs: consumed one by one. workers: processes; 0 = this process.

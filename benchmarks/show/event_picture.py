@@ -43,7 +43,7 @@ def keep_event_picture(
     if made_from(directory, name) == key:
         return
     remove_picture(directory, name)
-    if found is not None and all(is_of_present_editions(tracker, trackers[tracker]) for tracker in shown):
+    if found is not None and all(is_of_present_editions(trackers[tracker][0]) for tracker in shown):
         seed, event = found
         sheet, title, caption = draw(_jobs([trackers[tracker][0] for tracker in shown], seed), event)
         write_picture(directory, name, sheet, condition, title, f"Seed {seed}: {caption}", key)
@@ -51,9 +51,9 @@ def keep_event_picture(
 
 def _jobs(rows: Sequence[Row], seed: int) -> list[Job]:
     """Return the jobs that repeat the runs of rows: on a set path one, as all trackers see the same pictures."""
-    jobs = [replace(job_of(row, seed), limit_s=row.get("limit_s", Job.limit_s)) for row in rows]
-    if any(job.controller is not None for job in jobs):
+    jobs = [job_of(row, seed) for row in rows]
+    if any(job.episode.steering is not None for job in jobs):
         return jobs
     modules = tuple(dict.fromkeys(name for job in jobs for name in job.modules))
-    trackers = tuple(name for job in jobs for name in job.trackers)
+    trackers = {name: spec for job in jobs for name, spec in job.trackers.items()}
     return [replace(jobs[0], trackers=trackers, modules=modules, limit_s=min(job.limit_s for job in jobs))]

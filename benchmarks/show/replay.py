@@ -7,9 +7,8 @@ from collections.abc import Container, Iterator, Sequence
 from benchmarks.contract.rows import Row
 from benchmarks.run.episodes import editions_of
 from benchmarks.run.jobs import OpenJob
+from benchmarks.run.selection import job_of
 from benchmarks.show.video.instant import Instant
-from scenarios import catalog
-from trackers.controllers import catalogue
 from trackers.types import Answer
 
 
@@ -30,20 +29,16 @@ def replay_all(live: OpenJob, *, scale: float, wanted: Container[int], frame_cou
     for frame in live.frames(frame_count):
         if frame.truth.frame in wanted:
             view = frame.observation.image_rgb if scale == 1 else live.loop.episode.larger_view(scale)
-            targets, decides_at = live.targets(frame.truth), [each.guard.decides_at for each in live.watchers]
+            targets, decides_at = live.targets(frame.truth), [each.guard.decides_at for each in live.runs]
             answers: Sequence[Answer | None] = live.loop.answers or [None]
             answered = zip(answers, decides_at or [0.0], strict=True)
             yield [Instant(frame, targets, answer, view, from_on) for answer, from_on in answered]
 
 
-def is_of_present_editions(tracker: str, rows: Sequence[Row]) -> bool:
-    """Return whether a tracker's rows are of the present editions, the controller's included."""
-    made, steered_by = rows[0], rows[0]["controller"]
-    carrier = catalog.scenario(made["scenario"]).carrier.name
+def is_of_present_editions(row: Row) -> bool:
+    """Return whether a row is of the present editions, the controller's included."""
     try:
-        controller = None if steered_by is None else catalogue.controller_entry(steered_by, carrier)
-        where = (made["suite"], made["scenario"], made["preset"])
-        now = editions_of(*where, entrant(tracker), controller, renderer=made["renderer"])
-        return now == made.get("editions")
+        job = job_of(row, row["seed"])
+        return editions_of(job.suite, job.episode, job.trackers[row["tracker"]]) == row.get("editions")
     except ValueError:
         return False

@@ -16,8 +16,10 @@ from benchmarks.show.facts import Facts
 from benchmarks.show.palette import LineStyle
 from benchmarks.show.plots import Plot
 from benchmarks.show.video.drawing import Drawing, InLargerView
+from scenarios import catalog
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode
+from trackers import registry
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,3 +74,26 @@ def drawing_of(scenario: str, episode: Episode) -> Drawing:
     of_suites = (showing_of(each).drawings.get(unversioned(scenario)) for each in suites().values())
     make = next((drawing for drawing in of_suites if drawing is not None), None)
     return InLargerView() if make is None else make(episode)
+
+
+def suite_shown(scenario: str, preset: str, link: str | None) -> Suite:
+    """Return the suite whose kind of steering is shown if users name none: one that judges controllers.
+
+    A preset in closed loop belongs to suites of trackers and is steered as there, unless a link is asked for.
+    """
+    configuration = catalog.scenario(scenario).presets.get(preset)
+    as_written = link is None and configuration is not None and configuration.closed_loop
+    steered = (each for each in suites().values() if not each.follows_many)
+    return next(each for each in steered if each.judges_controllers != as_written)
+
+
+def suite_watching(scenario: str, tracker: str | None) -> Suite:
+    """Return the suite whose targets are shown without a controller: one of the scenario that fits the tracker.
+
+    A tracker of many targets is shown with all of its tracks, if a suite asks for them.
+    """
+    known = None if tracker is None else registry.entries().get(tracker)
+    many = tracker is None or (known is not None and known.follows_many)
+    own = [each for each in suites().values() if each.is_about(scenario) and not each.judges_controllers]
+    fitting = [each for each in own if each.follows_many and many] or [each for each in own if not each.follows_many]
+    return fitting[0] if fitting else suite_shown(scenario, "", None)

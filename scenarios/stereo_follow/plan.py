@@ -14,7 +14,7 @@ from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.light_plan import LightPlan, draw_light_plan
 from scenarios.stereo_follow.presets import StereoFollow
 from scenarios.stereo_follow.wardrobe import draw_looks
-from sim.meshes.person_look import PersonLook
+from sim.meshes.person import PersonLook
 from sim.motion.gait import phase_rate_radps
 from sim.rng import generator
 

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from sim.meshes.person_look import PersonLook
+from sim.meshes.person import PersonLook
+from sim.meshes.person_clothes import RGB
 
 _TOPS_RGB: tuple[RGB, ...] = (
     (70, 92, 128),

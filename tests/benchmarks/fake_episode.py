@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.run.guards import GuardedController
 from benchmarks.run.jobs import Job, OpenJob
+from benchmarks.run.selection import job_on
 from scenarios.loop import FromPictures, Loop
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Episode, Frame
@@ -18,7 +19,7 @@ from trackers.types import CameraCommand, CameraModel, Estimate, Observation, St
 
 WIDTH, HEIGHT = 160, 120
 CAMERA = CameraModel(WIDTH, HEIGHT, 150.0)
-JOB = Job("frame-out", "road-town-v2", "quick", "raster", 0, None, ())
+JOB = job_on("frame-out", "road-town-v2", "quick", 0)
 
 
 def draw_ground(width: int, height: int, box: NDArray[np.float64]) -> NDArray[np.uint8]:

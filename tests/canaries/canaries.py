@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from functools import cache, partial
+from itertools import groupby
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -28,9 +29,10 @@ from unittest import mock
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.judging import Ending, Judge
+from benchmarks.contract.judging import Ending, Judge, Score
 from benchmarks.contract.suite import Suite, suite
 from benchmarks.contract.track_table import TrackTable
+from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.data.sets.data_set import stored_episode
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.judges.fish.real import FishRecording
@@ -38,6 +40,7 @@ from benchmarks.papers import b1, b2
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture
 from benchmarks.run.arithmetic import draws_like_published
 from benchmarks.run.editions import controller_edition, judge_edition, preset_edition, tracker_edition
+from benchmarks.run.selection import trackers_of
 from scenarios import catalog
 from scenarios.catalog import unversioned
 from scenarios.command_link import LINKS, episode_link
@@ -140,14 +143,14 @@ def _scenes() -> Iterator[Canary]:
 
 
 def _trackers() -> Iterator[Canary]:
-    for name, entrant in entrants().items():
-        if entrant.available() and entrant.reproducible and WATCHED.keys() & set(entrant.suites):
+    for name, tracker in trackers_of().items():
+        if not tracker.missing() and tracker.reproducible and WATCHED.keys() & set(tracker.suites):
             yield Canary(
                 f"tracker {name}",
-                tracker_edition(entrant),
-                f"edition= where {name} is registered, {entrant.module}",
-                lambda entrant=entrant: digest_of_tracker(entrant),
-                entrant.parameters,
+                tracker_edition(tracker),
+                f"edition= where {name} is registered, {tracker.module}",
+                lambda tracker=tracker: digest_of_tracker(tracker),
+                tracker.parameters,
             )
 
 
@@ -244,24 +247,24 @@ def _course(episode: Stage) -> Iterator[Any]:
         yield episode.world.poses, episode._T_world_camera
 
 
-def digest_of_tracker(entrant: Entrant) -> str:
+def digest_of_tracker(tracker: TrackerSpec) -> str:
     """Return the digest of a contestant's answers on what its suite has to watch.
 
     Raises:
         ValueError: if it never answers, so that its digest tells nothing.
     """
-    judging = suite(next(name for name in WATCHED if name in entrant.suites))
+    judging = suite(next(name for name in WATCHED if name in tracker.suites))
     stored = WATCHED[judging.name]
     episode = _Again(stored)
-    rng = tracker_stream(EPISODES[stored], entrant.name)
-    contestant = entrant.create(episode, catalog.scenario(stored), rng, judging.follows_many)
+    rng = tracker_stream(EPISODES[stored], tracker.name)
+    contestant = tracker.create(episode, catalog.scenario(stored), rng, many=judging.follows_many)
     if stored == "harbour":
         answers = list(_in_the_drawn_harbour(contestant))
     else:
         loop = Loop(episode, [contestant])
         answers = [loop.answers[0] for _ in loop.frames(count=WATCHED_FRAMES[stored])]
     bridges = isinstance(contestant, ManyContestant) and contestant.gap_method() is not None
-    check("tracker", bridges or any(map(_says_something, answers)), "one that answers", repr(entrant.name))
+    check("tracker", bridges or any(map(_says_something, answers)), "one that answers", repr(tracker.name))
     return digest([answers, *_hindsight(contestant)])
 
 
@@ -317,7 +320,13 @@ def digest_on_recordings(judging: Suite) -> str:
     """Return the digest of the rows of a written method on the places of the stored fish."""
     places_px = np.stack([frame.truth.position_px for frame in frames_of("fish-tank")])
     table = TrackTable("stored", places_px, tuple(map(str, range(places_px.shape[1]))), 30.0)
-    return digest(FishRecording(table).scores(Ending(new_gap_method=_LastPlace)))
+    scores = FishRecording(table).scores(Ending(new_gap_method=_LastPlace))
+    blocks = groupby(scores, key=lambda score: score.block)
+    return digest((block.index, [_without_block(score) for score in mine]) for block, mine in blocks if block)
+
+
+def _without_block(score: Score) -> dict[str, Any]:
+    return {name: getattr(score, name) for name in ("metric", "value", "weight", "event")}
 
 
 def _sent(stored: str) -> Iterator[CameraCommand]:

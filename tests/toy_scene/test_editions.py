@@ -13,12 +13,13 @@ import pytest
 ROOT = Path(__file__).parents[2]
 _EDITIONS_OF_CHANGED_FILES = """
 from pathlib import Path
-from benchmarks.run.editions import editions_of
-from benchmarks.run.contestants import entrant
+from benchmarks.contract.suite import suite
+from benchmarks.run.episodes import editions_of, simulated
 from benchmarks.run.own_modules import load_modules
+from benchmarks.run.selection import tracker_named
 
 def tell():
-    print(editions_of("toy-many", "toy-yard", "quick", entrant("warm_bodies")))
+    print(editions_of(suite("toy-many"), simulated("toy-yard", "quick", 0), tracker_named("warm_bodies")))
 
 load_modules(["tests.toy_scene.register"])
 tell()

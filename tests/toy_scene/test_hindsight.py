@@ -14,6 +14,7 @@ import pytest
 from benchmarks.contract.judging import Ending
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.blindfold import ManyBlindfolded
+from benchmarks.run.guards import GuardedTracker
 from scenarios.loop import Contestant, FromPictures, Loop, ManyContestant, ManyFromPictures
 from tests.benchmarks.fake_episode import FakeTracker
 from tests.toy_scene.scenario import TOY_YARD, YardEpisode
@@ -64,8 +65,8 @@ class Bridges(Follows):
         return None
 
 
-def ended(episode: YardEpisode, contestant: Contestant, limit_s: float = 60.0) -> tuple[GuardedContestant, Ending]:
-    guard = guarded(lambda: contestant, limit_s, many=isinstance(contestant, ManyContestant))
+def ended(episode: YardEpisode, contestant: Contestant, limit_s: float = 60.0) -> tuple[GuardedTracker, Ending]:
+    guard = GuardedTracker(lambda: contestant, limit_s, many=isinstance(contestant, ManyContestant))
     assert len(list(Loop(episode, [guard]).frames())) == 20
     return guard, guard.ending()
 
@@ -81,7 +82,7 @@ def test_revised_answers_are_asked_for_once_all_pictures_were_seen(episode: Yard
 def test_one_that_does_not_revise_leaves_nothing(episode: YardEpisode) -> None:
     _, ending = ended(episode, ManyFromPictures(Follows()))
     assert ending == Ending()
-    assert guarded(lambda: FromPictures(FakeTracker()), 60.0).ending() == Ending()
+    assert GuardedTracker(lambda: FromPictures(FakeTracker()), 60.0).ending() == Ending()
 
 
 def late(seen: int) -> list[list[Track]]:
@@ -158,7 +159,7 @@ def test_a_note_is_written_before_a_tracker_is_asked_for_anything(episode: YardE
             noted.append("threshold")
             return 0.5
 
-    guard = guarded(
+    guard = GuardedTracker(
         lambda: ManyFromPictures(Asked()), 60.0, many=True, note=lambda frame: noted.append(f"frame {frame}")
     )
     guard.initialise(Loop(episode).step(), episode.start)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.jobs import take_in
 from benchmarks.show.video.instant import Instant, draw_instant
 from scenarios.loop import Loop, ManyFromPictures
@@ -37,9 +38,9 @@ class Says:
         return self._answers(self._frame)
 
 
-def lived(episode: YardEpisode, answers: Any) -> tuple[GuardedMany, list[Any], dict[str, Any]]:
+def lived(episode: YardEpisode, answers: Any) -> tuple[GuardedTracker, list[Any], dict[str, Any]]:
     """Return the guard, the answers and the scores of a tracker that says what it is told to."""
-    guard = GuardedMany(lambda: ManyFromPictures(Says(answers)), 60.0)
+    guard = GuardedTracker(lambda: ManyFromPictures(Says(answers)), 60.0, many=True)
     judge = ManyJudge(episode, TOY_YARD)
     loop, sheet, said = Loop(episode, [guard]), judge.sheet(), []
     for _ in loop.frames():

@@ -19,8 +19,10 @@ from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
 from benchmarks.contract.suite import Scene, add_scene, suite
 from benchmarks.judges.tracker_speed import TIMES
-from benchmarks.run.jobs import Job, opened
+from benchmarks.run.jobs import opened
+from benchmarks.run.selection import job_on
 from benchmarks.show.replay import replay
+from benchmarks.show.showing import suite_watching
 from scenarios import catalog
 from scenarios.loop import Loop
 from scenarios.truth import check_truth
@@ -249,7 +251,7 @@ def test_what_is_shown_without_a_controller_fits_the_tracker() -> None:
 
 
 def test_replayed_instants_hold_every_track_and_target() -> None:
-    job = Job("toy-many", "toy-yard", "quick", "raster", 1, None, ("warm_bodies",))
+    job = job_on("toy-many", "toy-yard", "quick", 1, ("warm_bodies",))
     with opened(job) as live:
         instants = list(replay(live, scale=1.0, wanted=range(5), frame_count=5))
     assert [len(each.targets) for each in instants] == [2] * 5

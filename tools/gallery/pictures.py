@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.run.editions import preset_edition
-from benchmarks.run.jobs import Job, opened
+from benchmarks.run.jobs import opened
+from benchmarks.run.selection import job_on
 from benchmarks.run.workers import in_processes
 from benchmarks.show.replay import replay
-from benchmarks.show.showing import drawing_of
+from benchmarks.show.showing import drawing_of, suite_watching
 from scenarios import catalog
 from trackers.atomic_file import write_atomic
 
@@ -61,8 +62,7 @@ def shown_presets() -> Iterator[ShownPreset]:
 
 def picture_of(shown: ShownPreset) -> NDArray[np.uint8]:
     """Return a preset's picture (H, ``WIDTH_PX``, 3): an early frame with its truth, without a tracker."""
-    suite = suite_watching(shown.scenario, None)
-    job = Job(suite, shown.scenario, shown.preset, "raster", shown.seed, controller=None, trackers=())
+    job = job_on(suite_watching(shown.scenario, None), shown.scenario, shown.preset, shown.seed)
     with opened(job) as live:
         drawing = drawing_of(shown.scenario, live.loop.episode)
         last = min(_FRAME, live.loop.episode.frame_count - 1)

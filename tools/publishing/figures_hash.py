@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from benchmarks.contract.rows import BlockKey, Row
 from benchmarks.judges.tracker_speed import TIMES
+from benchmarks.run.selection import trackers_of
 
 _NOT_FIGURES = ("seconds", "editions")
 Blocks = Mapping[BlockKey, Sequence[Row]]
@@ -36,7 +37,7 @@ def differing(first: Blocks, second: Blocks, left_out: Collection[str]) -> list[
 
 def unrepeatable(keys: Iterable[BlockKey]) -> frozenset[str]:
     """Return the trackers of blocks whose own random numbers no seed reaches."""
-    known = entrants()
+    known = trackers_of()
     return frozenset(key.tracker for key in keys if key.tracker in known and not known[key.tracker].reproducible)
 
 

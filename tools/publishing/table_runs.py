@@ -20,9 +20,10 @@ from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import findings
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.run.episode_time import seconds_of_episode
+from benchmarks.run.episodes import Simulated
 from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.result_folder import MadeNow, tidy
-from benchmarks.run.selection import Asked
+from benchmarks.run.selection import Asked, Choice, choices, experiment_on, tracker_named
 from benchmarks.statistics.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
 from scenarios.scenario import RendererName
 from sim.checks import check
@@ -76,7 +77,7 @@ class TableRun(ABC):
 
     def missing(self) -> dict[str, str]:
         """Return those of ``trackers`` that need what is not installed; each with how to install it."""
-        return {name: missing for name in self.trackers if (missing := entrant(name).missing())}
+        return {name: missing for name in self.trackers if (missing := tracker_named(name).missing())}
 
     def check_installed(self) -> None:
         """Raise ValueError if one of ``trackers`` needs what is not installed."""
@@ -124,55 +125,55 @@ class BenchRun(TableRun):
     """Runs a suite."""
 
     @cached_property
-    def experiment(self) -> Experiment:
-        """What is run, the same on every machine. Raises ValueError for unknown names."""
+    def _choice(self) -> Choice:
         table = self.table
         asked = Asked(
             scenarios=(table.scenario,), presets=(table.preset,), trackers=table.trackers, controllers=table.controllers
         )
-        found = parties(suite(table.suite), asked, variants=False, absent=True)
+        found = choices(suite(table.suite), asked, variants=False, absent=True)
         known = bool(found) and found[0].scenario == table.scenario
         check("scenario", known, f"one of suite {table.suite} with its version", repr(table.scenario))
-        experiment = Experiment(
-            suite=table.suite,
-            scenario=table.scenario,
-            presets=(table.preset,),
-            trackers=found[0].trackers,
-            controllers=found[0].controllers or None,
-            seeds=table.seeds,
-        )
-        check_names(experiment)
-        return experiment
+        return found[0]
+
+    @cached_property
+    def experiment(self) -> Experiment:
+        """What is run, the same on every machine. Raises ValueError for unknown names."""
+        return self._experiment(self.table.seeds)
+
+    def _experiment(self, seeds: range) -> Experiment:
+        chosen = self._choice
+        named = (self.table.suite, chosen.scenario, chosen.presets, chosen.trackers, seeds)
+        return experiment_on(*named, controllers=chosen.controllers or None)
 
     @property
     def trackers(self) -> tuple[str, ...]:
         """See ``TableRun``."""
-        return self.experiment.trackers
+        return tuple(self.experiment.trackers)
 
     @property
     def command(self) -> str:
         """See ``TableRun``."""
-        made = self.experiment
+        chosen = self._choice
+        _ = self.experiment  # Unknown names are refused.
         options = Bench(
-            suites=(made.suite,),
-            scenario=(made.scenario,),
-            preset=made.presets,
-            trackers=made.trackers,
-            controllers=made.controllers or (),
-            seeds=_words(made.seeds),
-            renderer=made.renderer,
+            suites=(self.table.suite,),
+            scenario=(chosen.scenario,),
+            preset=chosen.presets,
+            trackers=chosen.trackers,
+            controllers=chosen.controllers,
+            seeds=_words(self.table.seeds),
         )
         return command_of("bench", options, "suites")
 
     @cached_property
     def made_now(self) -> MadeNow:
         """See ``TableRun``."""
-        return made_now_of(self.experiment)
+        return self.experiment.made_now
 
     @property
     def blocks_of_seed(self) -> int:
         """See ``TableRun``."""
-        return len(self.trackers) * max(len(self.experiment.controllers or ()), 1)
+        return len(self.trackers) * max(len(self._choice.controllers), 1)
 
     def _make(self, out: Path, workers: int, progress: Progress) -> None:
         run(replace(self.experiment, workers=workers), out, progress)
@@ -219,7 +220,7 @@ class PaperRun(TableRun):
         if not isinstance(made, TrackerExperiment):
             return 0
         varied = made.varied_runs(made.runs(self.table.seeds, _RENDERER, workers=0))
-        return sum(len(each.presets) * len(each.trackers) * len(each.seeds) for each in varied)
+        return sum(each.block_count for each in varied)
 
     def _make(self, out: Path, workers: int, progress: Progress) -> None:
         self.experiment.run(out, self.table.seeds, _RENDERER, workers, progress)
@@ -229,8 +230,8 @@ class PaperRun(TableRun):
         made, renderer = self.experiment, _RENDERER
         if isinstance(made, TrackerExperiment):
             own = made.runs(self.table.seeds, renderer, workers=0)
-            varied = sum(len(each.seeds) * _seconds_of(each, report) for each in made.varied_runs(own))
-            return _seconds_of(own, report) + varied / len(own.seeds)
+            varied = sum(_seed_count(each) * _seconds_of(each, report) for each in made.varied_runs(own))
+            return _seconds_of(own, report) + varied / _seed_count(own)
         assert isinstance(made, CameraExperiment)
         started = time.process_time()
         made.block(_TRIAL_SEEDS.start, renderer)
@@ -311,8 +312,16 @@ def run_of(table: PublishedTable) -> TableRun:
     return PaperRun(table) if table.kind == "paper" else SpeedRun(table)
 
 
+def _seed_count(experiment: Experiment) -> int:
+    return len({each.seed for each in experiment.episodes})
+
+
 def _seconds_of(experiment: Experiment, report: Progress) -> float:
-    jobs, seconds = jobs_of(replace(experiment, seeds=_TRIAL_SEEDS)), 0.0
+    """Return the seconds of one seed, measured on a development seed."""
+    first = experiment.episodes[0].seed
+    of_one = [each for each in experiment.episodes if each.seed == first and isinstance(each, Simulated)]
+    trial = [replace(each, seed=seed) for seed in _TRIAL_SEEDS for each in of_one]
+    jobs, seconds = list(replace(experiment, episodes=trial).jobs()), 0.0
     for done, job in enumerate(jobs):
         report(done, len(jobs))
         seconds += seconds_of_episode(job)

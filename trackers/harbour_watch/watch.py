@@ -9,7 +9,7 @@ from trackers.harbour_watch.classes import BIRD, CAR
 from trackers.harbour_watch.mark import Mark
 from trackers.harbour_watch.parked import Parked, shows_background_behind, with_rim
 from trackers.harbour_watch.sightings import Sighting, place_regions
-from trackers.harbour_watch.site_model import SiteModel
+from trackers.harbour_watch.site_model import Picture, SiteModel
 from trackers.harbour_watch.tracks import Rates, Tracks
 from trackers.site.view import SiteView
 from trackers.types import Estimate, Track

@@ -27,6 +27,7 @@ from benchmarks.data.estimates.columns import (
     rows_of_bridge,
 )
 from benchmarks.judges.tracker_speed import MS_PER_FRAME
+from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.jobs import CONTROLLER_FAILED_AT
 from benchmarks.run.time_limit import Taken
 from scenarios.scenario import Frame
@@ -54,18 +55,16 @@ class KeepingJudge:
         self._sheets.append(_KeepingSheet(self._judge.sheet()))
         return self._sheets[-1]
 
-    def write(
-        self, folder: Path, blocks: Sequence[list[Row]], watchers: Sequence[tuple[str, GuardedContestant]]
-    ) -> None:
+    def write(self, folder: Path, blocks: Sequence[list[Row]], trackers: Sequence[tuple[str, GuardedTracker]]) -> None:
         """Write a file for each of the judged ``blocks``, after their scores.
 
         Args:
-            watchers: tracker and its guard, in the order of the sheets.
+            trackers: tracker and its guard, in the order of the sheets.
         """
         for block in blocks:
             runs = [
                 (sheet, guard)
-                for sheet, (name, guard) in zip(self._sheets, watchers, strict=True)
+                for sheet, (name, guard) in zip(self._sheets, trackers, strict=True)
                 if name == block[0]["tracker"]
             ]
             unnaming = (*_OF_SCORES, suite(block[0]["suite"]).events.key)
@@ -122,7 +121,7 @@ class _KeepingSheet:
         asked = None if new is None else lambda: _KeepingGapMethod(new(), self._gaps)
         return self.sheet.scores(replace(ending, new_gap_method=asked))
 
-    def run(self, guard: GuardedContestant) -> Run:
+    def run(self, guard: GuardedTracker) -> Run:
         """Return how it went."""
         ending = self._ending
         return Run(
@@ -134,7 +133,7 @@ class _KeepingSheet:
             ending.new_gap_method is not None,
         )
 
-    def rows(self, commands: Sequence[Values], timed: GuardedContestant | None) -> Iterator[Values]:
+    def rows(self, commands: Sequence[Values], timed: GuardedTracker | None) -> Iterator[Values]:
         """Yield all that it said, with the times of ``timed``."""
         # No time is taken of the first frame.
         times = {} if timed is None else dict(enumerate(timed.taken, start=1))

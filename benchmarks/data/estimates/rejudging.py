@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import cv2
 import joblib
@@ -138,7 +139,7 @@ def _judged(paths: Sequence[Path], data: str | None, modules: tuple[str, ...]) -
     blocks = [read_block(path) for path in paths]
     key, frame_count = blocks[0].facts.key, blocks[0].facts.frame_count
     judging = suite(key.suite)
-    how = {"renderer": check_renderer(key.renderer), "controller": key.controller or None}
+    how: Any = {"renderer": check_renderer(key.renderer), "controller": key.controller or None}
     spec: EpisodeSpec = simulated(key.scenario, key.preset, key.seed, **how)
     if data is not None:
         (spec,) = stored_specs(data, [spec])

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.run.episodes import Simulated
 from benchmarks.run.experiment import Progress
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job, opened
@@ -18,7 +19,6 @@ from benchmarks.show.video.caption import Caption
 from benchmarks.show.video.drawing import Drawing
 from benchmarks.show.video.instant import Instant
 from benchmarks.show.video.mp4 import Mp4Writer
-from scenarios import catalog
 from sim.checks import check
 
 MOST_PIXELS = 4096 * 4096
@@ -47,9 +47,10 @@ def render_episode(
         ValueError: names the parameter, what was expected and what came.
     """
     check("scale", scale >= 1, "a number >= 1", scale)
-    shown = catalog.scenario(job.scenario).presets.get(job.preset)
-    # An unknown preset is refused where the episode is built.
-    pixels = 0 if shown is None else scale**2 * shown.width_px * shown.height_px
+    spec = job.episode
+    assert isinstance(spec, Simulated)
+    shown = spec.configuration
+    pixels = scale**2 * shown.width_px * shown.height_px
     check("scale", pixels <= MOST_PIXELS, f"a larger view of at most {MOST_PIXELS:,} pixels", f"{pixels:,.0f}")
     check("frames", frames is None or frames >= 1, "a whole number >= 1", frames)
     check("out", out.suffix == ".mp4" and not os.path.isdir(out), "a file that ends in .mp4", repr(str(out)))
@@ -57,9 +58,10 @@ def render_episode(
     with opened(job) as live:
         episode = live.loop.episode
         count = episode.frame_count if frames is None else min(frames, episode.frame_count)
-        steered = filter(None, (job.controller, job.link and f"{job.link} link"))
-        title = " · ".join([job.scenario, job.preset, f"seed {job.seed}", *job.trackers, *steered])
-        drawing = drawing_of(job.scenario, episode)
+        by = spec.steering
+        steered = [] if by is None else [by.name, *([f"{by.link} link"] if by.link else [])]
+        title = " · ".join([spec.scenario_id, spec.preset, f"seed {spec.seed}", *job.trackers, *steered])
+        drawing = drawing_of(spec.scenario_id, episode)
         shown_scale = scale if drawing.uses_larger_view else 1.0
         instants = replay(live, scale=shown_scale, wanted=range(count), frame_count=count)
         instants = _counted(instants, count, progress)

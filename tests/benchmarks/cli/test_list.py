@@ -12,6 +12,7 @@ import pytest
 from benchmarks.cli import list_all
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import suites
+from benchmarks.run.selection import trackers_of
 from scenarios import catalog
 from scenarios.road_town.survey import FRAME_OUTS, Held
 from tests import fakes_scenario
@@ -90,7 +91,7 @@ def test_names_are_whole_in_a_narrow_terminal(
     assert max(map(len, lines)) <= 80
     words = set(" ".join(lines).split())
     named = {preset for name in catalog.names() for preset in catalog.scenario(name).presets}
-    named |= {*entrants(), *catalog.envs(), *suites(), *controllers("helicopter"), *controllers("robot")}
+    named |= {*trackers_of(), *catalog.envs(), *suites(), *controllers("helicopter"), *controllers("robot")}
     assert named <= words
     assert not [line for line in lines if "…" in line]
 

@@ -22,6 +22,7 @@ from benchmarks.cli.tune import Tune
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.rows import read_rows
 from benchmarks.learning.tracker_tuning import Budget, Tuned
+from benchmarks.run.selection import tracker_named
 from trackers import registry
 
 ROOT = Path(__file__).parents[3]
@@ -100,9 +101,9 @@ def test_another_content_of_the_file_is_another_edition_of_the_tracker(own: str)
     from benchmarks.run.episodes import editions_of
 
     assert main(["list", "--json", "--modules", own]) == 0
-    made = editions_of("frame-out", "fake-town-v1", "tiny", entrant("waits"))["tracker"]
+    made = editions_of("frame-out", "fake-town-v1", "tiny", tracker_named("waits"))["tracker"]
     Path(own).write_text(TRACKER + "\n\nCHANGED = True\n")
-    assert editions_of("frame-out", "fake-town-v1", "tiny", entrant("waits"))["tracker"] != made
+    assert editions_of("frame-out", "fake-town-v1", "tiny", tracker_named("waits"))["tracker"] != made
 
 
 def test_an_own_tracker_is_tuned_in_processes_that_know_it_and_the_file_says_how(

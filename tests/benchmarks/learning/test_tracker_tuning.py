@@ -26,7 +26,7 @@ from benchmarks.learning.tracker_tuning import (
     write_tuned,
 )
 from benchmarks.run.failures import Failure
-from benchmarks.run.jobs import Job
+from benchmarks.run.selection import job_on
 from tests import fakes_scenario, fakes_trackers
 from trackers.controllers.catalogue import controller_entry
 from trackers.registry import entry, register, tunable, tuned_file
@@ -246,7 +246,7 @@ def test_a_search_goes_on_unless_what_it_depends_on_has_changed(tmp_path: Path) 
 def test_a_tracker_that_ends_its_process_scores_as_one_without_answers() -> None:
     town, modules = fakes_scenario.FAKE_TOWN.id, ("tests.fakes_scenario",)
     trackers = ("fake_kills", "fake_silent")
-    jobs = [Job("frame-out", town, "tiny", "raster", seed, None, trackers, modules=modules) for seed in (1, 0)]
+    jobs = [job_on("frame-out", town, "tiny", seed, trackers, modules=modules) for seed in (1, 0)]
     failures: list[Failure] = []
     rows = [row for row in rows_of(jobs, 2, failures) if row["metric"] == "offscreen_error_m"]
     values = {name: [(row["seed"], row["value"]) for row in rows if row["tracker"] == name] for name in trackers}

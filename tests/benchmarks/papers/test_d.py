@@ -13,9 +13,9 @@ import pytest
 from benchmarks.contract.rows import read_rows
 from benchmarks.papers.d import EXPERIMENT
 from benchmarks.papers.repeat import findings
-from benchmarks.run.experiment import run
 from benchmarks.statistics import froc
 from scenarios import catalog
+from tests.benchmarks.named import run_named as run
 from trackers import registry
 
 WRITTEN, OURS = EXPERIMENT.trackers

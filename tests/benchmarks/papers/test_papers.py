@@ -23,6 +23,7 @@ from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import findings, repeat
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.run.result_folder import append_block
+from benchmarks.run.selection import trackers_of
 from scenarios import catalog
 from scenarios.road_town.presets import RoadTown
 from trackers import registry
@@ -49,9 +50,9 @@ def test_an_experiment_names_what_exists(experiment: TrackerExperiment) -> None:
     assert experiment.controller is None or experiment.controller in controllers("helicopter")
     assert max(experiment.frames, default=0) < preset.frame_count
     for tracker in experiment.trackers:
-        assert entrants()[tracker].role == "as-written"
+        assert trackers_of()[tracker].role == "as-written"
     judged = suite(experiment.suite)
-    assert set(experiment.beside) <= set(entrants(judged.tracked_by(judged.scene(experiment.scenario))))
+    assert set(experiment.beside) <= set(trackers_of(judged.tracked_by(judged.scene(experiment.scenario))))
     for claim in experiment.claims:
         assert claim.tracker in experiment.trackers
         metric = suite(experiment.suite).metric(claim.metric)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,7 @@ from benchmarks.papers.claims import Claim
 from benchmarks.papers.repeat import repeat
 from benchmarks.papers.robustness import FOLDER, Robustness, alias, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
+from benchmarks.run.selection import tracker_named
 from scenarios import catalog
 from tests import fakes_scenario
 from trackers import registry
@@ -149,14 +150,13 @@ def test_what_is_varied_exists_and_changes_what_was_fitted(experiment: TrackerEx
     own = experiment.runs(range(9), "raster", 0)
     settings, rates = experiment.varied_runs(own)
     for each in (settings, rates):
-        check_names(each)
-        assert each.seeds == range(made.episodes)
-    as_written = {entrant(name).parameters for name in made.trackers}
-    varied = {entrant(*settings.settings[name]).parameters for name in settings.trackers}
+        assert {episode.seed for episode in each.episodes} == set(range(made.episodes))
+    as_written = {tracker_named(name).parameters for name in made.trackers}
+    varied = {each.parameters for each in settings.trackers.values()}
     assert len(varied) == len(settings.trackers) / (len(made.trackers) if len(as_written) == 1 else 1)
     assert not varied & as_written
     preset = catalog.scenario(experiment.scenario).presets[experiment.preset]
-    presets = [replace(preset, **changed) for _, changed in rates.changes.values()]
+    presets = list({episode.preset: episode.configuration for episode in rates.episodes}.values())
     assert preset not in presets
     assert len(set(map(repr, presets))) == len(made.rates)
 

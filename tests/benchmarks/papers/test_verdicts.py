@@ -15,7 +15,7 @@ from benchmarks.judges.fish.gap_scores import GAP_FRAMES
 from benchmarks.papers import a2, a3, c
 from benchmarks.papers.swim_figures import measured_tank
 from benchmarks.papers.tracker_experiment import TrackerExperiment
-from benchmarks.run.experiment import run
+from tests.benchmarks.named import run_named as run
 
 
 def kept(experiment: TrackerExperiment, seeds: range, out: Path) -> dict[tuple[str, str], tuple[int, int]]:

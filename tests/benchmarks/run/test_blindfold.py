@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.blindfold import Blindfolded
+from benchmarks.run.selection import trackers_of
 from scenarios.scenario import Frame
 from tests.fakes_scenario import FAKE_TOWN
 from tests.fakes_trackers import NoParameters
@@ -21,7 +23,7 @@ EPISODE = FAKE_TOWN.episode("tiny", 0)
 FRAMES = [EPISODE.step() for _ in range(EPISODE.frame_count)]
 MANY = [entry.name for entry in registry.entries().values() if entry.follows_many]
 """Those of many targets are called on no frame at all, see tests/toy_scene/test_hindsight.py."""
-BLIND = [entrant for entrant in entrants().values() if entrant.role == "blind" and entrant.name not in MANY]
+BLIND = [entrant for entrant in trackers_of().values() if entrant.role == "blind" and entrant.name not in MANY]
 CARRYING = [entrant for entrant in BLIND if entrant.name in ("blind_carried", "blind_straight", "blind_turning")]
 
 
@@ -43,7 +45,7 @@ class Spy:
         return Estimate(np.zeros(2))
 
 
-def answers(entrant: Entrant, frames: list[Frame]) -> NDArray[np.float64]:
+def answers(entrant: TrackerSpec, frames: list[Frame]) -> NDArray[np.float64]:
     """Return the positions (F - 1, 2) that a fresh contestant answers."""
     contestant = entrant.create(EPISODE, FAKE_TOWN, np.random.default_rng(0))
     contestant.initialise(frames[0], EPISODE.start)
@@ -98,20 +100,20 @@ def test_no_picture_and_no_reading_of_the_light_reach_it() -> None:
 
 
 @pytest.mark.parametrize("entrant", BLIND, ids=lambda entrant: entrant.name)
-def test_noise_in_the_picture_changes_no_answer(entrant: Entrant) -> None:
+def test_noise_in_the_picture_changes_no_answer(entrant: TrackerSpec) -> None:
     rng = np.random.default_rng(2)
     assert np.array_equal(answers(entrant, [with_noise(frame, rng) for frame in FRAMES]), answers(entrant, FRAMES))
 
 
 @pytest.mark.parametrize("entrant", BLIND, ids=lambda entrant: entrant.name)
-def test_no_truth_reaches_it_between_exits(entrant: Entrant) -> None:
+def test_no_truth_reaches_it_between_exits(entrant: TrackerSpec) -> None:
     rng = np.random.default_rng(3)
     frames = [frame if is_told(frame) else scrambled(frame, rng) for frame in FRAMES]
     assert np.array_equal(answers(entrant, frames), answers(entrant, FRAMES))
 
 
 @pytest.mark.parametrize("entrant", CARRYING, ids=lambda entrant: entrant.name)
-def test_the_state_at_the_exit_reaches_it(entrant: Entrant) -> None:
+def test_the_state_at_the_exit_reaches_it(entrant: TrackerSpec) -> None:
     said = answers(entrant, FRAMES)
     for frame in FRAMES[1:]:
         if is_told(frame):

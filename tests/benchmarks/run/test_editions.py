@@ -2,16 +2,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from benchmarks.contract.suite import register_suite, suite, suites
+from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run import imports
-from benchmarks.run.editions import digest_of, judge_edition, own_code
-from benchmarks.run.episodes import editions_of
+from benchmarks.run.editions import Editions, digest_of, judge_edition, own_code
+from benchmarks.run.episodes import editions_of, simulated
+from benchmarks.run.selection import tracker_named
 from scenarios import catalog
+from trackers.controllers import catalogue
 from trackers.controllers.catalogue import controller_entry
 
 ROW = ("frame-out", "road-town-v2", "quick")
@@ -27,51 +31,55 @@ def gain(value):
 '''
 
 
+def made_of(tracker: TrackerSpec, *, judging: str = ROW[0], **how: Any) -> Editions:
+    return editions_of(suite(judging), simulated(*ROW[1:], 0, **how), tracker)
+
+
 def differing(first: dict[str, str], second: dict[str, str]) -> set[str]:
     """Return the parts of which two rows are of other editions."""
     return {name for name in first.keys() | second.keys() if first.get(name) != second.get(name)}
 
 
 def test_a_row_names_scene_judge_tracker_and_packages() -> None:
-    made = editions_of(*ROW, entrant("colour_pf"))
+    made = made_of(tracker_named("colour_pf"))
     assert set(made) == {"numpy", "numba", "opencv", "scene", "judge", "tracker"}
     assert made["scene"].startswith("road-town-v2 ")
     assert made["judge"] == f"frame-out {suite('frame-out').edition}"
-    assert made["tracker"].startswith(f"colour_pf {entrant('colour_pf').edition} ")
-    assert "pybullet" in editions_of(*ROW, entrant("colour_pf"), renderer="pybullet")
+    assert made["tracker"].startswith(f"colour_pf {tracker_named('colour_pf').edition} ")
+    assert "pybullet" in made_of(tracker_named("colour_pf"), renderer="pybullet")
 
 
 def test_a_change_of_a_parameter_or_an_edition_shows_and_only_there() -> None:
-    known = entrant("colour_pf")
-    before = editions_of(*ROW, known)
+    known = tracker_named("colour_pf")
+    before = made_of(known)
     other = replace(known, parameters=replace(known.parameters, particles=499))
-    assert differing(before, editions_of(*ROW, other)) == {"tracker"}
-    assert differing(before, editions_of(*ROW, replace(known, edition=known.edition + 1))) == {"tracker"}
-    assert differing(before, editions_of(*ROW, known, changed={"frame_count": 90})) == {"scene"}
+    assert differing(before, made_of(other)) == {"tracker"}
+    assert differing(before, made_of(replace(known, edition=known.edition + 1))) == {"tracker"}
+    assert differing(before, made_of(known, changed={"frame_count": 90})) == {"scene"}
 
 
 def test_a_change_of_a_preset_shows_and_only_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = editions_of(*ROW, entrant("colour_pf"))
+    before = made_of(tracker_named("colour_pf"))
     presets = catalog.scenario(ROW[1]).presets
     monkeypatch.setitem(presets, ROW[2], replace(presets[ROW[2]], frame_count=90))
-    assert differing(before, editions_of(*ROW, entrant("colour_pf"))) == {"scene"}
+    assert differing(before, made_of(tracker_named("colour_pf"))) == {"scene"}
 
 
-def test_who_steers_shows_beside_what_tracks() -> None:
-    known, centre = entrant("colour_pf"), controller_entry("centre", "helicopter")
-    steered = editions_of(*ROW, known, centre)
-    assert differing(editions_of(*ROW, known), steered) == {"controller"}
-    other = editions_of(*ROW, known, replace(centre, overrides={"fastest_mps": 1.0}))
-    assert differing(steered, other) == {"controller"}
-    assert differing(steered, editions_of(*ROW, known, replace(centre, edition=2))) == {"controller"}
+def test_who_steers_shows_beside_what_tracks(monkeypatch: pytest.MonkeyPatch) -> None:
+    known, centre = tracker_named("colour_pf"), controller_entry("centre", "helicopter")
+    steered = made_of(known, controller="centre")
+    assert differing(made_of(known), steered) == {"controller"}
+    for other in (replace(centre, overrides={"fastest_mps": 1.0}), replace(centre, edition=2)):
+        monkeypatch.setitem(catalogue._ENTRIES, ("helicopter", "centre"), other)
+        assert differing(steered, made_of(known, controller="centre")) == {"controller"}
 
 
 def test_a_new_suite_leaves_rows_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = editions_of(*ROW, entrant("colour_pf"))
+    before = made_of(tracker_named("colour_pf"))
     monkeypatch.setattr("benchmarks.contract.suite._SUITES", dict(suites()))
     register_suite(replace(suite("frame-out"), name="other", edition=3))
-    assert editions_of(*ROW, entrant("colour_pf")) == before
-    assert differing(before, editions_of("other", *ROW[1:], entrant("colour_pf"))) == {"judge"}
+    assert made_of(tracker_named("colour_pf")) == before
+    assert differing(before, made_of(tracker_named("colour_pf"), judging="other")) == {"judge"}
 
 
 @dataclass(frozen=True)
@@ -137,7 +145,7 @@ def code_with(own: Path, file: str, text: str) -> str:
 
 
 def test_our_modules_have_no_digest() -> None:
-    assert own_code(entrant("colour_pf").module) == ""
+    assert own_code(tracker_named("colour_pf").module) == ""
     assert own_code(type(catalog.scenario("road-town")).__module__) == ""
     assert judge_edition(suite("fish")) == f"fish {suite('fish').edition}"
 

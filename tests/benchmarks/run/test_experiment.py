@@ -11,13 +11,14 @@ import pytest
 from benchmarks.contract.rows import read_blocks, read_rows
 from benchmarks.judges.frame_out.metrics.offscreen import WORST_ERROR_M
 from benchmarks.judges.tracker_speed import TIMES
-from benchmarks.run import experiment, jobs
-from benchmarks.run.experiment import Experiment, run
+from benchmarks.run import experiment
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.outcome import Outcome
-from benchmarks.run.selection import SET_PATH, _suites_in_words
+from benchmarks.run.selection import SET_PATH, _suites_in_words, job_on, tracker_named
 from benchmarks.show.provenance import provenance
 from tests import fakes_scenario
+from tests.benchmarks.named import NamedExperiment as Experiment
+from tests.benchmarks.named import run_named as run
 
 TINY = Experiment(
     suite="frame-out",
@@ -86,13 +87,13 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.
             raise KeyboardInterrupt
         return run_job(job)
 
-    monkeypatch.setattr("benchmarks.run.processes.run_job", stopped)
+    monkeypatch.setattr("benchmarks.run.workers.run_job", stopped)
     with pytest.raises(KeyboardInterrupt):
         run(TINY, tmp_path)
     assert {key.seed for key in read_blocks(tmp_path)} == {0}
     with (tmp_path / "records.jsonl").open("a") as file:
         file.write('{"suite": "frame-out", "scen')
-    monkeypatch.setattr("benchmarks.run.processes.run_job", lambda job: calls.append(10 + job.seed) or run_job(job))
+    monkeypatch.setattr("benchmarks.run.workers.run_job", lambda job: calls.append(10 + job.seed) or run_job(job))
     outcome = run(TINY, tmp_path)
     assert calls == [0, 1, 11]
     assert (outcome.resumed, outcome.episodes) == (2, 2)
@@ -124,12 +125,12 @@ def test_what_another_edition_made_is_made_again(tmp_path: Path) -> None:
 def test_jobs_are_made_as_they_are_worked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A million seeds: progress is shown before the first episode, and no list of a million jobs is made."""
     made: list[int] = []
-    monkeypatch.setattr(experiment, "Job", lambda **fields: made.append(fields["seed"]) or Job(**fields))
+    monkeypatch.setattr(experiment, "Job", lambda **fields: made.append(fields["episode"].seed) or Job(**fields))
 
     def stopped(job: Job) -> Any:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("benchmarks.run.processes.run_job", stopped)
+    monkeypatch.setattr("benchmarks.run.workers.run_job", stopped)
     shown: list[tuple[int, int]] = []
     with pytest.raises(KeyboardInterrupt):
         run(replace(TINY, seeds=range(1_000_000)), tmp_path, lambda done, of: shown.append((done, of)))
@@ -138,9 +139,9 @@ def test_jobs_are_made_as_they_are_worked_at(tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_note_follows_no_link_and_lies_in_no_shared_folder(tmp_path: Path) -> None:
-    job = Job("frame-out", "fake-town", "tiny", "raster", 0, None, ("fake_still",))
+    job = job_on("frame-out", "fake-town", "tiny", 0, ("fake_still",))
     assert job.note_file is None
-    ours = replace(job, notes=tmp_path / "notes")
+    ours = replace(job, out=tmp_path)
     assert ours.note_file is not None
     ours.note_file.parent.mkdir()
     (tmp_path / "precious").write_text("whole")
@@ -221,10 +222,9 @@ def test_in_closed_loop_the_tracker_steers(tmp_path: Path, monkeypatch: pytest.M
     assert "controller" not in outcome.summary[0]
 
 
-def test_trackers_that_no_seed_reaches_run_three_times(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    real = jobs.entrant
-    monkeypatch.setattr(jobs, "entrant", lambda name: replace(real(name), reproducible=False))
-    run(replace(TINY, trackers=("fake_knowing",), seeds=range(1)), tmp_path)
+def test_trackers_that_no_seed_reaches_run_three_times(tmp_path: Path) -> None:
+    tracker = replace(tracker_named("fake_knowing"), reproducible=False)
+    run(replace(TINY, trackers={"fake_knowing": tracker}, seeds=range(1)), tmp_path)
     rows = [row for row in read_rows(tmp_path) if row["metric"] == "centre_error_px"]
     assert [row["repeat"] for row in rows] == [0, 1, 2]
     assert len({row["value"] for row in rows}) == 3
@@ -266,13 +266,13 @@ def test_seeds_are_not_mixed_in_one_folder(tmp_path: Path) -> None:
 
 
 def test_settings_that_are_tried_draw_the_numbers_of_their_tracker() -> None:
-    job = Job("frame-out", "fake-town", "tiny", "raster", 0, None, ("fake_knowing", "trial"))
-    settings = {"trial": ("fake_knowing", dict[str, Any]())}
-    blocks = run_job(replace(job, settings=settings)).blocks
+    job = job_on("frame-out", "fake-town", "tiny", 0, ("fake_knowing",))
+    tried = {"fake_knowing": tracker_named("fake_knowing"), "trial": tracker_named("fake_knowing")}
+    blocks = run_job(replace(job, trackers=tried)).blocks
     errors = [[row["value"] for row in block if row["metric"] == "offscreen_error_m"] for block in blocks]
     assert errors[0] == errors[1]
     with pytest.raises(ValueError, match="fake_knowing: expected no parameter, got 'nix'"):
-        entrant("fake_knowing", {"nix": 1})
+        tracker_named("fake_knowing", nix=1)
 
 
 def test_a_suite_that_does_not_exist_is_said_beside_the_name() -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from benchmarks.judges.tracker_speed import TIMES, times
 from benchmarks.run.failures import ENDED_PROCESS
-from benchmarks.run.guards import Guard, GuardedController
+from benchmarks.run.guards import Guard, GuardedController, GuardedTracker
 from benchmarks.run.time_limit import Taken, at_most
 from scenarios.command_link import CommandLink, Link
 from scenarios.loop import FromPictures, Loop
@@ -93,7 +93,7 @@ def test_who_interrupts_a_run_is_no_failure_of_a_contestant() -> None:
 @pytest.mark.parametrize("many", [False, True])
 def test_one_that_cannot_be_made_fails_on_the_first_frame(create: Any, reason: str, many: bool) -> None:
     notes: list[int] = []
-    guard, episode = guarded(create, 0.01, many=many, note=notes.append), FakeEpisode()
+    guard, episode = GuardedTracker(create, 0.01, many=many, note=notes.append), FakeEpisode()
     assert (guard.failed_at_frame, notes) == (0, [0])
     first = guard.initialise(episode.step(), episode.start)
     assert (first == ()) if many else np.isfinite(first.position_px).all()  # type: ignore[union-attr]
@@ -109,7 +109,7 @@ def test_one_that_cannot_be_made_fails_on_the_first_frame(create: Any, reason: s
 @pytest.mark.parametrize("many", [False, True])
 def test_one_that_ended_its_process_when_it_was_made_is_not_made_again(many: bool) -> None:
     made: list[None] = []
-    guards: list[Guard] = [guarded(lambda: made.append(None), 1.0, many=many, ends_process_at=0)]  # type: ignore[arg-type, return-value]
+    guards: list[Guard] = [GuardedTracker(lambda: made.append(None), 1.0, many=many, ends_process_at=0)]  # type: ignore[arg-type, return-value]
     guards += [GuardedController(lambda: made.append(None), 1.0, ends_process_at=0)]  # type: ignore[arg-type, return-value]
     assert [(each.failed_at_frame, each.reason) for each in guards] == [(0, ENDED_PROCESS)] * 2
     assert made == []
@@ -164,7 +164,7 @@ def in_a_second_thread() -> None:
 
 @pytest.mark.parametrize("work", [lambda: time.sleep(0.03), in_a_second_thread])
 def test_one_that_waits_is_no_faster_than_what_it_waits_for(work: Callable[[], None]) -> None:
-    guard, episode = guarded(lambda: FromPictures(Outside(work)), 30.0), FakeEpisode()
+    guard, episode = GuardedTracker(lambda: FromPictures(Outside(work)), 30.0), FakeEpisode()
     guard.initialise(episode.step(), episode.start)
     for _ in range(8):
         guard.update(episode.step())

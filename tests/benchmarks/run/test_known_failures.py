@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 from benchmarks.contract.rows import BlockKey
-from benchmarks.run.experiment import run
 from benchmarks.run.failures import Failure
+from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.known_failures import FILE_NAME, ended_processes, read_failures, write_failures
+from benchmarks.run.selection import tracker_named
 from benchmarks.show.frame_out import picture
 from benchmarks.show.page import write_report
 from tests.benchmarks.fake_episode import FakeEpisode
+from tests.benchmarks.named import run_named as run
 from tests.benchmarks.run.test_experiment import TINY, mean_of
 from tests.fakes_scenario import FAKE_TOWN
 from tests.fakes_trackers import Raises, Still
@@ -108,7 +110,7 @@ def test_one_of_many_targets_fails_as_one_of_many(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
     registry.register("unmade", role="external", summary="", suites=("fish",))(_UnmadeOfMany)
     episode, rng = FakeEpisode(), np.random.default_rng(0)
-    guard = guarded(lambda: entrant("unmade").create(episode, FAKE_TOWN, rng, many=True), 60.0, many=True)
+    guard = GuardedTracker(lambda: tracker_named("unmade").create(episode, FAKE_TOWN, rng, many=True), 60.0, many=True)
     assert guard.initialise(episode.step(), episode.start) == guard.update(episode.step()) == ()
     assert (guard.failed_at_frame, guard.reason) == (0, "OSError: weights.pt not found")
     guard.close()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.oddities import AnswerWatch, Oddities
 from benchmarks.run.outcome import Outcome
 from scenarios.loop import FromPictures
@@ -86,7 +87,7 @@ def test_tracks_without_a_depth_are_told_where_it_is_needed() -> None:
 
 
 def test_a_guard_watches_answers_and_a_run_tells_them_beside_silence() -> None:
-    guard, episode = guarded(lambda: FromPictures(FakeTracker()), 60.0), FakeEpisode()
+    guard, episode = GuardedTracker(lambda: FromPictures(FakeTracker()), 60.0), FakeEpisode()
     guard.initialise(episode.step(), episode.start)
     for _ in range(FRAMES):
         guard.update(episode.step())

@@ -10,18 +10,19 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.contract.rows import Row
+from benchmarks.contract.suite import suite
 from benchmarks.judges.tracker_speed import TIMES
+from benchmarks.run.episodes import simulated
 from benchmarks.run.jobs import Job, JobResult, run_job
 from benchmarks.run.own_inputs import check_unchanged, own
+from benchmarks.run.selection import tracker_named
 from tests import fakes_offenders, fakes_scenario
 from trackers.types import CameraModel, EgoPose, Observation, SiteSurvey, Start
 
 PICTURE = np.arange(36, dtype=np.uint8).reshape(4, 3, 3)
 SEEN = Observation(PICTURE, 0.5, CameraModel(3, 4, 5.0), ego=EgoPose(np.eye(4)))
 START = Start(SEEN.camera, np.arange(4.0), (SEEN, SEEN), SiteSurvey((0.0, 1.0), (1.0, 0.0), -2.0, (1.0, 2.0, 3.0), 0.0))
-JOB = Job(
-    *("frame-out", fakes_scenario.FAKE_TOWN.id, "tiny", "raster", 0, None, ()), changes=("tiny", {"frame_count": 20})
-)
+EPISODE = simulated(fakes_scenario.FAKE_TOWN.id, "tiny", 0, changed={"frame_count": 20})
 
 
 @pytest.mark.parametrize(
@@ -83,6 +84,10 @@ def test_unknown_numbers_are_no_change() -> None:
     check_unchanged(unknown, own(unknown), "observation")
 
 
+def job(trackers: tuple[str, ...]) -> Job:
+    return Job(suite("frame-out"), EPISODE, {name: tracker_named(name) for name in trackers})
+
+
 def rows_of(result: JobResult, tracker: str) -> list[Row]:
     rows = [row for block in result.blocks for row in block if row["tracker"] == tracker]
     return [{**row, "seconds": 0} for row in rows if row["metric"] not in TIMES]
@@ -90,9 +95,9 @@ def rows_of(result: JobResult, tracker: str) -> list[Row]:
 
 def test_no_offender_changes_the_rows_of_another_and_each_is_named() -> None:
     innocent = ("fake_feels", "fake_knowing")
-    alone = run_job(replace(JOB, trackers=innocent))
+    alone = run_job(job(innocent))
     offenders = (*fakes_offenders.CHANGES, "offends_settings")
-    together = run_job(replace(JOB, trackers=(*offenders, *innocent)))
+    together = run_job(job((*offenders, *innocent)))
     for name in innocent:
         assert rows_of(together, name) == rows_of(alone, name)
     told = {failure.tracker: (failure.frame, failure.reason) for failure in together.failures}

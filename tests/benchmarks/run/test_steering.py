@@ -8,10 +8,12 @@ from pathlib import Path
 import pytest
 
 from benchmarks.contract.suite import suite
+from benchmarks.run.episodes import simulated
 from benchmarks.run.failures import ENDED_PROCESS
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.notes import read_note
-from benchmarks.run.selection import Asked, default_controllers
+from benchmarks.run.selection import Asked, choices, default_controllers, tracker_named
+from scenarios import catalog
 from tests.benchmarks.run.fake_steering import NothingToSet, RaisingController
 from tests.fakes_scenario import FAKE_TOWN
 from trackers.controllers import catalogue
@@ -21,14 +23,14 @@ from trackers.types import CameraCommand, Estimate, Observation
 
 def test_all_controllers_of_the_carrier_steer_by_default() -> None:
     scenario = "road-town-v2"
-    (party,) = parties(suite("follow"), Asked(scenarios=(scenario,)), variants=False)
+    (party,) = choices(suite("follow"), Asked(scenarios=(scenario,)), variants=False)
     assert {"hold", "centre", "search", "reentry"} <= set(party.controllers)
-    assert party.controllers == default_controllers(scenario)
+    assert party.controllers == default_controllers(catalog.scenario(scenario))
 
 
 def test_ablations_steer_only_if_they_are_asked_for() -> None:
-    assert "centre_as_written" not in default_controllers("road-town")
-    assert "centre_as_written" in default_controllers("road-town", variants=True)
+    assert "centre_as_written" not in default_controllers(catalog.scenario("road-town"))
+    assert "centre_as_written" in default_controllers(catalog.scenario("road-town"), variants=True)
 
 
 def test_the_note_names_a_controller_on_its_turns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -44,11 +46,8 @@ def test_the_note_names_a_controller_on_its_turns(tmp_path: Path, monkeypatch: p
             noted.append(read_note(job.note_file))
             return CameraCommand()
 
-    job = Job(
-        *("frame-out", FAKE_TOWN.id, "tiny-loop", "raster", 0, "reads", ("fake_still",)),
-        changes=("tiny-loop", {"frame_count": 4}),
-        notes=tmp_path,
-    )
+    episode = simulated(FAKE_TOWN.id, "tiny-loop", 0, controller="reads", changed={"frame_count": 4})
+    job = Job(suite("frame-out"), episode, {"fake_still": tracker_named("fake_still")}, out=tmp_path)
     monkeypatch.setitem(
         catalogue._ENTRIES, ("helicopter", "reads"), ControllerEntry("reads", "helicopter", "external", "", Reads)
     )

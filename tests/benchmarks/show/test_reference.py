@@ -13,7 +13,8 @@ from benchmarks.contract import rows as records
 from benchmarks.contract import suite as registry
 from benchmarks.contract.metric import NOT_STATED, Mean, Metric, Quantity
 from benchmarks.contract.suite import suite
-from benchmarks.run.jobs import Job, heading_of
+from benchmarks.run.jobs import heading_of
+from benchmarks.run.selection import job_on
 from benchmarks.show.docstrings import attribute_meanings
 from benchmarks.show.metric_definitions import definitions_of, metric_definitions, metrics_of
 from benchmarks.show.preset_settings import preset_settings
@@ -106,7 +107,9 @@ def test_a_users_metric_is_defined_by_its_docstring_and_what_it_says(monkeypatch
 
 def test_every_column_of_results_is_defined() -> None:
     rows = [row for tracker in ("sharp", "hold") for seed in (1, 2) for row in rows_of(tracker, seed)]
-    follow = Job("follow", "road-town", "quick", "raster", 1, "hold", ("colour_pf",), link="prompt", modules=("a.py",))
+    follow = job_on(
+        "follow", "road-town", "quick", 1, ("colour_pf",), controller="hold", link="prompt", modules=("a.py",)
+    )
     text = records.__doc__ or ""
     for column in {*rows[0], *heading_of(follow, "colour_pf", "as-written")}:
         assert f"``{column}``" in text, column

@@ -12,11 +12,12 @@ import pytest
 from benchmarks.cli import main as cli
 from benchmarks.contract import suite as registry
 from benchmarks.contract.rows import read_rows
-from benchmarks.run.experiment import Experiment, run
 from benchmarks.run.jobs import opened
 from benchmarks.run.selection import job_of
 from benchmarks.show.replay import replay
 from tests import fakes_scenario
+from tests.benchmarks.named import NamedExperiment as Experiment
+from tests.benchmarks.named import run_named as run
 from tests.benchmarks.run.fake_steering import FAKE_CONTROLLERS, FAKE_FOLLOW
 from trackers.controllers import catalogue
 from trackers.types import CameraCommand

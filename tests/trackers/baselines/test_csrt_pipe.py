@@ -15,7 +15,8 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.contract.suite import suite
-from benchmarks.run.selection import Asked
+from benchmarks.run.guards import GuardedTracker
+from benchmarks.run.selection import Asked, choices
 from benchmarks.run.time_limit import TooSlow, at_most
 from scenarios.loop import FromPictures
 from tests.benchmarks.fake_episode import FakeEpisode
@@ -99,7 +100,7 @@ def test_a_tiny_picture_has_no_answer_and_no_child(tmp_path: Path, monkeypatch: 
 def test_the_time_of_the_child_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     fake(tmp_path, monkeypatch, fault="all(iter(lambda: time.process_time() < began_s + 0.05, False))")
     episode, tracker = FakeEpisode(), entry("opencv_csrt").create(np.random.default_rng(0))
-    guard = guarded(lambda: FromPictures(tracker), 30.0)
+    guard = GuardedTracker(lambda: FromPictures(tracker), 30.0)
     guard.initialise(episode.step(), episode.start)
     for _ in range(3):
         guard.update(episode.step())
@@ -200,10 +201,10 @@ def test_default_runs_take_it_where_its_interpreter_exists(tmp_path: Path, monke
             fake(tmp_path, monkeypatch)
         else:
             monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
-        [party] = parties(frame_out, Asked(), variants=False)
+        [party] = choices(frame_out, Asked(), variants=False)
         assert ("opencv_csrt" in party.trackers) == present
     monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
-    [party] = parties(frame_out, Asked(trackers=("opencv_csrt",)), variants=False)
+    [party] = choices(frame_out, Asked(trackers=("opencv_csrt",)), variants=False)
     assert party.trackers == ("opencv_csrt",)
 
 

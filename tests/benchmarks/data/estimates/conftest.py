@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from benchmarks.run.editions import scene_edition
-from benchmarks.run.experiment import run
 from tests import fakes_scenario
 from tests.benchmarks.data.estimates.runs import BRIEF, TOWN
 from tests.benchmarks.data.sets.small import made, tiny
+from tests.benchmarks.named import run_named as run
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -8,8 +8,8 @@ from typing import Any
 from benchmarks.contract.rows import read_rows
 from benchmarks.data.estimates.keeping import Estimates
 from benchmarks.data.estimates.rejudging import Rejudged, rejudge
-from benchmarks.run.experiment import Experiment
 from tests import fakes_scenario
+from tests.benchmarks.named import NamedExperiment as Experiment
 
 BRIEF = {"brief": "tiny", "brief-loop": "tiny-loop"}
 TOWN = Experiment(

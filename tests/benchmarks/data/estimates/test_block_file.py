@@ -13,8 +13,8 @@ import pytest
 
 from benchmarks.data.estimates.block_file import facts_of, is_kept, path_of, read_block
 from benchmarks.data.estimates.columns import TIMES
-from benchmarks.run.experiment import run
 from tests.benchmarks.data.estimates.runs import TOWN
+from tests.benchmarks.named import run_named as run
 
 
 @pytest.fixture

@@ -14,6 +14,7 @@ from benchmarks.contract.judging import Ending, Score
 from benchmarks.data.estimates.block_file import read_block
 from benchmarks.data.estimates.keeping import KeepingJudge
 from benchmarks.data.estimates.rejudging import RecalledGapMethod
+from benchmarks.run.guards import GuardedTracker
 from scenarios.loop import Loop, ManyFromPictures
 from scenarios.scenario import Frame
 from tests import fakes_scenario
@@ -88,10 +89,10 @@ def asked_of(method: GapMethod) -> list[Bridge | None]:
 
 
 @pytest.fixture
-def kept(tmp_path: Path) -> tuple[Asks, GuardedContestant, Path]:
+def kept(tmp_path: Path) -> tuple[Asks, GuardedTracker, Path]:
     episode = fakes_scenario.FAKE_TOWN.episode("tiny", 3)
     episode.frame_count = 4
-    asks, guard = Asks(), guarded(lambda: ManyFromPictures(Bridges()), 60.0, many=True)
+    asks, guard = Asks(), GuardedTracker(lambda: ManyFromPictures(Bridges()), 60.0, many=True)
     keeping = KeepingJudge(asks)
     sheet, loop = keeping.sheet(), Loop(episode, [guard])
     for frame in loop.frames():
@@ -103,7 +104,7 @@ def kept(tmp_path: Path) -> tuple[Asks, GuardedContestant, Path]:
     return asks, guard, next(tmp_path.iterdir())
 
 
-def test_bridges_come_back_in_the_order_of_the_questions(kept: tuple[Asks, GuardedContestant, Path]) -> None:
+def test_bridges_come_back_in_the_order_of_the_questions(kept: tuple[Asks, GuardedTracker, Path]) -> None:
     asks, guard, path = kept
     block = read_block(path)
     (run,), (said,) = block.facts.runs, block.said
@@ -136,7 +137,7 @@ def test_bridges_come_back_in_the_order_of_the_questions(kept: tuple[Asks, Guard
         lambda method: [*asked_of(method), *asked_of(method), *asked_of(method)],
     ],
 )
-def test_a_judge_that_asks_in_another_way_gets_no_answer(kept: tuple[Asks, GuardedContestant, Path], asks: Any) -> None:
+def test_a_judge_that_asks_in_another_way_gets_no_answer(kept: tuple[Asks, GuardedTracker, Path], asks: Any) -> None:
     (said,) = read_block(kept[2]).said
     with pytest.raises(ValueError, match=r"estimates: expected an answer to the gap of .* asked otherwise"):
         asks(RecalledGapMethod(iter(said.gaps)))

@@ -10,8 +10,8 @@ import pytest
 
 from benchmarks.contract.rows import read_blocks
 from benchmarks.judges.tracker_speed import TIMES
-from benchmarks.run.experiment import run
 from tests.benchmarks.data.estimates.runs import TOWN, rows_in
+from tests.benchmarks.named import run_named as run
 
 STILL = replace(TOWN, trackers=("fake_still",))
 

@@ -16,9 +16,10 @@ import pytest
 from benchmarks.contract.rows import FILE_NAME
 from benchmarks.data.estimates.keeping import Estimates
 from benchmarks.data.estimates.rejudging import Rejudged
-from benchmarks.run.experiment import Experiment, run
 from tests.benchmarks.data.estimates import odd_fish
 from tests.benchmarks.data.estimates.runs import TOWN, judged_again, rows_in
+from tests.benchmarks.named import NamedExperiment as Experiment
+from tests.benchmarks.named import run_named as run
 from tests.fakes_scenario import FakeEpisode
 
 FISH = Experiment(

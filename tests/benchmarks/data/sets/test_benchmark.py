@@ -18,8 +18,9 @@ from benchmarks.data.sets.generating import Workers, generate
 from benchmarks.data.sets.request import Request, existing_channels
 from benchmarks.judges.tracker_speed import SPEED
 from benchmarks.run.editions import package_versions, scene_edition
-from benchmarks.run.experiment import Experiment, run
 from tests.benchmarks.data.sets.small import MODULES, made, tiny
+from tests.benchmarks.named import NamedExperiment as Experiment
+from tests.benchmarks.named import run_named as run
 
 SUITES = {
     "frame-out": ("road-town-v2", "colour_pf"),

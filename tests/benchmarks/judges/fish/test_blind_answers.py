@@ -9,13 +9,15 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.judges.identities import hota, identity_counts, numbered, pairing
-from benchmarks.run.experiment import Experiment, run
+from benchmarks.run.selection import trackers_of
 from scenarios.fish_tank.presets import PRESETS, FishTank
 from scenarios.fish_tank.scenario import FISH_TANK
 from scenarios.fish_tank.shoal import swim
 from scenarios.fish_tank.tank import VOLUME_M
 from sim.meshes.fish_look import draw_look
 from sim.rng import episode_seed, generator
+from tests.benchmarks.named import NamedExperiment as Experiment
+from tests.benchmarks.named import run_named as run
 
 WRITTEN = "ca_kalman"
 SEEDS = range(3)
@@ -75,7 +77,7 @@ def test_the_scores_would_find_out_tracks_that_move_as_the_fish_do() -> None:
 
 def test_no_blind_contestant_follows_fish() -> None:
     """Those of the suite bridge gaps alone, and have no IDF1 or HOTA."""
-    roles = {name: each.role for name, each in entrants("fish").items()}
+    roles = {name: each.role for name, each in trackers_of("fish").items()}
     blind = {name for name, role in roles.items() if role == "blind"}
     assert blind == {"fish_mean_place", "fish_middle", "fish_wall_ahead"}
     assert [name for name, role in roles.items() if role == "as-written"] == [WRITTEN]

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from benchmarks.contract.rows import read_rows
-from benchmarks.run.experiment import run
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.reward import Reward
 from scenarios.road_town.flight import HELICOPTER
 from tests.benchmarks.judges.follow.test_run import TINY, TRACKERS, _fake_suite
+from tests.benchmarks.named import run_named as run
 from tests.fakes_policy import made_up_policy
 from trackers.belief.features import FEATURES
 from trackers.controllers.policy_file import Policy, save_policy

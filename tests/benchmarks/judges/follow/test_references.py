@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.judges.follow.references import ORACLE, TrueTarget
-from benchmarks.run.jobs import Job, heading_of
+from benchmarks.run.jobs import heading_of
+from benchmarks.run.selection import job_on
 from scenarios import catalog
 from scenarios.fish_tank.tank import VOLUME_M
 from scenarios.loop import Loop
@@ -94,5 +95,5 @@ def test_a_car_that_is_partly_behind_the_camera_is_answered_without_a_box() -> N
 
 @pytest.mark.parametrize(("tracker_role", "role"), [("oracle", "oracle"), ("blind", "blind"), ("ours", "baseline")])
 def test_a_pair_with_unfair_knowledge_is_not_ranked(tracker_role: str, role: str) -> None:
-    job = Job("follow", "road-town", "quick", "raster", 0, "centre", ("oracle_target",))
+    job = job_on("follow", "road-town", "quick", 0, ("oracle_target",), controller="centre")
     assert heading_of(job, "oracle_target", tracker_role)["role"] == role

@@ -14,13 +14,14 @@ from benchmarks.cli.main import main
 from benchmarks.contract import suite as suites
 from benchmarks.contract.rows import read_blocks, read_rows
 from benchmarks.judges.follow.suite import FOLLOW
-from benchmarks.run.experiment import Experiment, run
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.result_folder import append_block
 from benchmarks.show.page import write_report
 from benchmarks.show.palette import line_styles
 from benchmarks.show.showing import showing_of
 from benchmarks.statistics.summary import write_summary
+from tests.benchmarks.named import NamedExperiment as Experiment
+from tests.benchmarks.named import run_named as run
 from tests.benchmarks.run.fake_steering import FAKE_CONTROLLERS, FAKE_FOLLOW
 from tests.benchmarks.run.test_experiment import without_times
 from trackers.controllers import catalogue

@@ -6,14 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.run.experiment import Experiment, run
+from benchmarks.run.selection import trackers_of
+from tests.benchmarks.named import NamedExperiment as Experiment
+from tests.benchmarks.named import run_named as run
 
 BLIND, WRITTEN = ("harbour_blind", "harbour_posts"), "eigen_swarm"
 SEEDS = {"standard": range(3), "hard": range(1), "paper-d": range(1)}
 
 
 def test_all_blind_contestants_are_examined() -> None:
-    roles = {name: each.role for name, each in entrants("harbour").items()}
+    roles = {name: each.role for name, each in trackers_of("harbour").items()}
     assert {name for name, role in roles.items() if role == "blind"} == set(BLIND)
     assert {name for name, role in roles.items() if role == "as-written"} == {WRITTEN}
 

@@ -16,13 +16,14 @@ from benchmarks.contract.rows import read_blocks, read_rows
 from benchmarks.contract.suite import Scene, register_suite
 from benchmarks.judges.stereo.metrics.people import WORST_ERROR_M
 from benchmarks.judges.stereo.suite import STEREO
-from benchmarks.run.experiment import Experiment, run
 from benchmarks.run.outcome import Outcome
 from benchmarks.show.page import write_report
 from benchmarks.show.palette import PLACEHOLDERS
 from scenarios.road_town.truth import RoadTruth
 from tests.benchmarks.judges.follow import fake_follow
 from tests.benchmarks.judges.follow.fake_follow import HIDDEN
+from tests.benchmarks.named import NamedExperiment as Experiment
+from tests.benchmarks.named import run_named as run
 from tests.benchmarks.run.test_experiment import without_times
 
 ALL_TRACKERS = ("follow_knowing", "follow_single", "follow_taken")

@@ -10,7 +10,7 @@ import av
 import numpy as np
 import pytest
 
-from benchmarks.run.jobs import Job
+from benchmarks.run.selection import job_on
 from benchmarks.show import event_picture
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
@@ -53,7 +53,7 @@ def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, mo
     monkeypatch.setattr(FakeFollowEpisode, "larger_view", refuse)
     fake = episode()
     drawing = StereoDrawing.of(fake)
-    job = Job("stereo", fake_follow.FAKE_FOLLOW.id, "tiny", "raster", 0, None, ())
+    job = job_on("stereo", fake_follow.FAKE_FOLLOW.id, "tiny", 0)
     run = live(fake, FollowKnowing(NoParameters(), np.random.default_rng(0)), job=job)
     instants = replay(run, scale=1.0, wanted=range(4), frame_count=4)
     write_video(tmp_path / "x.mp4", instants, drawing, rate_hz=15.0, title="fake", frame_count=4)
@@ -64,7 +64,7 @@ def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, mo
 
 @pytest.mark.heavy
 def test_what_is_rendered_is_what_the_command_asks_for(tmp_path: Path):
-    job = Job("stereo", "stereo-follow-v2", "quick", "raster", 0, None, ("stereo_wb",))
+    job = job_on("stereo", "stereo-follow-v2", "quick", 0, ("stereo_wb",))
     shown: list[tuple[int, ...]] = []
     assert render_episode(job, tmp_path / "x.mp4", frames=2, progress=lambda *counts: shown.append(counts)) == []
     assert shown == [(0, 2), (1, 2), (2, 2)]
@@ -163,7 +163,7 @@ def test_four_frames_of_an_event_are_shown():
 
 def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     drawn = []
-    monkeypatch.setattr(event_picture, "is_of_present_editions", lambda tracker, rows: rows[0]["editions"] == "now")
+    monkeypatch.setattr(event_picture, "is_of_present_editions", lambda row: row["editions"] == "now")
     monkeypatch.setattr(
         picture, "_rows", lambda *about: drawn.append(about) or [[("words", np.zeros((24, 64, 3), np.uint8))]]
     )
@@ -173,7 +173,9 @@ def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Pat
     rows = {name: [{**heading, "tracker": name, **told}] for name in ("stereo_people", "stereo_wb")}
     for _ in range(2):
         picture.show_event(tmp_path, condition, rows, ("stereo_people", "stereo_wb"))
-    assert drawn == [(Job(*condition[:4], 4, None, tuple(rows), repeats=1), [19, 22, 28, 38])]
+    ((job, frames),) = drawn
+    assert (job.episode.preset, job.episode.seed, list(job.trackers)) == ("quick", 4, list(rows))
+    assert frames == [19, 22, 28, 38]
     (words,) = (tmp_path / "pictures").glob("*.json")
     assert json.loads(words.read_text())["title"] == "One occlusion"
     rows["stereo_wb"][0]["editions"] = "of old"

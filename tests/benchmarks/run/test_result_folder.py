@@ -14,7 +14,7 @@ from benchmarks.run.result_folder import alone_in
 HOLDS = """
 import sys
 from pathlib import Path
-from benchmarks.run.alone import alone_in
+from benchmarks.run.result_folder import alone_in
 with alone_in(Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.readline()
