@@ -16,7 +16,7 @@ from rich.table import Table
 from benchmarks.cli.arguments import COUNT, NAMES, SEEDS, check_unset, names, seed_range
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.text import counted
-from benchmarks.learning.settings import EPISODES
+from benchmarks.learning.training import EPISODES
 from benchmarks.run.packages import needs_data
 from benchmarks.run.result_folder import make_folder
 from benchmarks.show.console import console_of

@@ -37,7 +37,7 @@ import numpy as np
 
 from benchmarks.contract.suite import Suite
 from benchmarks.contract.tracker_spec import TrackerSpec
-from benchmarks.run.imports import imported_files
+from benchmarks.run.own_modules import imported_files
 from scenarios import catalog
 from scenarios.scenario import Scenario
 from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry

@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.contract.judging import Ending, Score
 from benchmarks.judges.tracker_speed import times
 from benchmarks.run.failures import ENDED_PROCESS, place_of, reason_of
-from benchmarks.run.oddities import AnswerWatch
+from benchmarks.run.outcome import AnswerWatch
 from benchmarks.run.own_inputs import check_unchanged, own
 from benchmarks.run.process_state import ProcessState
 from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most

@@ -13,7 +13,7 @@ from markupsafe import Markup
 from benchmarks.contract.rows import REAL, Row, read_rows
 from benchmarks.contract.suite import Condition, Suite, suite
 from benchmarks.run.blindfold import WHAT_BLIND_MEANS
-from benchmarks.run.known_failures import ended_processes
+from benchmarks.run.failures import ended_processes
 from benchmarks.show import plots, tables
 from benchmarks.show.facts import facts_table
 from benchmarks.show.figures import ReportFigure

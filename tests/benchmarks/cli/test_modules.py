@@ -21,7 +21,7 @@ from benchmarks.cli.main import main
 from benchmarks.cli.tune import Tune
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.rows import read_rows
-from benchmarks.learning.tracker_tuning import Budget, Tuned
+from benchmarks.learning.tuning import Budget, Tuned
 from benchmarks.run.selection import tracker_named
 from trackers import registry
 

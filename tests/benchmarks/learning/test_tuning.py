@@ -12,14 +12,20 @@ import pytest
 from benchmarks.contract.suite import Scene
 from benchmarks.contract.suite import suite as registered
 from benchmarks.judges.frame_out.suite import FRAME_OUT
-from benchmarks.learning import tracker_tuning as tuning
-from benchmarks.learning.controller_tuning import ControllerBudget, controller_scores
-from benchmarks.learning.fresh_scores import NO_VALUES, FreshScores, fresh_entries, fresh_scores, scored_anew
-from benchmarks.learning.search import Found, search
-from benchmarks.learning.tracker_tuning import (
+from benchmarks.learning import tuning
+from benchmarks.learning.tuning import (
+    NO_VALUES,
     Budget,
+    ControllerBudget,
+    Found,
+    FreshScores,
+    controller_scores,
     failures_in_words,
+    fresh_entries,
+    fresh_scores,
     rows_of,
+    scored_anew,
+    search,
     tracker_scores,
     tunables,
     tune,

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.run.guards import GuardedTracker
-from benchmarks.run.oddities import AnswerWatch, Oddities
-from benchmarks.run.outcome import Outcome
+from benchmarks.run.outcome import AnswerWatch, Oddities, Outcome
 from scenarios.loop import FromPictures
 from tests.benchmarks.fake_episode import HEIGHT, WIDTH, FakeEpisode, FakeTracker
 from trackers.types import Answer, Estimate, Track

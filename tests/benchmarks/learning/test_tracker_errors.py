@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.learning.error_fit import fit
-from benchmarks.learning.recorded_runs import RECORDED, RUN
-from benchmarks.learning.tracker_errors import errors_in
+from benchmarks.learning.tracker_errors import RECORDED, RUN, errors_in, fit
 from scenarios.envs.pictureless.episode_state import ACROSS, ALONG
 from scenarios.envs.pictureless.error_model import CUT, LOST, PLAIN, TRACKING, UNSEEN, ErrorModel
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
