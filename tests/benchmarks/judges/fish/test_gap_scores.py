@@ -92,7 +92,7 @@ def test_a_method_without_covariance_or_far_end_has_no_such_scores() -> None:
 
 
 def test_a_method_that_fails_has_the_worst_error() -> None:
-    guard = Guard(60.0, "answer")
+    guard = Guard(60.0)
     bridged = TASK.bridged(lambda: GuardedGapMethod(Fails(), guard, 7))
     scores = {each.metric: each.value for each in gap_scores(TRACKS, bridged)}
     assert scores["gap_error_50_px"] == 500.0
