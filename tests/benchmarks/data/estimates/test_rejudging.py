@@ -47,7 +47,7 @@ def forbidden(*_: object, **__: object) -> Any:
 @pytest.fixture
 def no_tracker(monkeypatch: pytest.MonkeyPatch) -> None:
     """No tracker runs."""
-    monkeypatch.setattr("benchmarks.run.jobs.entrant", forbidden)
+    monkeypatch.setattr("benchmarks.run.selection.Registered.create", forbidden)
 
 
 @pytest.mark.usefixtures("no_tracker")
