@@ -37,36 +37,76 @@ from trackers.types import Observation, SiteSurvey
 
 Role = Literal["ours", "variant", "as-written", "tuned", "baseline", "blind", "oracle", "external"]
 
-_MODULES = (
-    "trackers.baselines.single_target",
-    "trackers.baselines.ground_followers",
-    "trackers.baselines.csrt_pipe",
-    "trackers.baselines.sort",
-    "trackers.baselines.sort_appearance",
-    "trackers.baselines.bytetrack",
-    "trackers.road_shape.colour_pf",
-    "trackers.road_shape.road_shape_pf",
-    "trackers.road_shape.background_pf",
-    "trackers.mosaic_graph.tracker",
-    "trackers.light_adaptive_stereo.stereo_colour",
-    "trackers.baselines.stereo_gate",
-    "trackers.stereo_people.tracker",
-    "trackers.fish_chain.tracker",
-    "trackers.gap_kalman.tracker",
-    "trackers.blind.dead_reckoning",
-    "trackers.blind.straight_ahead",
-    "trackers.baselines.gap_methods",
-    "trackers.blind.gap_places",
-    "trackers.harbour_watch.tracker",
-    "trackers.eigen_swarm.tracker",
-    "trackers.eigen_swarm.learnt_confidence",
-    "trackers.baselines.ground_foreground",
-    "trackers.blind.harbour_blind",
-)
-"""Modules that define trackers. Add yours here."""
+_MODULES = {
+    "trackers.baselines.single_target": ("hold", "constant_velocity", "opencv_mil"),
+    "trackers.baselines.ground_followers": ("hold_ground", "constant_velocity_ground", "template_ground"),
+    "trackers.baselines.csrt_pipe": ("opencv_csrt",),
+    "trackers.baselines.sort": ("sort",),
+    "trackers.baselines.sort_appearance": ("sort_appearance",),
+    "trackers.baselines.bytetrack": ("bytetrack",),
+    "trackers.road_shape.colour_pf": ("colour_pf",),
+    "trackers.road_shape.road_shape_pf": ("road_shape_pf",),
+    "trackers.road_shape.background_pf": ("background_pf",),
+    "trackers.mosaic_graph.tracker": (
+        "mosaic_graph_pf",
+        "mosaic_graph_pf_no_negative",
+        "mosaic_graph_pf_no_mosaic",
+        "mosaic_graph_pf_no_roads",
+        "mosaic_graph_pf_no_redetection",
+        "mosaic_graph_pf_no_ego",
+    ),
+    "trackers.light_adaptive_stereo.stereo_colour": ("stereo_wb", "stereo_wb_shutter_gain"),
+    "trackers.baselines.stereo_gate": ("stereo_nearest", "stereo_colour_gate"),
+    "trackers.stereo_people.tracker": (
+        "stereo_people",
+        "stereo_people_no_light",
+        "stereo_people_no_odometry",
+        "stereo_people_no_others",
+        "stereo_people_no_nearby",
+    ),
+    "trackers.fish_chain.tracker": (
+        "shoal_chain",
+        "shoal_chain_offline",
+        "shoal_chain_shipped",
+        "shoal_chain_no_looks",
+        "shoal_chain_no_motion",
+        "shoal_chain_no_posture",
+        "shoal_chain_motion",
+    ),
+    "trackers.gap_kalman.tracker": ("ca_kalman",),
+    "trackers.blind.dead_reckoning": ("blind_carried", "blind_straight", "blind_turning", "blind_below", "blind_ahead"),
+    "trackers.baselines.gap_methods": (
+        "fish_hold",
+        "fish_constant_velocity",
+        "fish_damped_velocity",
+        "fish_linear",
+        "fish_hermite",
+    ),
+    "trackers.blind.gap_places": ("fish_mean_place", "fish_middle", "fish_wall_ahead"),
+    "trackers.harbour_watch.tracker": (
+        "harbour_watch",
+        "harbour_watch_swallows",
+        "harbour_watch_doubts_first",
+        "harbour_watch_8_bit",
+        "harbour_watch_no_tide",
+    ),
+    "trackers.eigen_swarm.tracker": (
+        "eigen_swarm",
+        "eigen_swarm_no_direction",
+        "eigen_swarm_no_distance",
+        "eigen_swarm_duplicates",
+    ),
+    "trackers.eigen_swarm.learnt_confidence": ("eigen_swarm_learnt_confidence",),
+    "trackers.baselines.ground_foreground": ("harbour_mog2", "harbour_knn", "harbour_median"),
+    "trackers.blind.harbour_blind": ("harbour_blind", "harbour_posts"),
+}
+"""Module -> names of the trackers that it registers, without ``NAME_tuned``, in the order of ``entries``. Add yours."""
+_HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
 OWN_NEEDS_MODULE = "; one of your own is known when its module is imported"
-"""What errors say of a name that is unknown."""
+"""Clause of the error about an unknown name."""
+_TUNED = "_tuned"
+"""Suffix of the name under which a method as written is registered again, with tuned values."""
 _ENTRIES: dict[str, TrackerEntry] = {}
 _T = TypeVar("_T", bound=type)
 
@@ -210,9 +250,6 @@ def register(
         if not begins:
             wanted = f"initialise, or start if it follows many targets, in class {tracker.__name__}"
             raise ValueError(f"tracker: expected a method {wanted}, got neither")
-        if not tracker.__module__.startswith(f"{__package__}."):
-            # Ours come first: a user's that takes the name of one is refused, not the one of that name.
-            entries()
         as_written = role == "as-written" or "kept_as_written" in _tuning(name, tracker.__module__)
         new = TrackerEntry(
             name=name,
@@ -229,7 +266,8 @@ def register(
         )
         _add(new)
         if as_written and tuned_values(name, tracker.__module__):
-            _add(dataclasses.replace(new, name=f"{name}_tuned", role="tuned", summary=f"{summary}, tuned", tuned=True))
+            tuned_name, tuned_summary = f"{name}{_TUNED}", f"{summary}, tuned"
+            _add(dataclasses.replace(new, name=tuned_name, role="tuned", summary=tuned_summary, tuned=True))
         return tracker
 
     return add
@@ -252,28 +290,36 @@ def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> N
     Raises:
         ValueError: for a name that is taken, or an unknown tracker ``of``.
     """
-    base = _ENTRIES[of] if of in _ENTRIES else entry(of)
-    _add(dataclasses.replace(base, name=name, role="variant", summary=summary, overrides=overrides))
+    _add(dataclasses.replace(entry(of), name=name, role="variant", summary=summary, overrides=overrides))
 
 
 def entries() -> dict[str, TrackerEntry]:
-    """Return all trackers by name, in order of registration."""
+    """Return all trackers by name: ours in the order of ``_MODULES``, then others in order of registration."""
     for module in _MODULES:
         importlib.import_module(module)
-    return dict(_ENTRIES)
+    order = {name: place for place, name in enumerate(_HOMES)}
+    return dict(sorted(_ENTRIES.items(), key=lambda item: order.get(item[0].removesuffix(_TUNED), len(order))))
 
 
 def entry(name: str) -> TrackerEntry:
-    """Return one tracker's entry.
+    """Return one tracker's entry; of ours, only the module that defines it is imported.
 
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
-    known = entries()
-    if name not in known:
+    _load(name)
+    if name not in _ENTRIES:
+        known = entries()
         near = nearest(name, known) + OWN_NEEDS_MODULE
         raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}{near}")
-    return known[name]
+    return _ENTRIES[name]
+
+
+def _load(name: str) -> None:
+    """Import the module that registers a tracker of ours; nothing for any other name."""
+    module = _HOMES.get(name.removesuffix(_TUNED))
+    if module is not None:
+        importlib.import_module(module)
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
@@ -311,6 +357,8 @@ def _tuning(name: str, module: str) -> dict[str, Any]:
 
 
 def _add(new: TrackerEntry) -> None:
+    # Ours come first: a user's tracker that takes the name of one of ours is refused, not ours at its import.
+    _load(new.name)
     if new != _ENTRIES.get(new.name, new):
         raise ValueError(f"name: expected one that no tracker has, got {new.name!r}")
     _ENTRIES[new.name] = new

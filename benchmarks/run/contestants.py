@@ -16,7 +16,7 @@ from scenarios.scenario import Episode, Scenario
 from sim.choices import check_choice, suggestion
 from trackers import registry
 from trackers.follow_one import FollowOne
-from trackers.gaps.types import GapMethod
+from trackers.gaps import GapMethod
 from trackers.protocols import BridgingTracker
 
 

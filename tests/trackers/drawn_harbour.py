@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.site.view import SiteView
+from trackers.site import SiteView
 from trackers.types import CameraModel, EgoPose, Observation, SiteSurvey
 
 WIDTH_PX, HEIGHT_PX = 192, 144

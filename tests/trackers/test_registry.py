@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from trackers import registry
+from trackers.controllers import catalogue
 from trackers.follow_one import FollowOne
 from trackers.registry import NoParameters, entry, register, register_variant, tunable, tuned_file
 from trackers.types import CameraModel, Observation, Track
@@ -40,8 +41,38 @@ class _Many:
 
 @pytest.fixture(autouse=True)
 def _as_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    registry.entries()
-    monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
+    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
+
+
+def test_the_tables_name_what_each_module_registers() -> None:
+    ours = {name: each for name, each in registry.entries().items() if each.tracker.__module__.startswith("trackers.")}
+    homes = {name: each.tracker.__module__ for name, each in ours.items() if each.role != "tuned"}
+    assert list(homes.items()) == list(registry._HOMES.items())
+    for carrier, modules in catalogue._MODULES.items():
+        steering = {name: each.controller.__module__ for name, each in catalogue.controllers(carrier).items()}
+        assert list(steering.items()) == list(modules.items())
+
+
+@pytest.mark.parametrize(
+    ("looked_up", "home"),
+    [
+        ("registry.entry('hold')", registry._HOMES["hold"]),
+        ("registry.entry('colour_pf_tuned')", registry._HOMES["colour_pf"]),
+        ("catalogue.controller_entry('hold', 'robot')", catalogue._MODULES["robot"]["hold"]),
+        ("papers.paper_of('trackers.road_shape.colour_pf')", None),
+    ],
+)
+def test_a_name_that_is_looked_up_imports_one_method(looked_up: str, home: str | None) -> None:
+    script = f"""
+import sys
+from trackers import papers, registry
+from trackers.controllers import catalogue
+{looked_up}
+print(*sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    steering = {module for modules in catalogue._MODULES.values() for module in modules.values()}
+    assert {*registry._MODULES, *steering}.intersection(done.stdout.split()) == ({home} if home else set())
 
 
 def test_a_tracker_of_many_targets_follows_one_where_one_is_asked_for() -> None:

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.baselines.ground_looks import ColourLook, Look, Patch
+from trackers.baselines.ground_looks import ColourLook, Look, Patch, TemplateLook
 from trackers.baselines.ground_search import CELLS, GroundSearch, SearchParameters
-from trackers.baselines.template_look import TemplateLook
 from trackers.kernels.boxes import box_centre
 from trackers.light_adaptive_stereo.person_kalman import PersonKalman
 from trackers.registry import register, tunable

@@ -19,11 +19,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.baselines.ground_blobs import BlobParameters, blobs_of
-from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters, learnt_weights
+from trackers.baselines.ground_linker import (
+    EVIDENCE,
+    BlobParameters,
+    GroundLinker,
+    LinkParameters,
+    blobs_of,
+    learnt_weights,
+)
 from trackers.registry import register, tunable
-from trackers.site.reading import Picture, noise_of, reading_of
-from trackers.site.survey import Site, Surveyed
+from trackers.site import Picture, Site, Surveyed, noise_of, reading_of
 from trackers.types import CameraModel, Observation, Track
 
 _NORMAL_MAD = 1.4826

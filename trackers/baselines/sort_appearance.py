@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from trackers.baselines.sort import Sort, SortParameters, Target, matched_by_overlap
 from trackers.fish_chain.detection import Detection
-from trackers.fish_chain.tracklet import look_of, turned
+from trackers.fish_chain.tracklets import look_of, turned
 from trackers.registry import register, tunable
 from trackers.types import Observation
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from trackers.belief.command_shares import command_of, is_seen, shares_of
-from trackers.belief.feature_filter import FeatureFilter
+from trackers.belief.features import FeatureFilter, command_of, is_seen, shares_of
 from trackers.controllers.catalogue import controller_entry
 from trackers.controllers.policy_file import load_policy
 from trackers.types import CameraCommand, Estimate, Observation

@@ -11,8 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.gaps.ends import measured_frames
-from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
+from trackers.gaps import Bridge, GapMethod, Piece, Surroundings, measured_frames
 from trackers.registry import tunable
 
 _P0 = 100.0

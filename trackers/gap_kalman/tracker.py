@@ -8,10 +8,9 @@ import numpy as np
 
 from trackers.fish_chain.detection import Detector, DetectorParameters
 from trackers.fish_chain.fish import Fish, measured
-from trackers.fish_chain.tracklet import Tracklet
-from trackers.fish_chain.tracklets import TrackletBuilder, TrackletParameters
+from trackers.fish_chain.tracklets import Tracklet, TrackletBuilder, TrackletParameters
 from trackers.gap_kalman.ca_kalman import CaKalman, CaKalmanParameters, successor_distances
-from trackers.gaps.types import Surroundings
+from trackers.gaps import Surroundings
 from trackers.registry import register
 from trackers.types import CameraModel, Observation, Track
 

@@ -1,4 +1,4 @@
-"""One track: a box of unknown size on its plane, seen as a rectangle, with a probability of existence."""
+"""One track: a box of unknown size on its plane, seen as a rectangle, with a heading and a probability of existence."""
 
 from __future__ import annotations
 
@@ -7,13 +7,107 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.harbour_watch.box_model import STATE, linearised
-from trackers.harbour_watch.classes import BIRD, BOAT, CAR, KINDS, PERSON, Kind
-from trackers.harbour_watch.heading import Heading
-from trackers.harbour_watch.sightings import Sighting
-from trackers.site.view import SiteView
+from trackers.harbour_watch.sightings import BIRD, BOAT, CAR, KINDS, PERSON, Kind, Sighting
+from trackers.site import SiteView
 
 Array = NDArray[np.float64]
+
+STATE = 7
+"""x, y, velocity along both (metres, metres a second), logarithms of length, width and height (metres)."""
+
+_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)])
+_STEPS = np.diag([0.05, 0.05, 0.0, 0.0, 0.02, 0.02, 0.02])[[0, 1, 4, 5, 6]]
+
+
+def rectangles(states: Array, heading_rad: float, base_m: float, roof: tuple[float, float], view: SiteView) -> Array:
+    """Return the rectangles (N, 4) around the projected bodies of states (N, 7) that stand at height ``base_m``.
+
+    A body has the box's base and, at its height, a smaller roof. NaN where a part is behind the camera.
+    """
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    corners = np.where(_CORNERS[:, 2:] > 0.0, _CORNERS * (*roof, 1.0), _CORNERS)
+    corners_m = (corners * np.exp(states[:, None, 4:])) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    corners_m[..., :2] += states[:, None, :2]
+    corners_m[..., 2] += base_m
+    px = view.project(corners_m.reshape(-1, 3))[0].reshape(len(states), 8, 2)
+    return np.concatenate([px.min(axis=1), px.max(axis=1)], axis=1)
+
+
+def linearised(
+    state: Array, heading_rad: float, base_m: float, roof: tuple[float, float], view: SiteView
+) -> tuple[Array, Array]:
+    """Return the rectangle (4,) of a state (7,), and its derivatives (4, 7) by differences."""
+    boxes = rectangles(np.vstack([state, state + _STEPS]), heading_rad, base_m, roof, view)
+    jacobian = np.zeros((4, STATE))
+    jacobian[:, [0, 1, 4, 5, 6]] = (boxes[1:] - boxes[0]).T / _STEPS.max(axis=1)
+    return boxes[0], jacobian
+
+
+HEADINGS_RAD = np.arange(12) * np.pi / 12
+"""A box looks the same from both ends."""
+
+_TURNS = 0.03
+"""Share that moves to each neighbour from picture to picture."""
+_SIDE_PX, _SIDE_SHARE = 1.5, 0.08
+"""Standard deviation of a rectangle's width and height: an edge is off by about a pixel; parts without contrast."""
+_AGREES_RAD = 0.2
+"""Standard deviation of a body's heading about its direction of travel."""
+_FORGETS = 0.8
+"""Successive pictures err alike."""
+
+
+class Heading:
+    """Probabilities (12,) of ``HEADINGS_RAD``."""
+
+    def __init__(self) -> None:
+        """All headings are as likely."""
+        self._weights = np.full(len(HEADINGS_RAD), 1.0 / len(HEADINGS_RAD))
+
+    @property
+    def likeliest_rad(self) -> float:
+        """The most likely heading, 0 to pi, as the mean of it and its neighbours on the doubled angle."""
+        best = int(self._weights.argmax())
+        near = np.arange(best - 1, best + 2) % len(HEADINGS_RAD)
+        phase = np.exp(2j * HEADINGS_RAD[near]) @ self._weights[near]
+        return float(np.angle(phase) / 2 % np.pi)
+
+    def turn(self) -> None:
+        """Let it turn from picture to picture."""
+        w = self._weights
+        self._weights = (1.0 - 2.0 * _TURNS) * w + _TURNS * (np.roll(w, 1) + np.roll(w, -1))
+
+    def travel(self, velocity_mps: Array, covariance: Array) -> None:
+        """Take in a velocity (2,) with its covariance (2, 2): a body points along it, as far as it surely moves."""
+        along = np.column_stack([np.cos(HEADINGS_RAD), np.sin(HEADINGS_RAD)])
+        across = np.column_stack([-along[:, 1], along[:, 0]])
+        off = across @ velocity_mps
+        spread = np.einsum("ki,ij,kj->k", across, covariance, across) + (_AGREES_RAD * (along @ velocity_mps)) ** 2
+        self._weigh(-0.5 * off**2 / spread)
+
+    def look(
+        self,
+        rectangle: Array,
+        state: Array,
+        covariance: Array,
+        base_m: float,
+        roof: tuple[float, float],
+        view: SiteView,
+    ) -> None:
+        """Take in a rectangle (4,) of a box of state (7,): its sides are likelier at some headings than at others."""
+        log = np.zeros(len(HEADINGS_RAD))
+        for k, heading_rad in enumerate(HEADINGS_RAD):
+            expected, jacobian = linearised(state, heading_rad, base_m, roof, view)
+            sides, slope = expected[2:] - expected[:2], jacobian[2:, 4:] - jacobian[:2, 4:]
+            noise = np.diag(_SIDE_PX**2 + (_SIDE_SHARE * sides) ** 2)
+            spread = slope @ covariance[4:, 4:] @ slope.T + noise
+            off = rectangle[2:] - rectangle[:2] - sides
+            log[k] = -0.5 * off @ np.linalg.solve(spread, off) - 0.5 * np.log(np.linalg.det(spread))
+        self._weigh(log)
+
+    def _weigh(self, log: Array) -> None:
+        weights = np.exp((1.0 - _FORGETS) * (log - log.max())) * self._weights
+        self._weights = np.maximum(weights / weights.sum(), 1e-6)
+
 
 _EDGE_PX = 0.8
 """Standard deviation of each edge of a region: for optics and sampling."""

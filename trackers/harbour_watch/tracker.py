@@ -9,13 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.harbour_watch.learning import learn_site
-from trackers.harbour_watch.site_model import LearntSite, ModelParameters, SiteModel, forms
+from trackers.harbour_watch.site_model import LearntSite, ModelParameters, SiteModel, forms, learn_site
 from trackers.harbour_watch.watch import Watch
 from trackers.registry import register, register_variant, tunable
-from trackers.site.model_file import load_model, save_model
-from trackers.site.reading import Picture, reading_of
-from trackers.site.survey import Site, Surveyed, placed
+from trackers.site import Picture, Site, Surveyed, placed, reading_of
+from trackers.site_model_file import load_model, save_model
 from trackers.types import CameraModel, Observation, Track
 
 

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.site.view import SiteView
+from trackers.site import SiteView
 
 Picture = NDArray[np.float32]
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_around, inside_picture
-from trackers.kernels.colour_template import ColourTemplate
-from trackers.kernels.weights import circular_mean
+from trackers.kernels.histogram import ColourTemplate
+from trackers.kernels.particles import circular_mean
 from trackers.particle_filter import Posterior
 from trackers.road_shape.background_motion import Motion
 from trackers.types import CameraModel, Estimate

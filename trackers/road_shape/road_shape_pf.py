@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre
-from trackers.kernels.colour_template import ColourTemplate
-from trackers.kernels.histogram import hs_bins
+from trackers.kernels.histogram import ColourTemplate, hs_bins
 from trackers.particle_filter import ParticleFilter
 from trackers.registry import register, tunable
 from trackers.road_shape.background_motion import STILL, measured_motion

@@ -30,7 +30,7 @@ from benchmarks.run.blocks import CONTROLLER_FAILED_AT
 from benchmarks.run.guards import MS_PER_FRAME, GuardedContestant
 from benchmarks.run.time_limit import Taken
 from scenarios.scenario import Frame
-from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
+from trackers.gaps import Bridge, GapMethod, Piece, Surroundings
 from trackers.types import CameraCommand, Estimate
 
 _OF_SCORES = ("repeat", "metric", "value", "weight", "seconds", "editions")

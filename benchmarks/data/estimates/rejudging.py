@@ -43,7 +43,7 @@ from benchmarks.run.own_modules import load_modules
 from scenarios import catalog
 from scenarios.loop import Loop
 from sim.checks import check
-from trackers.gaps.types import Bridge, Piece, Surroundings
+from trackers.gaps import Bridge, Piece, Surroundings
 
 
 @dataclass(frozen=True)

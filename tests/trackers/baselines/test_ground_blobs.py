@@ -7,8 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW
-from trackers.baselines.ground_blobs import Blob, BlobParameters, blobs_of
-from trackers.site.survey import placed
+from trackers.baselines.ground_linker import Blob, BlobParameters, blobs_of
+from trackers.site import placed
 
 SITE = placed(SURVEY, CAMERA, VIEW.T_world_camera)
 SHAPE = (CAMERA.height_px, CAMERA.width_px)

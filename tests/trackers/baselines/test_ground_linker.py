@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests.trackers.drawn_harbour import VIEW
-from trackers.baselines.ground_blobs import Blob
-from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters, evidence_of
+from trackers.baselines.ground_linker import EVIDENCE, Blob, GroundLinker, LinkParameters, evidence_of
 from trackers.estimate_check import check_tracks
 
 COVARIANCE_M2 = np.diag([0.6, 0.15]) ** 2

@@ -9,11 +9,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from sim.optics import PinholeCamera, look_down_pose, project
-from trackers.belief.belief_filter import BeliefFilter
-from trackers.belief.feature_filter import FeatureFilter
-from trackers.belief.features import FEATURES
+from trackers.belief.features import FEATURES, FeatureFilter
 from trackers.belief.kernel import SECTORS, densest_window
-from trackers.belief.sighting import sighting_of
+from trackers.belief.sighting import BeliefFilter, sighting_of
 from trackers.types import (
     CameraCommand,
     CameraModel,

@@ -15,7 +15,7 @@ from trackers.blind.dead_reckoning import (
     StraightParameters,
     TurningParameters,
 )
-from trackers.blind.protocol import TargetState
+from trackers.protocols import TargetState
 from trackers.types import CameraModel, EgoPose, Observation
 
 CAMERA = PinholeCamera(160, 120, 140.0)

@@ -11,7 +11,7 @@ from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW, DrawnHarbour
 from trackers.blind.harbour_blind import HarbourBlind
 from trackers.estimate_check import check_tracks
 from trackers.registry import entry
-from trackers.site.volume import place
+from trackers.site import place
 from trackers.types import Observation, Track
 
 # By the survey of the camera that it was learnt with the volume lies up to a metre away.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trackers.blind.straight_ahead import AheadParameters, StraightAhead
+from trackers.blind.dead_reckoning import AheadParameters, StraightAhead
 from trackers.light_adaptive_stereo.robot_frame import Mounting
 from trackers.types import CameraModel, Observation
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim.optics import PinholeCamera, look_down_pose, project
-from trackers.controllers.centre import CentreController, CentreParameters
+from trackers.controllers.centring import CentreController, CentreParameters
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
 CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW
-from trackers.eigen_swarm.particles import cloud, count_inside, likelihoods, move
+from trackers.eigen_swarm.swarm import cloud, count_inside, likelihoods, move
 from trackers.eigen_swarm.tracker import blocks_from_metres
-from trackers.site.volume import place
+from trackers.site import place
 
 VOLUME = place(SURVEY, CAMERA, VIEW.T_world_camera)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW
 from trackers.eigen_swarm.swarm import Region, Swarm, SwarmParameters, is_duplicate, region_of
 from trackers.eigen_swarm.tracker import blocks_from_metres
-from trackers.site.volume import place
+from trackers.site import place
 
 VOLUME = place(SURVEY, CAMERA, VIEW.T_world_camera)
 EMPTY_F = 2e-4

@@ -13,7 +13,7 @@ from tests.trackers.drawn_harbour import CAMERA, INTERVAL_S, SURVEY, VIEW, Drawn
 from trackers.eigen_swarm.tracker import EigenSwarm
 from trackers.estimate_check import check_tracks
 from trackers.registry import entry
-from trackers.site.model_file import save_model
+from trackers.site_model_file import save_model
 from trackers.types import Observation, Track
 
 WALK = [np.array([4.0 - 0.5 * k, 3.0 - 0.7 * k]) for k in range(14)]

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import multivariate_normal
 
-from trackers.fish_chain.appearance import Appearance
+from trackers.fish_chain.linking import Appearance
 
 FEATURES = 6
 
@@ -19,7 +19,7 @@ def pieces(
 
 
 def test_ratios_are_those_of_the_two_gaussians(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("trackers.fish_chain.appearance._MOST", np.inf)
+    monkeypatch.setattr("trackers.fish_chain.linking._MOST", np.inf)
     rng = np.random.default_rng(1)
     model = Appearance()
     model.learn(pieces(rng, rng.normal(0, 2, (40, FEATURES)), 0.7))

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from trackers.fish_chain.bodies import body_line, fit_bodies, pose_of
-from trackers.fish_chain.posture import STATIONS
+from trackers.fish_chain.posture import STATIONS, body_line, fit_bodies, pose_of
 
 HALVES = np.array([1.5, 3.0, 3.5, 3.4, 3.0, 2.4, 1.8, 1.2, 0.8])
 DEVIATIONS = np.array([2.5, 2.5, 0.25, 0.25])

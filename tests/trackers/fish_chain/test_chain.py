@@ -14,8 +14,8 @@ from scipy.optimize import linear_sum_assignment
 from tests.trackers.fish_chain.drawn_tank import Tank
 from tests.trackers.fish_chain.steady import Steady
 from trackers.estimate_check import check_tracks
-from trackers.fish_chain.chain import Chain, ChainParameters
 from trackers.fish_chain.fish import Fish
+from trackers.fish_chain.tracker import Chain, ChainParameters
 from trackers.registry import entry
 from trackers.types import CameraModel, Observation, Track
 

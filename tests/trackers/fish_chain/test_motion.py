@@ -8,8 +8,8 @@ from scipy.stats import multivariate_normal
 
 from tests.trackers.fish_chain.steady import Steady
 from tests.trackers.fish_chain.swum import swum
-from trackers.fish_chain.motion import MotionModel, MotionParameters, Starts
-from trackers.gaps.types import Surroundings
+from trackers.fish_chain.linking import MotionModel, MotionParameters, Starts
+from trackers.gaps import Surroundings
 
 BOUNDS = np.array([0.0, 0.0, 400.0, 300.0])
 

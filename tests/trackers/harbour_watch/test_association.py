@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 
-from trackers.harbour_watch.association import existence, marginals
+from trackers.harbour_watch.tracks import existence, marginals
 
 
 def brute_force(prior, detected, likelihood, alone):

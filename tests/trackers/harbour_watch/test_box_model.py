@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from tests.trackers.harbour_watch.drawn_quay import VIEW
-from trackers.harbour_watch.box_model import linearised, rectangles
-from trackers.harbour_watch.classes import CAR, KINDS, log_likelihoods
-from trackers.harbour_watch.heading import Heading
+from trackers.harbour_watch.mark import Heading, linearised, rectangles
+from trackers.harbour_watch.sightings import CAR, KINDS, log_likelihoods
 
 
 def state(x, y, size_m):

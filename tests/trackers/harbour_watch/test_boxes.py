@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trackers.harbour_watch.boxes import CELL_PX, BoxFilters
+from trackers.harbour_watch.detection import CELL_PX, BoxFilters
 
 SIZES_M = np.array([[0.5, 0.5], [1.0, 2.0]])
 

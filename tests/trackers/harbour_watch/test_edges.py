@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from trackers.harbour_watch.edges import refined
+from trackers.harbour_watch.detection import refined
 
 
 def body(x0, y0, x1, y1, sign=1.0):

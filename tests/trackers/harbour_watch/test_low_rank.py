@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trackers.harbour_watch.low_rank import learn
+from trackers.harbour_watch.background import learn
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trackers.harbour_watch.memory import PixelMemory
+from trackers.harbour_watch.background import PixelMemory
 
 
 def memory(first, noise, **changes):

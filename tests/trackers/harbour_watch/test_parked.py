@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from trackers.harbour_watch.parked import Parked, shows_background_behind
+from trackers.harbour_watch.watch import Parked, shows_background_behind
 
 NOISE = np.full((40, 60), 2.0, np.float32)
 CAR = SimpleNamespace(identity=3, seen_px=np.array([20.2, 10.0, 35.6, 19.7]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trackers.kernels.car_box import WIDTH_TO_LENGTH, apparent_length_px
+from trackers.kernels.boxes import WIDTH_TO_LENGTH, apparent_length_px
 
 
 @pytest.mark.parametrize("heading_rad", [0.0, 0.4, 0.9, 1.5])

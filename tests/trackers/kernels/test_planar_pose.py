@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from trackers.kernels.planar_pose import apply_homography, robust_normal_equations
+from trackers.kernels.ground_camera import apply_homography, robust_normal_equations
 
 
 def test_homography_is_opencvs() -> None:

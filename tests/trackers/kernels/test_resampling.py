@@ -7,8 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from trackers.kernels.resampling import systematic_indices
-from trackers.kernels.weights import circular_mean, normalise_log_weights
+from trackers.kernels.particles import circular_mean, normalise_log_weights, systematic_indices
 
 WEIGHTS = hnp.arrays(np.float64, st.integers(1, 60), elements=st.one_of(st.just(0.0), st.floats(1e-12, 1e12))).filter(
     lambda weights: weights.sum() > 0

@@ -7,8 +7,8 @@ import pytest
 
 from tests.trackers import drawn_people
 from tests.trackers.drawn_people import RED, Board, observation, person_box
-from trackers.light_adaptive_stereo.first_mounting import first_mounting
 from trackers.light_adaptive_stereo.matching import StereoMatcher
+from trackers.light_adaptive_stereo.stereo_view import first_mounting
 from trackers.registry import entry
 
 NAMES = ("stereo_wb", "stereo_wb_shutter_gain", "stereo_nearest", "stereo_colour_gate", "stereo_people")

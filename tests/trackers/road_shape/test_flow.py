@@ -7,8 +7,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from trackers.road_shape.background_motion import BackgroundMotionFilter, BackgroundMotionParameters, PictureMotion
-from trackers.road_shape.flow import find_corners, flow_misfits, follow_corners
+from trackers.road_shape.background_motion import (
+    BackgroundMotionFilter,
+    BackgroundMotionParameters,
+    PictureMotion,
+    find_corners,
+    flow_misfits,
+    follow_corners,
+)
 
 CENTRE = np.array([160.0, 120.0])
 

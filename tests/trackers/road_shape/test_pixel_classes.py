@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trackers.road_shape.pixel_classes import BUILDING, OTHER, ROAD, PixelClassifier, mean_existence
+from trackers.road_shape.existence import BUILDING, OTHER, ROAD, PixelClassifier, mean_existence
 
 MEAN = np.array([[100.0, 100.0, 100.0], [40.0, 40.0, 44.0], [60.0, 140.0, 60.0]])
 VARIANCE = np.array([[400.0, 100.0, 400.0], [64.0, 64.0, 64.0], [900.0, 900.0, 100.0]])

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from trackers.road_shape.road_end import NewRoad, NewRoadModel, RoadEnd, last_direction
 from trackers.road_shape.road_lines import LineFinder, RoadSearch
-from trackers.road_shape.spline import fit_cubic_spline
+from trackers.road_shape.road_model import NewRoad, NewRoadModel, RoadEnd, fit_cubic_spline, last_direction
 
 CAR_PX = 40.0
 

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from tests.fakes import CAMERA, ROAD_WIDTH_M, DrawnTown, bent_road, look_down, straight_road
 from trackers.road_shape.background_motion import STILL, measured_motion
-from trackers.road_shape.edges import line_positions, line_profile
-from trackers.road_shape.road_lines import RoadSearch
+from trackers.road_shape.road_lines import RoadSearch, line_positions, line_profile
 from trackers.road_shape.road_model import RoadCurve, RoadModel
 from trackers.types import EgoPose
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
-from trackers.road_shape.spline import evaluate_spline, fit_cubic_spline
+from trackers.road_shape.road_model import evaluate_spline, fit_cubic_spline
 
 
 @settings(deadline=None)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from trackers.swimmer.steady import steady_way
+from trackers.swimmer.method import steady_way
 
 AHEAD = np.arange(1.0, 201.0)
 

@@ -7,12 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from trackers.gaps.check import check_bridge
-from trackers.gaps.types import Bridge, Piece, Surroundings
-from trackers.swimmer.features import PAST, Pasts, features
+from trackers.gaps import Bridge, Piece, Surroundings, check_bridge
+from trackers.swimmer.features import PAST, Pasts, Recording, features, whole_past
 from trackers.swimmer.method import SwimGaps
 from trackers.swimmer.regression import Regression, Samples, first_fit, fitted
-from trackers.swimmer.windows import Recording, whole_past
 
 SIDE_PX = np.array([600.0, 400.0])
 BOUNDS = np.array([0.0, 0.0, *SIDE_PX])

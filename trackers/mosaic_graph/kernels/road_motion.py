@@ -27,12 +27,13 @@ from trackers.mosaic_graph.kernels.road_position import (
     TURN,
     URGE,
     VIGOUR,
+    RoadGraph,
+    Roads,
     X,
     Y,
     associate_one,
     nearest_point,
 )
-from trackers.mosaic_graph.kernels.roads import RoadGraph, Roads
 
 _COMMITTED_M = 5.5
 _DECIDE_M = 28.0

@@ -13,7 +13,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.numpy import save
 
 from trackers.atomic_file import write_atomic
-from trackers.site.view import SiteView
+from trackers.site import SiteView
 
 _FOCAL_TOLERANCE, _PLACE_TOLERANCE_M, _TURN_TOLERANCE_PX = 1e-3, 0.5, 2.0
 """A camera that was surveyed twice is the same one: half a metre moves no block of the background by half."""

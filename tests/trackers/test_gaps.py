@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trackers.gaps.check import check_bridge
-from trackers.gaps.types import Bridge
+from trackers.gaps import Bridge, check_bridge
 
 GOOD = Bridge(np.zeros((3, 2)), np.tile(np.eye(2), (3, 1, 1)))
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from safetensors.numpy import save_file
 
 from tests.trackers.drawn_harbour import CAMERA, VIEW, looking
-from trackers.site.model_file import Form, load_model, save_model
-from trackers.site.view import SiteView
+from trackers.site import SiteView
+from trackers.site_model_file import Form, load_model, save_model
 
 ARRAYS = {"mean": np.arange(12, dtype=np.float32).reshape(3, 4), "first": np.array([0, 2, 5])}
 FORMS = {"mean": Form("float32", ("rows", 4)), "first": Form("int64", ("rows",))}
