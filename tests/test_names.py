@@ -16,7 +16,7 @@ from trackers import registry as tracker_registry
 from trackers.controllers import catalogue
 
 ROOT = Path(__file__).parents[1]
-GENERAL = tuple(f"trackers/controllers/{name}.py" for name in ("catalogue", "policy", "policy_file"))
+GENERAL = tuple(f"trackers/controllers/{name}.py" for name in ("catalogue", "policy"))
 """Modules in these rooms that serve all of their kind."""
 LISTS = {
     "scenarios/catalog.py": ("_ENTRIES", "SUCCESSORS"),

@@ -325,7 +325,7 @@ def _load(name: str) -> None:
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return the known name that ``name`` begins, or the nearest one, as a question in parentheses; else nothing.
 
-    The simulator, which trackers may not import, has ``sim.choices.suggestion`` for its own names.
+    The simulator, which trackers may not import, has ``sim.checks.suggestion`` for its own names.
     """
     names = list(known)
     # Of editions of one thing the latest, which is listed last.

@@ -26,7 +26,7 @@ from benchmarks.cli.printing import contestants_print_to_stderr
 from benchmarks.run.arithmetic import missing_settings
 from benchmarks.run.imports import ROOT, foreign_packages
 from benchmarks.run.own_modules import load_modules
-from sim.choices import check_choice, nearest, suggestion
+from sim.checks import check_choice, nearest, suggestion
 
 
 @dataclass(frozen=True)

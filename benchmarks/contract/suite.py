@@ -20,8 +20,7 @@ from benchmarks.contract.tuning_episodes import DEFAULT_EPISODES, TuningEpisodes
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 
 _MODULES = {
     "frame-out": "benchmarks.judges.frame_out.suite",

@@ -24,7 +24,7 @@ from scenarios.envs.pictureless.error_model import error_model
 from sim.checks import check
 from trackers.belief.features import FEATURES
 from trackers.controllers.catalogue import controller_entry
-from trackers.controllers.policy_file import Policy, save_policy
+from trackers.controllers.policy import Policy, save_policy
 
 _INSTALL = "pip install 'frameout[train]'"
 _HIDDEN = (128, 64)

@@ -13,7 +13,7 @@ from benchmarks.run.own_inputs import own
 from benchmarks.run.stale_kernels import forget_stale_kernels
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
 from scenarios.scenario import Episode, Scenario
-from sim.choices import check_choice, suggestion
+from sim.checks import check_choice, suggestion
 from trackers import registry
 from trackers.follow_one import FollowOne
 from trackers.gaps import GapMethod

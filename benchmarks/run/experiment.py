@@ -26,8 +26,7 @@ from benchmarks.statistics.summary import write_summary
 from scenarios import catalog
 from scenarios.command_link import LINKS
 from scenarios.scenario import Episode, RendererName
-from sim.checks import check
-from sim.choices import check_choice, suggestion
+from sim.checks import check, check_choice, suggestion
 from trackers import registry
 from trackers.controllers import catalogue
 

@@ -10,7 +10,7 @@ from benchmarks.contract.suite import Scene, Suite
 from benchmarks.run.contestants import entrants_of
 from benchmarks.run.steering import default_controllers
 from scenarios import catalog
-from sim.choices import check_choice
+from sim.checks import check_choice
 from trackers.controllers.catalogue import controller_entry
 
 

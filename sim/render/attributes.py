@@ -9,8 +9,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.render.runs import LANES, PITCH, find_runs, new_lines
-from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level, number_texels
+from sim.render.rows import (
+    LANES,
+    LEVEL_0_UP_TO,
+    PITCH,
+    TEXEL_LINES,
+    fetch_row,
+    find_runs,
+    mip_level,
+    new_lines,
+    number_texels,
+)
 from sim.render.textures import TexturePool
 from sim.render.visibility import (
     BODY,
@@ -76,9 +85,9 @@ class ResolveScratch(NamedTuple):
     """Scratch of ``resolve_row``, for rows of W pixels.
 
     Attributes:
-        real: line buffer (``sim.render.runs``) of depth, and x, y and z of the normal.
+        real: line buffer (``sim.render.rows``) of depth, and x, y and z of the normal.
         normal: (3, ``PITCH``), the same x, y and z.
-        whole: line buffer of what ``sim.render.sampling`` needs, and the instance id.
+        whole: line buffer of what ``sim.render.rows`` needs, and the instance id.
         firsts: of runs (> W,).
         colour: (W,).
     """

@@ -13,7 +13,7 @@ from sim.render.compilation import announce_compilation
 from sim.render.row_stages import RowStage
 from sim.render.scene import SceneArrays, pack_scene
 from sim.render.textures import TexturePool
-from sim.render.view import camera_view
+from sim.render.triangles import camera_view
 from sim.render.visibility import draw_bodies
 from sim.world import World
 

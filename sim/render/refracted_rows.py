@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from sim.render.attributes import LEVEL_BLOCK, SHORT, Drawn, SurfaceRow
 from sim.render.compilation import row_kernel
-from sim.render.runs import LANES, PITCH, find_runs, new_lines
-from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level
+from sim.render.rows import LANES, LEVEL_0_UP_TO, PITCH, TEXEL_LINES, fetch_row, find_runs, mip_level, new_lines
 from sim.render.textures import TexturePool
 from sim.render.visibility import (
     BODY,
@@ -30,7 +29,7 @@ from sim.render.visibility import (
     U,
     V,
 )
-from sim.render.water.ends import Endings
+from sim.render.water.trace import Endings
 
 _DEPTH, _NORMAL, _COLUMN, _ROW, _LINES = 0, 1, 4, 5, 6
 """Lines of the scratch."""
@@ -223,7 +222,7 @@ def _number_texels(
     real: NDArray[np.float32],
     texel: NDArray[np.uint32],
 ) -> None:
-    """As ``sim.render.sampling.number_texels``, at the places in the inner picture.
+    """As ``sim.render.rows.number_texels``, at the places in the inner picture.
 
     Args:
         across, down: change of the texel's column or row per column and per row, constant, and the last texel.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from sim.choices import check_choice
+from sim.checks import check_choice
 
 
 @pytest.mark.parametrize(

@@ -53,10 +53,7 @@ class Blob:
 
 
 def blobs_of(
-    foreground: NDArray[np.uint8],
-    contrast: NDArray[np.float32],
-    site: Site,
-    parameters: BlobParameters,
+    foreground: NDArray[np.uint8], contrast: NDArray[np.float32], site: Site, parameters: BlobParameters
 ) -> list[Blob]:
     """Return the objects of a mask whose feet stand inside the watched volume, seen from above.
 

@@ -22,7 +22,6 @@ from typing import Any, Literal, NamedTuple, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.controllers.policy_file import Policy, load_policy
 from trackers.protocols import Controller
 from trackers.registry import OWN_NEEDS_MODULE, MethodEntry, check_registered, nearest, tuned_values
 from trackers.types import CameraCommand
@@ -206,10 +205,7 @@ def controller_entry(name: str, carrier: str) -> ControllerEntry:
             for another carrier.
     """
     if name.startswith(POLICY):
-        policy = load_policy(name.removeprefix(POLICY))
-        if policy.carrier.name != carrier:
-            raise ValueError(f"controller: expected a policy for a {carrier}, got {name!r} for a {policy.carrier.name}")
-        return _policy_entry(policy, name.removeprefix(POLICY))
+        return _policy_entry(name.removeprefix(POLICY), carrier)
     _load(carrier, name)
     if (carrier, name) not in _ENTRIES:
         known = controllers(carrier)
@@ -219,9 +215,11 @@ def controller_entry(name: str, carrier: str) -> ControllerEntry:
     return _ENTRIES[carrier, name]
 
 
-def _policy_entry(policy: Policy, file: str) -> ControllerEntry:
-    summary = f"trained in {policy.env} with {policy.tracker}"
+def _policy_entry(file: str, carrier: str) -> ControllerEntry:
+    # Policies create controllers themselves, so their module imports this one.
     module = importlib.import_module("trackers.controllers.policy")
-    return ControllerEntry(
-        f"{POLICY}{file}", policy.carrier.name, "policy", summary, module.PolicyController, {"file": file}
-    )
+    policy, name = module.load_policy(file), f"{POLICY}{file}"
+    if policy.carrier.name != carrier:
+        raise ValueError(f"controller: expected a policy for a {carrier}, got {name!r} for a {policy.carrier.name}")
+    summary = f"trained in {policy.env} with {policy.tracker}"
+    return ControllerEntry(name, carrier, "policy", summary, module.PolicyController, {"file": file})

@@ -89,10 +89,7 @@ class CentreRobotController(KernelController):
     """
 
     Parameters = CentreRobotParameters
-    LOOKS, KERNEL = (
-        "ahead",
-        Kernel(turn_to_centre, record_dtype(CentreRobotParameters), PID_MEMORY),
-    )
+    LOOKS, KERNEL = ("ahead", Kernel(turn_to_centre, record_dtype(CentreRobotParameters), PID_MEMORY))
 
 
 _FASTEST_MPS = 1.0

@@ -207,10 +207,7 @@ class ReentryRobotParameters:
 
 
 @register_controller(
-    "reentry",
-    role="ours",
-    carrier="robot",
-    summary="steers by the belief; looks to where the target must come back",
+    "reentry", role="ours", carrier="robot", summary="steers by the belief; looks to where the target must come back"
 )
 class ReentryRobotController(KernelController):
     """Steers by ``steer_robot``; the belief's trail of the target needs measured poses (odometry)."""

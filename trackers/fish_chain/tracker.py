@@ -218,12 +218,7 @@ class Chain:
         first_px = start.line_px(start.first_frame)
         self.links.append(
             Link(
-                tail.end_frame - 1,
-                tail.position_px,
-                start.first_frame,
-                first_px[len(first_px) // 2],
-                probability,
-                made,
+                tail.end_frame - 1, tail.position_px, start.first_frame, first_px[len(first_px) // 2], probability, made
             )
         )
         return made

@@ -172,11 +172,7 @@ def jerk_noise(dt: float, q: float) -> NDArray[np.float64]:
     """Return Q (6, 6) of a white jerk: ``q ∫ g gᵀ dt`` with ``g = (t²/2, t, 1)`` for each axis."""
     Q = np.zeros((6, 6))
     block = q * np.array(
-        [
-            [dt**5 / 20, dt**4 / 8, dt**3 / 6],
-            [dt**4 / 8, dt**3 / 3, dt**2 / 2],
-            [dt**3 / 6, dt**2 / 2, dt],
-        ]
+        [[dt**5 / 20, dt**4 / 8, dt**3 / 6], [dt**4 / 8, dt**3 / 3, dt**2 / 2], [dt**3 / 6, dt**2 / 2, dt]]
     )
     for axis in range(2):
         for i in range(3):

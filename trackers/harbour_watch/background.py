@@ -125,13 +125,7 @@ _UNCOVERED = 30.0
 
 
 @njit(cache=True)
-def _predict(
-    left: Picture,
-    slow: Picture,
-    doubt: Picture,
-    noise: Picture,
-    deviation: Picture,
-) -> None:
+def _predict(left: Picture, slow: Picture, doubt: Picture, noise: Picture, deviation: Picture) -> None:
     """``deviation = (left - slow) / sqrt(P + noise)`` per pixel (N,), ``P = doubt``; variances in counts squared."""
     for n in range(left.size):
         deviation[n] = (left[n] - slow[n]) / math.sqrt(doubt[n] + noise[n])
@@ -208,15 +202,5 @@ class PixelMemory:
 
     def learn(self, left: Picture, claimed: NDArray[np.uint8]) -> None:
         """Take in a picture less its low-rank background (N,), where no object claims the pixel."""
-        _learn(
-            left,
-            claimed,
-            self.slow,
-            self.doubt,
-            self.noise,
-            self._first,
-            self._drift,
-            self._rate,
-            _MEMORY_OUTLIER,
-        )
+        _learn(left, claimed, self.slow, self.doubt, self.noise, self._first, self._drift, self._rate, _MEMORY_OUTLIER)
         np.maximum(self.noise, self._floor, out=self.noise)

@@ -255,11 +255,7 @@ class Detector:
         self._lift = (self.filters.tall_px[_PIECE] - 1) // 2
 
     def regions(
-        self,
-        scaled: Picture,
-        deviation: Picture,
-        watched: NDArray[np.bool_],
-        known: Sequence[NDArray[np.float64]] = (),
+        self, scaled: Picture, deviation: Picture, watched: NDArray[np.bool_], known: Sequence[NDArray[np.float64]] = ()
     ) -> list[Region]:
         """Return the regions, the strongest first, whose boxes stand on watched pixels (H, W).
 

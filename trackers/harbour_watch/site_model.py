@@ -110,10 +110,7 @@ class SiteModel:
         shape = learnt.noise.shape[0], learnt.noise.shape[1]
         self.shape, self.low_rank = shape, learnt.low_rank
         self.memory = PixelMemory(
-            learnt.first,
-            learnt.noise.ravel() ** 2,
-            remembered_frames=p.remembered_frames,
-            noise_frames=p.noise_frames,
+            learnt.first, learnt.noise.ravel() ** 2, remembered_frames=p.remembered_frames, noise_frames=p.noise_frames
         )
         self.watched = _watched(site, shape)
         self.detector = Detector(_px_per_m(site.view, shape), shape[1], p.least_score, p.piece_score)

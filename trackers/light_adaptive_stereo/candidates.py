@@ -62,10 +62,7 @@ class PlanView:
 
 
 def plan_view(
-    points_m: NDArray[np.float32],
-    focal_px: float,
-    focal_baseline_m: float,
-    parameters: PlanViewParameters,
+    points_m: NDArray[np.float32], focal_px: float, focal_baseline_m: float, parameters: PlanViewParameters
 ) -> PlanView:
     """Return the plan view of a point cloud (H', W', 3) in the robot's frame.
 

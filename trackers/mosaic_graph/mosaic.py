@@ -176,10 +176,7 @@ class Mosaic:
 
 
 def standing_ground(
-    camera: GroundCamera,
-    difference: NDArray[np.uint8] | None,
-    target_m: NDArray[np.float64] | None,
-    length_m: float,
+    camera: GroundCamera, difference: NDArray[np.uint8] | None, target_m: NDArray[np.float64] | None, length_m: float
 ) -> NDArray[np.uint8]:
     """Return the weight (H, W) 1-255 of each pixel of a shrunk picture as static ground: 70 where it changed suddenly,
     1 on the target.

@@ -140,11 +140,7 @@ class MosaicGraphParticleFilter:
         longest_px = max(float(np.hypot(model.width_px, model.height_px)), _LEAST_LENGTH_PX)
         length_px = float(np.clip(apparent_length_px(box_xyxy), _LEAST_LENGTH_PX, longest_px))
         self._registration = Registration(
-            observation,
-            box_centre(box_xyxy),
-            TYPICAL_LENGTH_M / length_px,
-            use_ego=p.use_ego,
-            use_mosaic=p.use_mosaic,
+            observation, box_centre(box_xyxy), TYPICAL_LENGTH_M / length_px, use_ego=p.use_ego, use_mosaic=p.use_mosaic
         )
         first, camera = self._registration.first, self._registration.camera
         metres_per_pixel = camera.metres_per_pixel()

@@ -310,11 +310,7 @@ class RoadModel:
         self._ends: list[RoadEnd] = []
 
     def update(
-        self,
-        grey: NDArray[np.uint8],
-        motion: Motion,
-        car_px: NDArray[np.float64],
-        heading_rad: float | None,
+        self, grey: NDArray[np.uint8], motion: Motion, car_px: NDArray[np.float64], heading_rad: float | None
     ) -> RoadCurve | None:
         """Update with a picture (H, W) and return the road around the car; None while no road is known.
 

@@ -10,11 +10,11 @@ from types import SimpleNamespace
 import pytest
 
 from sim.render.compilation import forget_stale_kernels
-from sim.render.sampling import mip_level
+from sim.render.rows import mip_level
 
 DRAW = """
 from sim.render.compilation import announce_compilation
-from sim.render.sampling import mip_level
+from sim.render.rows import mip_level
 announce_compilation(mip_level)
 mip_level(9.0, 4)
 """

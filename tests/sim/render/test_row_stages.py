@@ -18,7 +18,7 @@ from sim.render.compilation import row_kernel
 from sim.render.pipeline import capture
 from sim.render.raster import Raster
 from sim.render.row_stages import RowStage, light_picture
-from sim.shaders.daylight_kernels import shade_row
+from sim.shaders.daylight import shade_row
 from tests.sim.demo_scene import build_town
 
 CAMERA = PinholeCamera.from_field_of_view(160, 120, np.radians(55))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.render.runs import WIDEST, find_runs, new_lines
+from sim.render.rows import WIDEST, find_runs, new_lines
 
 
 @settings(max_examples=200, deadline=None)

@@ -8,11 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sim.optics import PinholeCamera
+from sim.sensors.automatic import channel_gains, next_gains, right_gains
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
-from sim.sensors.white_balance import channel_gains, next_gains, right_gains
-from sim.shaders.black_body import black_body_rgb
-from sim.shaders.colour import srgb_to_linear
+from sim.shaders.colour import black_body_rgb, srgb_to_linear
 
 CAMERA = PinholeCamera(160, 120, 150.0)
 

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.shaders.black_body import WHITE_K, black_body_rgb
-from sim.shaders.colour import LUMINANCE_WEIGHTS
+from sim.shaders.colour import LUMINANCE_WEIGHTS, WHITE_K, black_body_rgb
 
 
 def _planck(wavelength_m: float, temperature_k: float) -> float:

@@ -72,9 +72,7 @@ def test_caustics_are_those_of_rays_drawn_at_random():
         for edge, first in zip(edges, extent.first_m[::-1], strict=True)
     )
     sampled = cv2.remap(
-        caustic,
-        *(part.astype(np.float32) for part in np.meshgrid(columns.ravel(), rows.ravel())),
-        cv2.INTER_LINEAR,
+        caustic, *(part.astype(np.float32) for part in np.meshgrid(columns.ravel(), rows.ravel())), cv2.INTER_LINEAR
     )
     mean = sampled.reshape(len(edges[0]) - 1, 10, len(edges[1]) - 1, 10).mean(axis=(1, 3))
     assert counts.std() > 0.12

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.thermal.water import EXTINCTION_INDEX, REFRACTIVE_INDEX, WAVELENGTH_M, reflectance, spectral_reflectance
+from sim.thermal.radiance import EXTINCTION_INDEX, REFRACTIVE_INDEX, WAVELENGTH_M, reflectance, spectral_reflectance
 
 
 def _by_angles(degrees: float, index: complex) -> float:

@@ -8,13 +8,7 @@ from numpy.typing import NDArray
 
 from sim.optics import PinholeCamera, look_down_pose, project
 from trackers import registry
-from trackers.blind.dead_reckoning import (
-    Below,
-    Carried,
-    CarriedParameters,
-    StraightParameters,
-    TurningParameters,
-)
+from trackers.blind.dead_reckoning import Below, Carried, CarriedParameters, StraightParameters, TurningParameters
 from trackers.protocols import TargetState
 from trackers.types import CameraModel, EgoPose, Observation
 
@@ -98,8 +92,7 @@ def test_without_instruments_it_stays_where_it_was_in_the_picture() -> None:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [name for name, entry in registry.entries().items() if entry.role == "blind" and not entry.follows_many],
+    "name", [name for name, entry in registry.entries().items() if entry.role == "blind" and not entry.follows_many]
 )
 def test_answers_are_finite_however_the_camera_is_held(name: str) -> None:
     rng = np.random.default_rng(5)

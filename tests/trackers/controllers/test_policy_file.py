@@ -13,7 +13,7 @@ import pytest
 from tests.fakes_policy import random_policy
 from trackers.belief.features import FEATURES
 from trackers.controllers.catalogue import controller_entry
-from trackers.controllers.policy_file import load_policy, save_policy
+from trackers.controllers.policy import load_policy, save_policy
 from trackers.types import CameraCommand, CameraModel, Carrier, CommandAxis, EgoPose, Estimate, Observation
 
 CARRIER = Carrier(

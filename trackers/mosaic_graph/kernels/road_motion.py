@@ -256,12 +256,7 @@ def _begin_turn(s: NDArray[np.float64], turn: float) -> None:
 
 @njit(cache=True)
 def _go_free(
-    s: NDArray[np.float64],
-    roads: Roads,
-    habits: Habits,
-    dt_s: float,
-    normal: float,
-    uniforms: NDArray[np.float64],
+    s: NDArray[np.float64], roads: Roads, habits: Habits, dt_s: float, normal: float, uniforms: NDArray[np.float64]
 ) -> tuple[float, float]:
     """Return goal speed and curvature of a car off the known roads; it may turn if none is near, or join one."""
     goal = max(s[CRUISE], 0.0)

@@ -1,20 +1,82 @@
-"""Look-up of the colours of one row of pixels in textures.
+"""Rows of pixels: runs of neighbours that show the same body or triangle, and their colours from textures.
+
+Runs are too short for ordinary vector code. So run loops process whole blocks of ``LANES`` pixels and write beyond the
+end of the run, where the next run writes later. Their arrays are lines of one *line buffer*: line n begins at
+``n * PITCH``. From the fixed distance the compiler knows that lines do not overlap; it leaves space behind the last
+column.
 
 Texels lie in tiles of 4x4, one cache line each: texel (i, j) of a mip level is number
 ``(i // 4) * row_pitch + (i % 4) * 4 + (j // 4) * 16 + j % 4``, the sum of a part of its row and one of its column. Each
 level has its last row and column twice, so that a texel's right and lower neighbours always exist.
 
 Loops that compute, fetch and mix are separate, so that the first and the last become vector code. They communicate by
-lines of a line buffer (``sim.render.runs``): the four texels, their weights across and down.
+lines of a line buffer (``sim.render.rows``): the four texels, their weights across and down.
 """
 
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.render.runs import LANES, PITCH
+
+LANES = 16
+_SEARCHED = 32
+"""Pixels searched at once for the first one of a run."""
+WIDEST = 4096
+"""Columns of the widest picture."""
+PITCH = WIDEST + 5 * LANES
+"""No power of two, with which all lines would map to the same part of the processor's cache."""
+
+
+@njit(cache=True)
+def new_lines(lines: int, width: int) -> NDArray[np.float32]:
+    """Return ``lines`` lines of zeros for rows of ``width`` pixels.
+
+    Raises:
+        ValueError: for pictures that are wider than ``WIDEST``.
+    """
+    if width > WIDEST:
+        raise ValueError("width: expected at most 4096 pixels")
+    return np.zeros(lines * PITCH, np.float32)
+
+
+@row_kernel()
+def find_runs(values: NDArray[np.int32], firsts: NDArray[np.uint32]) -> np.uint64:
+    """Write the first column of each run of equal values (W,), and W behind the last; return the number of runs.
+
+    Args:
+        firsts: (> W,).
+    """
+    one, block = np.uint64(1), np.uint64(_SEARCHED)
+    count, column, width = one, one, np.uint64(values.shape[0])
+    firsts[0] = np.uint32(0)
+    while column + block <= width:
+        change = np.int32(0)
+        for k in range(column, column + block):
+            change |= values[k] ^ values[k - one]
+        if change != 0:
+            count = _find_firsts(values, column, column + block, count, firsts)
+        column += block
+    count = _find_firsts(values, column, width, count, firsts)
+    firsts[count] = np.uint32(width)
+    return count
+
+
+@row_kernel(forceinline=True)
+def _find_firsts(
+    values: NDArray[np.int32], start: np.uint64, end: np.uint64, count: np.uint64, firsts: NDArray[np.uint32]
+) -> np.uint64:
+    """Write the columns from start to end that begin a run behind the ``count`` known ones; return how many are known.
+
+    Without branches: a mispredicted one costs more than a needless write.
+    """
+    for column in range(start, end):
+        firsts[count] = np.uint32(column)
+        count += np.uint64(values[column] != values[column - np.uint64(1)])
+    return count
+
 
 RED_BLUE, GREEN = np.uint32(0x00FF00FF), np.uint32(0x0000FF00)
 HALVES, HALF = np.uint32(0x00800080), np.uint32(0x8000)
@@ -48,7 +110,7 @@ def number_texels(
     Args:
         half: 1/2, or 0 for palettes, which show the texel at the position alone.
         begin, row_pitch: where the mip level begins in the pool, and its row pitch.
-        depth_m, texel: line buffers, see ``sim.render.runs``.
+        depth_m, texel: line buffers, see ``sim.render.rows``.
     """
     to_01, to_10, to_11 = np.uint64(PITCH), np.uint64(2 * PITCH), np.uint64(3 * PITCH)
     to_weight_x, to_weight_y = np.uint64(4 * PITCH), np.uint64(5 * PITCH)
