@@ -1,6 +1,6 @@
 """The four papers whose methods are here as written: the one place that holds their references.
 
-All are in Japanese. What the copies that the methods were written from do not show is left empty, and said so.
+All are in Japanese. Fields that the copies at hand do not show are empty, and ``Paper.reference`` names them.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """A paper, as far as its copy tells.
+    """A paper, as far as its copy shows.
 
     Attributes:
         letter: its name in this project, A to D. package: the package of ``trackers`` with its methods as written.

@@ -93,7 +93,7 @@ class DecidingTracker(MultiTracker, Protocol):
 
 
 def begin(tracker: MultiTracker, start: Start) -> None:
-    """Start a tracker with its inputs before the first picture: the site's survey, if it asks for one, and the rest."""
+    """Start a tracker with its inputs before the first picture, the site's survey too if it is a ``SiteTracker``."""
     if isinstance(tracker, SiteTracker) and start.site is not None:
         tracker.survey(start.site)
     tracker.start(start.background, start.camera)

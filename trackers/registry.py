@@ -14,7 +14,7 @@ A tracker registers where it is defined::
 
 Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the place of the
 defaults. A paper's method keeps the values as written: where tuning found better ones, it stands a second time, as
-``NAME_tuned``. So does any method if that file has the key ``kept_as_written``, which says why.
+``NAME_tuned``. So does any method if that file has the key ``kept_as_written``, with the reason.
 """
 
 from __future__ import annotations
@@ -162,8 +162,8 @@ class TrackerEntry(MethodEntry):
         reproducible: False for a method that draws random numbers without a seed.
         suites: names of its suites; () = the default one.
         edition: of its answers; raise it when they change.
-        missing: says what it needs that is not installed, and how to install it, "" if nothing; with something missing
-            the tracker is left out of default runs.
+        missing: returns what it needs that is not installed, and how to install it, "" if nothing; with something
+            missing the tracker is left out of default runs.
     """
 
     name: str
@@ -351,7 +351,7 @@ def tuned_values(name: str, module: str) -> dict[str, Any]:
 
 
 def _tuning(name: str, module: str) -> dict[str, Any]:
-    """Return what ``tuned_file`` says; no values if there is none."""
+    """Return the content of ``tuned_file``; no values if there is none."""
     file = tuned_file(name, module)
     return json.loads(file.read_text()) if file.is_file() else {"parameters": {}}
 

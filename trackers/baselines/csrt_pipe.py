@@ -238,8 +238,9 @@ class OpenCvCsrt:
     """``cv2.TrackerCSRT`` (Lukežič et al., Discriminative correlation filter with channel and spatial reliability,
     CVPR 2017), with OpenCV's settings. It gets pictures and the first box alone.
 
-    Its estimate is always inside the picture: where it fails, the last box stays and is said to be out of view. It
-    takes part in default runs where its interpreter exists; named, it runs or says how to make one (module docstring).
+    Its estimate is always inside the picture: where it fails, the last box stays, with an in-view probability of 0. It
+    takes part in default runs where its interpreter exists; named without one, it fails with how to make
+    it (module docstring).
 
     Attributes:
         elsewhere_cpu_s: see ``OutsourcingTracker``.

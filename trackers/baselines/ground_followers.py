@@ -82,7 +82,7 @@ class ConstantVelocityGroundParameters(SearchParameters):
         acceleration_mps2: standard deviation of the acceleration along each axis.
         match_noise_m: standard deviation of a match.
         hardest_mps2: greatest acceleration a: ``a t² / 2`` and two deviations of the prediction are added to the search
-            radius, t after the last match. Chosen; it says how fast the radius grows, not what cars can do.
+            radius, t after the last match. Chosen for the growth of the radius, not as what cars can do.
     """
 
     acceleration_mps2: float = tunable(2.5, 0.3, 10.0, log=True)

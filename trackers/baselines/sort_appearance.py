@@ -53,7 +53,7 @@ class Spread:
         self._count = 0
 
     def see(self, looks: NDArray[np.float64]) -> None:
-        """Take in the looks (M, D) of a frame with several fish; the first such tells the spread of all."""
+        """Take in the looks (M, D) of a frame with several fish; the first such gives the spread of all."""
         if len(self._all) < 2:
             self._all = looks
 

@@ -158,7 +158,7 @@ def shares_of(carrier: Carrier, command: CameraCommand) -> NDArray[np.float64]:
 
 
 def is_seen(estimate: Estimate) -> bool:
-    """Return whether the tracker sees its target; without an in-view probability any finite estimate counts."""
+    """Return whether an estimate puts its target in view; without an in-view probability any finite estimate does."""
     if not np.isfinite(estimate.position_px).all():
         return False
     return estimate.in_view_probability is None or estimate.in_view_probability >= SEEN_PROBABILITY

@@ -1,4 +1,4 @@
-"""Blind gap methods: places that say nothing of how a target moves."""
+"""Blind gap methods: places that do not depend on how a target moves."""
 
 from __future__ import annotations
 

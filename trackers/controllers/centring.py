@@ -54,7 +54,7 @@ def fly_to_centre(
     times_s: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Write the commands of B beliefs (B,), as ``CentreController`` says; see ``catalogue.Kernel``.
+    """Write the commands of B beliefs (B,), as ``CentreController`` defines them; see ``catalogue.Kernel``.
 
     Args:
         parameters: (1,) record of ``CentreParameters``. memory: (B,) records of ``PID_MEMORY``.

@@ -304,8 +304,8 @@ def is_duplicate(n: Region, m: Region, parameters: SwarmParameters) -> bool:
     p = parameters
     aligned = abs(float(n.a1 @ m.a1)) > p.direction_threshold
     near = float(np.hypot(*(n.centre_m - m.centre_m)[:2])) < n.spread_m[1] + m.spread_m[1]
-    asked = p.uses_direction or p.uses_distance
-    return asked and (aligned or not p.uses_direction) and (near or not p.uses_distance)
+    tested = p.uses_direction or p.uses_distance
+    return tested and (aligned or not p.uses_direction) and (near or not p.uses_distance)
 
 
 def region_of(states: NDArray[np.float64], likelihood: NDArray[np.float64], depth_share: float) -> Region:

@@ -27,7 +27,7 @@ _PRIOR_CHUNKS = 20.0
 _LASTING = 0.3
 """Share of W that does not average out over chunks: light, depth and posture change slowly."""
 _MOST = 3.0
-"""A single feature speaks no stronger for or against a link; real looks have heavier tails than Gaussians."""
+"""Limit of a single feature's log-likelihood ratio; real looks have heavier tails than Gaussians."""
 
 
 class Appearance:
@@ -139,7 +139,7 @@ class MotionModel:
     """Log-densities of places and headings after gaps.
 
     Attributes:
-        interval_s: time between frames. length_px: of the usual body. around: what the gap method is told.
+        interval_s: time between frames. length_px: of the usual body. around: input of the gap method.
     """
 
     def __init__(self, parameters: MotionParameters, gap_method: GapMethod) -> None:

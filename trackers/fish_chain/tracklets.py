@@ -30,7 +30,7 @@ _MOTION_VOTE = 0.03
 class Tracklet:
     """Detections of one fish on successive frames.
 
-    Lines are kept with the same end first on all frames; ``head_first`` says which end the head is.
+    Lines are kept with the same end first on all frames; ``head_first`` is the evidence which end the head is.
 
     Attributes:
         number: its own. first_frame: of its first detection.

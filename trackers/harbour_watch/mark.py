@@ -122,7 +122,7 @@ _STILL_MPS, _RESTS, _AT_REST_MPS2 = 0.25, 4, 0.03
 """Speed below which a car or boat stands, after how many pictures it is taken to stay, and its acceleration then."""
 _PARKS, _SETTLES = (CAR, BOAT), 15
 _SURE = 0.5
-"""Probability from which a region tells a track's heading and class."""
+"""Probability from which a region updates a track's heading and class."""
 _MOVES = 2.0
 """Way of its middle in the picture, in longest sides of its rectangle, from which on a track has moved: what stands
 comes from its parts and changes its size, by up to 1.3 of these in 70 minutes."""
@@ -191,7 +191,7 @@ class Mark:
 
     @property
     def is_settled(self) -> bool:
-        """Whether it is parked for long: it cools, and regions of its parts say no more what it is."""
+        """Whether it is parked for long: it cools, and regions of its parts no longer show its class."""
         return self.kind in _PARKS and self.still_frames >= _SETTLES
 
     def predict(self, dt_s: float, survives: float) -> None:
@@ -216,7 +216,7 @@ class Mark:
         box, jacobian = linearised(self.state, self.heading.likeliest_rad, base_m, self.kind.roof, self.view)
         sides = np.tile([self.view.camera.width_px, self.view.camera.height_px], 2)
         inside = (box > 0.0) & (box < sides)
-        # The picture's border cuts the region off: that edge tells nothing.
+        # The picture's border cuts the region off: that edge is no measurement.
         self.expected_px = np.clip(box, 0.0, sides)
         self._jacobian = jacobian * inside[:, None]
 
@@ -283,7 +283,7 @@ class Mark:
         if self.is_settled:
             gain[4:] = 0.0
         elif self.kind is PERSON:
-            # Arms and legs that swing say little of the body between them.
+            # Arms and legs that swing hide the size of the body between them.
             gain[4:6] = 0.0
         kept = np.eye(STATE) - gain @ self._jacobian
         covariance = kept @ self.covariance @ kept.T + gain @ np.diag(doubt * self._noise()) @ gain.T

@@ -182,13 +182,13 @@ def _replayed(learnt: LearntSite, left: Picture, site: Site, p: ModelParameters)
     doubtful as the first one of an episode.
     """
     model, shape = SiteModel(learnt, site, p), learnt.noise.shape
-    filters, nobody = model.detector.filters, np.zeros(shape, np.uint8)
+    filters, no_object = model.detector.filters, np.zeros(shape, np.uint8)
     every = max(1, (len(left) - 1) // _MOST_REPLAYED)
     noise, all_doubt = np.sqrt(2.0 * model.memory.noise), np.ones(shape, np.float32)
     steps = [((left[k + 1] - left[k]) / noise).reshape(shape) for k in range(0, len(left) - 1, every)]
     for k, step in enumerate(steps, 1):
         rate = max(1.0 / k, 0.05)
-        filters.learn(filters.scaled(filters.filtered(step, p.clip)), nobody, rate)
+        filters.learn(filters.scaled(filters.filtered(step, p.clip)), no_object, rate)
         deviation = model.memory.deviation(left[(k - 1) * every]).reshape(shape)
         filters.learn_slow(filters.scaled(filters.filtered(deviation, p.clip), all_doubt), rate)
     found = [

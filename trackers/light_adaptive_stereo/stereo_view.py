@@ -19,7 +19,7 @@ from trackers.types import CameraModel, Observation
 def first_mounting(
     observation: Observation, box_xyxy: NDArray[np.float64], matcher: StereoMatcher, usual_height_m: float
 ) -> Mounting:
-    """Return the mounting of the measured pose; without one, of a level camera that sees feet at a box's lower edge.
+    """Return the mounting of the measured pose; without one, of a level camera that shows feet at a box's lower edge.
 
     The feet are as far away as what is in the middle of the box, by the pair's disparities, or by a person's usual
     height where these are unknown.

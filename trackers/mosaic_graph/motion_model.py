@@ -25,7 +25,7 @@ class LaneOffset:
     """Normal distribution of the lane's offset to the right of the drawn centre line, negative for left-hand traffic.
 
     Its prior is the centre line with a deviation of half a lane: neither side is preferred. A sighting deviates by
-    1.5 m (errors of the drawn line last for several); those more than a lane from the line tell of no lane. Old
+    1.5 m (errors of the drawn line last for several); those more than a lane from the line are not used. Old
     sightings are forgotten beyond 150.
 
     Attributes:

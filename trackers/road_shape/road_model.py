@@ -100,7 +100,7 @@ class RoadEndParameters:
 
 @dataclass(frozen=True)
 class NewRoad:
-    """What the filter sees of newly seen road.
+    """Input of the filter: a piece of newly seen road.
 
     Attributes:
         length_px: hx, by which the end has advanced.
@@ -125,7 +125,7 @@ class NewRoadModel:
     Readings: y is the road's own direction, to which the paper's image axis is near; hx is the helicopter's motion
     along it; the noise is that of half a car's length of new road, since frames show unequal lengths of it; the paper
     prints d squared twice, here it is squared once. "Nearby" edges: farther ones count as edges at the largest nearby
-    distance, and a row without any says nothing.
+    distance, and a row without any has no weight.
     """
 
     def __init__(self, curvature_per_px: float, car_px: float, noise: float) -> None:

@@ -129,7 +129,7 @@ class StereoPeople:
 
     def _take_in(self, view: StereoView) -> None:
         sightings = [self._scene.whole(view, candidate) for candidate in view.candidates]
-        # A target lost for long may be anywhere: its predicted place says nothing any more.
+        # A target lost for long may be anywhere: its predicted place is no evidence any more.
         is_lost = self._unconfirmed_s() > self._parameters.answered_s
         found = associate(self._others if is_lost else [self._target, *self._others], sightings)
         found = [None, *found] if is_lost else found

@@ -314,7 +314,7 @@ class SwimGaps:
     def learn(self, pieces: Sequence[Piece]) -> None:
         """Learn from all pieces; what was learnt before is forgotten."""
         self._recording = Recording([self._allowed(piece) for piece in pieces] if self._learns else [])
-        # Fitted when they are first asked for: most users need few of them.
+        # Fitted at their first use: most users need few of them.
         self._ahead = cache(lambda ahead: _learnt(samples_ahead(self._recording, ahead), shipped()[0][ahead]))
         self._between = cache(
             lambda gap, share: _learnt(samples_between(self._recording, gap, share), shipped()[1][gap, share])

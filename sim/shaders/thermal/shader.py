@@ -79,7 +79,7 @@ class KeptPicture(NamedTuple):
 
 
 class ThermalArrays(NamedTuple):
-    """Temperatures of a world in one picture, all float32 where nothing else is said.
+    """Temperatures of a world in one picture, all float32 where no other type is given.
 
     Attributes:
         shaded_k, warmth_k, emissivity: (B * PARTS,), of each part of each body: in the shade, what full sun adds, and

@@ -1,4 +1,4 @@
-"""Trackers of the same stereo pairs share one view of each, and answer as they do alone."""
+"""The view of a stereo pair: mounting by the first picture, and one view for all trackers."""
 
 from __future__ import annotations
 
@@ -8,18 +8,48 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.trackers import drawn_people
 from tests.trackers.drawn_people import BLUE, CAMERA_HEIGHT_M, GREEN, RED, Board, observation, person_box
 from trackers.light_adaptive_stereo.candidates import CandidateParameters
 from trackers.light_adaptive_stereo.matching import MatchingParameters, StereoMatcher
 from trackers.light_adaptive_stereo.robot_frame import Mounting
-from trackers.light_adaptive_stereo.stereo_view import see
+from trackers.light_adaptive_stereo.stereo_view import first_mounting, see
 from trackers.protocols import OutsourcingTracker
 from trackers.registry import entry
 from trackers.types import Estimate, Observation
 
-LEVEL = Mounting.level(CAMERA_HEIGHT_M)
-PERSON, OTHER = Board(3.0, 0.2, RED), Board(3.6, -1.0, BLUE)
 NAMES = ("stereo_wb", "stereo_wb_shutter_gain", "stereo_nearest", "stereo_colour_gate", "stereo_people")
+PERSON = Board(3.0, 0.2, RED)
+
+
+@pytest.fixture(autouse=True)
+def _undo_the_kept_background(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drawn_people, "_background", drawn_people._background.__wrapped__)
+
+
+@pytest.mark.parametrize("right", [True, False])
+@pytest.mark.parametrize("height_m", [0.6, 1.2, 1.6])
+def test_the_height_is_found(height_m: float, right: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drawn_people, "CAMERA_HEIGHT_M", height_m)
+    found = first_mounting(observation([PERSON], right=right), person_box(PERSON), StereoMatcher(), 1.7)
+    assert found.height_m == pytest.approx(height_m, rel=0.1)
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("name", NAMES)
+def test_trackers_follow_from_a_low_camera_whose_height_nobody_tells(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(drawn_people, "CAMERA_HEIGHT_M", 0.6)
+    tracker = entry(name).create(np.random.default_rng(0))
+    tracker.initialise(observation([PERSON]), person_box(PERSON))
+    estimate = tracker.update(observation([PERSON], 1))
+    assert estimate.in_view_probability >= 0.5
+    assert estimate.box_xyxy == pytest.approx(person_box(PERSON), abs=25)
+
+
+LEVEL = Mounting.level(CAMERA_HEIGHT_M)
+OTHER = Board(3.6, -1.0, BLUE)
 
 
 def walk() -> list[Observation]:
