@@ -37,7 +37,7 @@ def own_rooms() -> tuple[str, ...]:
     """Return the folders and modules of a scene or a suite, of the papers, of trackers and controllers made for one."""
     scenes = [entry.place.partition(":")[0] for entry in SCENES]
     modules = [*scenes, *SUITES.values(), *tracker_registry._MODULES]
-    modules += [module for named in catalogue._MODULES.values() for module in named.values()]
+    modules += [f"trackers.controllers.{module}" for named in catalogue._MODULES.values() for module in named.values()]
     paths = [Path(*module.split(".")) for module in modules]
     return "benchmarks/papers/", *{f"{path.parent}/" if len(path.parts) > 2 else f"{path}.py" for path in paths}
 

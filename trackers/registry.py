@@ -47,32 +47,11 @@ _MODULES = {
     "trackers.road_shape.colour_pf": ("colour_pf",),
     "trackers.road_shape.road_shape_pf": ("road_shape_pf",),
     "trackers.road_shape.background_pf": ("background_pf",),
-    "trackers.mosaic_graph.tracker": (
-        "mosaic_graph_pf",
-        "mosaic_graph_pf_no_negative",
-        "mosaic_graph_pf_no_mosaic",
-        "mosaic_graph_pf_no_roads",
-        "mosaic_graph_pf_no_redetection",
-        "mosaic_graph_pf_no_ego",
-    ),
+    "trackers.mosaic_graph.tracker": ("mosaic_graph_pf",),
     "trackers.light_adaptive_stereo.stereo_colour": ("stereo_wb", "stereo_wb_shutter_gain"),
     "trackers.baselines.stereo_gate": ("stereo_nearest", "stereo_colour_gate"),
-    "trackers.stereo_people.tracker": (
-        "stereo_people",
-        "stereo_people_no_light",
-        "stereo_people_no_odometry",
-        "stereo_people_no_others",
-        "stereo_people_no_nearby",
-    ),
-    "trackers.fish_chain.tracker": (
-        "shoal_chain",
-        "shoal_chain_offline",
-        "shoal_chain_shipped",
-        "shoal_chain_no_looks",
-        "shoal_chain_no_motion",
-        "shoal_chain_no_posture",
-        "shoal_chain_motion",
-    ),
+    "trackers.stereo_people.tracker": ("stereo_people",),
+    "trackers.fish_chain.tracker": ("shoal_chain",),
     "trackers.gap_kalman.tracker": ("ca_kalman",),
     "trackers.blind.dead_reckoning": ("blind_carried", "blind_straight", "blind_turning", "blind_below", "blind_ahead"),
     "trackers.baselines.gap_methods": (
@@ -83,30 +62,19 @@ _MODULES = {
         "fish_hermite",
     ),
     "trackers.blind.gap_places": ("fish_mean_place", "fish_middle", "fish_wall_ahead"),
-    "trackers.harbour_watch.tracker": (
-        "harbour_watch",
-        "harbour_watch_swallows",
-        "harbour_watch_doubts_first",
-        "harbour_watch_8_bit",
-        "harbour_watch_no_tide",
-    ),
-    "trackers.eigen_swarm.tracker": (
-        "eigen_swarm",
-        "eigen_swarm_no_direction",
-        "eigen_swarm_no_distance",
-        "eigen_swarm_duplicates",
-    ),
+    "trackers.harbour_watch.tracker": ("harbour_watch",),
+    "trackers.eigen_swarm.tracker": ("eigen_swarm",),
     "trackers.eigen_swarm.learnt_confidence": ("eigen_swarm_learnt_confidence",),
     "trackers.baselines.ground_foreground": ("harbour_mog2", "harbour_knn", "harbour_median"),
     "trackers.blind.harbour_blind": ("harbour_blind", "harbour_posts"),
 }
-"""Module -> names of the trackers that it registers, without ``NAME_tuned``, in the order of ``entries``. Add yours."""
+"""Module -> names of the trackers that it registers, in the order of ``entries``. A variant stands in the module of the
+tracker whose name its own begins with, and needs no entry. Add yours here.
+"""
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
 OWN_NEEDS_MODULE = "; one of your own is known when its module is imported"
 """Clause of the error about an unknown name."""
-_TUNED = "_tuned"
-"""Suffix of the name under which a method as written is registered again, with tuned values."""
 _ENTRIES: dict[str, TrackerEntry] = {}
 _T = TypeVar("_T", bound=type)
 
@@ -266,8 +234,7 @@ def register(
         )
         _add(new)
         if as_written and tuned_values(name, tracker.__module__):
-            tuned_name, tuned_summary = f"{name}{_TUNED}", f"{summary}, tuned"
-            _add(dataclasses.replace(new, name=tuned_name, role="tuned", summary=tuned_summary, tuned=True))
+            _add(dataclasses.replace(new, name=f"{name}_tuned", role="tuned", summary=f"{summary}, tuned", tuned=True))
         return tracker
 
     return add
@@ -295,10 +262,10 @@ def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> N
 
 def entries() -> dict[str, TrackerEntry]:
     """Return all trackers by name: ours in the order of ``_MODULES``, then others in order of registration."""
+    order = {module: place for place, module in enumerate(_MODULES)}
     for module in _MODULES:
         importlib.import_module(module)
-    order = {name: place for place, name in enumerate(_HOMES)}
-    return dict(sorted(_ENTRIES.items(), key=lambda item: order.get(item[0].removesuffix(_TUNED), len(order))))
+    return dict(sorted(_ENTRIES.items(), key=lambda item: order.get(_home(item[0]), len(order))))
 
 
 def entry(name: str) -> TrackerEntry:
@@ -315,10 +282,15 @@ def entry(name: str) -> TrackerEntry:
     return _ENTRIES[name]
 
 
+def _home(name: str) -> str:
+    """Return the module that registers a tracker of ours, or one whose name begins with that; else ""."""
+    begun = (each for each in _HOMES if name == each or name.startswith(f"{each}_"))
+    return _HOMES.get(max(begun, key=len, default=""), "")
+
+
 def _load(name: str) -> None:
-    """Import the module that registers a tracker of ours; nothing for any other name."""
-    module = _HOMES.get(name.removesuffix(_TUNED))
-    if module is not None:
+    """Import the ``_home`` of a name, if it has one."""
+    if module := _home(name):
         importlib.import_module(module)
 
 

@@ -46,11 +46,20 @@ def _as_before(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_tables_name_what_each_module_registers() -> None:
     ours = {name: each for name, each in registry.entries().items() if each.tracker.__module__.startswith("trackers.")}
-    homes = {name: each.tracker.__module__ for name, each in ours.items() if each.role != "tuned"}
-    assert list(homes.items()) == list(registry._HOMES.items())
+    assert {name: registry._home(name) for name in ours} == {
+        name: each.tracker.__module__ for name, each in ours.items()
+    }
+    assert [name for name, each in ours.items() if name in registry._HOMES] == list(registry._HOMES)
     for carrier, modules in catalogue._MODULES.items():
-        steering = {name: each.controller.__module__ for name, each in catalogue.controllers(carrier).items()}
-        assert list(steering.items()) == list(modules.items())
+        steering = catalogue.controllers(carrier)
+        homes = {name: f"trackers.controllers.{module}" for name, module in modules.items()}
+        assert {name: steering[name].controller.__module__ for name in homes} == homes
+        own = [
+            name.removesuffix("_as_written")
+            for name in steering
+            if steering[name].controller.__module__ in homes.values()
+        ]
+        assert list(dict.fromkeys(own)) == list(modules)
 
 
 @pytest.mark.parametrize(
@@ -58,7 +67,7 @@ def test_the_tables_name_what_each_module_registers() -> None:
     [
         ("registry.entry('hold')", registry._HOMES["hold"]),
         ("registry.entry('colour_pf_tuned')", registry._HOMES["colour_pf"]),
-        ("catalogue.controller_entry('hold', 'robot')", catalogue._MODULES["robot"]["hold"]),
+        ("catalogue.controller_entry('hold', 'robot')", "trackers.controllers.hold"),
         ("papers.paper_of('trackers.road_shape.colour_pf')", None),
     ],
 )
@@ -71,7 +80,7 @@ from trackers.controllers import catalogue
 print(*sys.modules)
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    steering = {module for modules in catalogue._MODULES.values() for module in modules.values()}
+    steering = {f"trackers.controllers.{name}" for names in catalogue._MODULES.values() for name in names.values()}
     assert {*registry._MODULES, *steering}.intersection(done.stdout.split()) == ({home} if home else set())
 
 

@@ -31,34 +31,16 @@ ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant", "exte
 POLICY = "policy:"
 """Prefix of a trained policy's name; a file follows."""
 _MODULES = {
-    "helicopter": {
-        "hold": "trackers.controllers.hold",
-        "centre": "trackers.controllers.centring",
-        "centre_as_written": "trackers.controllers.centring",
-        "search": "trackers.controllers.centring",
-        "reentry": "trackers.controllers.reentry",
-    },
-    "robot": {
-        "hold": "trackers.controllers.hold",
-        "centre": "trackers.controllers.centring_robot",
-        "centre_as_written": "trackers.controllers.centring_robot",
-        "search": "trackers.controllers.centring_robot",
-        "reentry": "trackers.controllers.reentry_robot",
-    },
-    "tank-head": {
-        "hold": "trackers.controllers.hold",
-        "centre": "trackers.controllers.head",
-        "centre_as_written": "trackers.controllers.head",
-        "lead": "trackers.controllers.head",
-    },
-    "harbour-head": {
-        "hold": "trackers.controllers.hold",
-        "centre": "trackers.controllers.head",
-        "centre_as_written": "trackers.controllers.head",
-        "lead": "trackers.controllers.head",
-    },
+    "helicopter": {"hold": "hold", "centre": "centring", "search": "centring", "reentry": "reentry"},
+    "robot": {"hold": "hold", "centre": "centring_robot", "search": "centring_robot", "reentry": "reentry_robot"},
+    "tank-head": {"hold": "hold", "centre": "head", "lead": "head"},
+    "harbour-head": {"hold": "hold", "centre": "head", "lead": "head"},
 }
-"""Carrier -> name -> module that registers the controller, in the order of ``controllers``. Add yours here."""
+"""Carrier -> name of a controller -> module of this package that registers it, in the order of ``controllers``.
+
+``NAME_as_written`` stands in the module of ``NAME``. Add yours here.
+"""
+_AS_WRITTEN = "_as_written"
 
 _ENTRIES: dict[tuple[str, str], ControllerEntry] = {}
 _T = TypeVar("_T", bound=type)
@@ -171,24 +153,25 @@ def _commanding(command: Callable[..., CameraCommand]) -> Callable[..., CameraCo
 
 def controllers(carrier: str) -> dict[str, ControllerEntry]:
     """Return all controllers of a carrier by name: ours, then others in order of registration; policies are files."""
-    ours = _MODULES.get(carrier, {})
-    for name in ours:
+    order = {name: place for place, name in enumerate(_MODULES.get(carrier, {}))}
+    for name in order:
         _load(carrier, name)
-    names = dict.fromkeys([*ours, *(name for steered, name in _ENTRIES if steered == carrier)])
+    names = [name for steered, name in _ENTRIES if steered == carrier]
+    names.sort(key=lambda name: order.get(name.removesuffix(_AS_WRITTEN), len(order)))
     return {name: _ENTRIES[carrier, name] for name in names}
 
 
 def _load(carrier: str, name: str) -> None:
     """Import the module that registers a controller of ours; nothing for any other."""
-    module = _MODULES.get(carrier, {}).get(name)
+    module = _MODULES.get(carrier, {}).get(name.removesuffix(_AS_WRITTEN))
     if module is not None:
-        importlib.import_module(module)
+        importlib.import_module(f"{__package__}.{module}")
 
 
 def steers_instead(name: str) -> str:
     """Return which carriers a controller of this name steers, as a clause of an error; empty for an unknown one."""
     registered = {*_ENTRIES, *((carrier, ours) for carrier, named in _MODULES.items() for ours in named)}
-    carriers = sorted(carrier for carrier, known in registered if known == name)
+    carriers = sorted({carrier for carrier, known in registered if known in (name, name.removesuffix(_AS_WRITTEN))})
     return f", which steers a {' or a '.join(carriers)}" if carriers else ""
 
 
