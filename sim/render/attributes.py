@@ -115,13 +115,19 @@ def resolve_picture(seen: Visible, base_colour_rgb: NDArray[np.uint8], normal_wo
     for row in range(seen.triangle.shape[0]):
         surfaces = SurfaceRow(scratch.colour, seen.depth_m[row], seen.instance_id[row], scratch.normal)
         resolve_row(seen, row, scratch, surfaces)
-        for column in range(width):
-            texel = surfaces.colour[column]
-            base_colour_rgb[row, column, 0] = texel & np.uint32(255)
-            base_colour_rgb[row, column, 1] = (texel >> np.uint32(8)) & np.uint32(255)
-            base_colour_rgb[row, column, 2] = (texel >> np.uint32(16)) & np.uint32(255)
-            for k in range(3):
-                normal_world[row, column, k] = surfaces.normal[k, column]
+        write_row(surfaces, base_colour_rgb[row], normal_world[row])
+
+
+@row_kernel()
+def write_row(surfaces: SurfaceRow, base_colour_rgb: NDArray[np.uint8], normal_world: NDArray[np.float32]) -> None:
+    """Write a row of a ``GBuffer``; arrays are (W, 3)."""
+    for column in range(base_colour_rgb.shape[0]):
+        texel = surfaces.colour[column]
+        base_colour_rgb[column, 0] = texel & np.uint32(255)
+        base_colour_rgb[column, 1] = (texel >> np.uint32(8)) & np.uint32(255)
+        base_colour_rgb[column, 2] = (texel >> np.uint32(16)) & np.uint32(255)
+        for k in range(3):
+            normal_world[column, k] = surfaces.normal[k, column]
 
 
 @njit(cache=True, error_model="numpy")

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.render.attributes import LEVEL_BLOCK, SHORT, Drawn, SurfaceRow
+from sim.render.attributes import LEVEL_BLOCK, SHORT, Drawn, SurfaceRow, write_row
 from sim.render.compilation import row_kernel
 from sim.render.rows import LANES, LEVEL_0_UP_TO, PITCH, TEXEL_LINES, fetch_row, find_runs, mip_level, new_lines
 from sim.render.textures import TexturePool
@@ -83,13 +83,7 @@ def resolve_refracted(seen: Refracted, base_colour_rgb: NDArray[np.uint8], norma
     for row in range(seen.depth_m.shape[0]):
         surfaces = SurfaceRow(scratch.colour, seen.depth_m[row], seen.instance_id[row], scratch.normal)
         resolve_refracted_row(seen, row, scratch, surfaces)
-        for column in range(width):
-            texel = surfaces.colour[column]
-            base_colour_rgb[row, column, 0] = texel & np.uint32(255)
-            base_colour_rgb[row, column, 1] = (texel >> np.uint32(8)) & np.uint32(255)
-            base_colour_rgb[row, column, 2] = (texel >> np.uint32(16)) & np.uint32(255)
-            for k in range(3):
-                normal_world[row, column, k] = surfaces.normal[k, column]
+        write_row(surfaces, base_colour_rgb[row], normal_world[row])
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")

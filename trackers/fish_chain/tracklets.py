@@ -35,7 +35,7 @@ class Tracklet:
     Attributes:
         number: its own. first_frame: of its first detection.
         position_px: (2,) on its last frame. velocity_px: (2,) smoothed, pixels a frame.
-        ghosts: after its end, poses (4,) by frame while its fish is merged with others (see ``bodies``).
+        ghosts: after its end, poses (4,) by frame while its fish is merged with others (see ``fit_bodies``).
     """
 
     def __init__(self, number: int, first_frame: int, detection: Detection) -> None:

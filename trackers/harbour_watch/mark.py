@@ -139,7 +139,7 @@ class Mark:
 
     Attributes:
         identity: its number. afloat: whether on the water.
-        state, covariance: (7,), (7, 7), see ``box_model``. log_odds: of its existence.
+        state, covariance: (7,), (7, 7), see ``STATE``. log_odds: of its existence.
         log_kinds: (4,) log likelihoods of ``KINDS``. kind: the one whose sizes were its prior.
         heading: which way it points.
         seen_px: (4,) its last region. view: of the camera. missed_frames: pictures since then.
