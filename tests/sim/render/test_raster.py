@@ -12,7 +12,7 @@ from sim.mesh import Texture
 from sim.optics import PinholeCamera, look_down_pose, project, rays
 from sim.render.raster import Raster
 from sim.world import World
-from tests.sim.demo_scene import box, build_town, cone, ground, palette, pose
+from tests.sim.demo_scene import box, cone, ground, palette, pose
 from tests.sim.ray_casting import RayCaster, away_from_edges
 
 CAMERA = PinholeCamera.from_field_of_view(160, 120, np.radians(55))
@@ -23,11 +23,6 @@ VIEWS = {
     "horizon": (np.array([0.0, -20.0, 20.0]), 4.0, 1.3, 0.1),
     "low": (np.array([0.0, 0.0, 2.0]), 1.0, 1.55, 0.0),
 }
-
-
-@pytest.fixture(scope="module")
-def town():
-    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
 @pytest.mark.parametrize("view", VIEWS)

@@ -19,7 +19,6 @@ from sim.render.pipeline import capture
 from sim.render.raster import Raster
 from sim.render.row_stages import RowStage, light_picture
 from sim.shaders.daylight import shade_row
-from tests.sim.demo_scene import build_town
 
 CAMERA = PinholeCamera.from_field_of_view(160, 120, np.radians(55))
 POSE = look_down_pose(np.array([2.0, 8.0, 60.0]), 0.3, 0.05, 0.3)
@@ -112,11 +111,6 @@ class Counter:
         counts = np.zeros((camera.height_px, camera.width_px), np.uint16)
         counts[rows] = self.develop(radiance, camera, frame, settings)
         return counts, Counts(np.float32(settings), counts)
-
-
-@pytest.fixture(scope="module")
-def town():
-    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
 @pytest.mark.heavy

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.trackers import drawn_people
-from tests.trackers.drawn_people import BLUE, CAMERA_HEIGHT_M, GREEN, RED, Board, observation, person_box
+from tests.trackers.drawn_people import BLUE, CAMERA_HEIGHT_M, GREEN, LEVEL, RED, Board, observation, person_box
 from trackers.light_adaptive_stereo.candidates import CandidateParameters
 from trackers.light_adaptive_stereo.matching import MatchingParameters, StereoMatcher
 from trackers.light_adaptive_stereo.robot_frame import Mounting
@@ -48,7 +48,6 @@ def test_trackers_follow_from_a_low_camera_whose_height_nobody_tells(
     assert estimate.box_xyxy == pytest.approx(person_box(PERSON), abs=25)
 
 
-LEVEL = Mounting.level(CAMERA_HEIGHT_M)
 OTHER = Board(3.6, -1.0, BLUE)
 
 
