@@ -52,7 +52,7 @@ _MODULES = {
     "trackers.baselines.stereo_gate": ("stereo_nearest", "stereo_colour_gate"),
     "trackers.stereo_people.tracker": ("stereo_people",),
     "trackers.fish_chain.tracker": ("shoal_chain",),
-    "trackers.gap_kalman.tracker": ("ca_kalman",),
+    "trackers.gap_kalman.ca_kalman": ("ca_kalman",),
     "trackers.blind.dead_reckoning": ("blind_carried", "blind_straight", "blind_turning", "blind_below", "blind_ahead"),
     "trackers.baselines.gap_methods": (
         "fish_hold",

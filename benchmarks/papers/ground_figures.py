@@ -14,7 +14,7 @@ from scenarios.scenario import RendererName
 from trackers.kernels.boxes import box_centre
 from trackers.kernels.histogram import ColourTemplate
 from trackers.road_shape.background_motion import STILL
-from trackers.road_shape.car_state import image_centre
+from trackers.road_shape.colour_pf import image_centre
 from trackers.road_shape.existence import (
     OTHER_EXISTENCE,
     ROAD_EXISTENCE,

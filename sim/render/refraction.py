@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, project, ray_of_pixel
-from sim.render.canvas import Canvas
 from sim.render.compilation import announce_compilation
 from sim.render.protocol import Renderer
-from sim.render.raster import Raster
+from sim.render.raster import Canvas, Raster
 from sim.render.refracted_rows import Refracted, new_refracted_scratch, resolve_refracted, resolve_refracted_row
 from sim.render.row_stages import RowStage
 from sim.render.water.rays import STEP_PX, WaterBody, WaterRays, bend_rays, find_entries

@@ -13,7 +13,7 @@ from trackers.kernels.histogram import ColourTemplate, hs_bins
 from trackers.particle_filter import ParticleFilter
 from trackers.registry import register, tunable
 from trackers.road_shape.background_motion import STILL, BackgroundMotionFilter, BackgroundMotionParameters
-from trackers.road_shape.car_state import HEADING, POSITION, CarModel, car_estimate, image_centre, place_and_heading
+from trackers.road_shape.colour_pf import HEADING, POSITION, CarModel, car_estimate, image_centre, place_and_heading
 from trackers.road_shape.existence import ExistenceMap, PixelClassifier, load_class_statistics
 from trackers.road_shape.road_lines import RoadSearch
 from trackers.road_shape.road_model import RoadModel

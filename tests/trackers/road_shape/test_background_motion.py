@@ -19,7 +19,7 @@ from trackers.road_shape.background_motion import (
     follow_corners,
     measured_motion,
 )
-from trackers.road_shape.car_state import HEADING, POSITION, SPEED, car_estimate, initial_states, move_on
+from trackers.road_shape.colour_pf import HEADING, POSITION, SPEED, car_estimate, initial_states, move_on
 from trackers.types import CameraModel, EgoPose
 
 CENTRE = np.array([160.0, 120.0])
