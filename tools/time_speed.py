@@ -26,8 +26,7 @@ from benchmarks.statistics.summary import SUMMARY_FILE_NAME
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import is_playable
 from scenarios.scenario import Scenario
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 from tools.speed.env_stepping import ENV_ID, SCENARIO, measure_env
 from tools.speed.pictureless import measure_pictureless
 from tools.speed.rendering import FRAMES_PER_BARE_CALL, measure_scenario

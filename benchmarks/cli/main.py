@@ -25,7 +25,7 @@ from benchmarks.cli.own_faults import workers_fault
 from benchmarks.cli.printing import contestants_print_to_stderr
 from benchmarks.run.arithmetic import missing_settings
 from benchmarks.run.own_modules import ROOT, foreign_packages, load_modules
-from sim.choices import check_choice, nearest, suggestion
+from sim.checks import check_choice, nearest, suggestion
 
 
 @dataclass(frozen=True)

@@ -55,8 +55,7 @@ from benchmarks.run.selection import tracker_named
 from benchmarks.run.workers import cores
 from benchmarks.show.progress import progress_bar
 from scenarios import catalog
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 from trackers import registry
 from trackers.atomic_file import write_atomic
 from trackers.controllers.catalogue import controller_entry

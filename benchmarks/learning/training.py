@@ -28,7 +28,7 @@ from scenarios.kept_world import KeepsWorlds
 from sim.checks import check
 from trackers.belief.features import FEATURES
 from trackers.controllers.catalogue import controller_entry, our_controller
-from trackers.controllers.policy_file import Policy, save_policy
+from trackers.controllers.policy import Policy, save_policy
 
 _PICTURELESS_ENVS = 256
 _WORLDS = 2

@@ -21,8 +21,7 @@ from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most
 from scenarios.loop import Contestant, ManyContestant, OutsourcingContestant, given
 from scenarios.scenario import Frame
 from trackers.estimate_check import check_estimate, check_probability, check_tracks
-from trackers.gaps.check import check_bridge
-from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
+from trackers.gaps import Bridge, GapMethod, Piece, Surroundings, check_bridge
 from trackers.protocols import Controller
 from trackers.types import Answer, CameraCommand, Estimate, Observation, Start, Track
 

@@ -18,7 +18,7 @@ from benchmarks.run.guards import GuardedTracker
 from scenarios.loop import Contestant, FromPictures, Loop, ManyContestant, ManyFromPictures
 from tests.benchmarks.fake_episode import FakeTracker
 from tests.toy_scene.scenario import TOY_YARD, YardEpisode
-from trackers.gaps.types import Bridge, Piece, Surroundings
+from trackers.gaps import Bridge, Piece, Surroundings
 from trackers.types import CameraModel, Estimate, Observation, Track
 
 PAST = Piece(0, np.zeros((4, 2)), 0.1)

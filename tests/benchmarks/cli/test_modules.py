@@ -61,7 +61,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """A file beside a folder with the name of one of our packages; registered here for one test alone."""
     # Worker processes that an earlier test has left would look for the file in the folder of that test.
     get_reusable_executor().shutdown(wait=True)
-    monkeypatch.setattr(registry, "_ENTRIES", dict(registry.entries()))
+    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.delitem(sys.modules, "my_waiting", raising=False)
     monkeypatch.chdir(tmp_path)

@@ -131,7 +131,7 @@ class _Unmade(Still):
 def test_a_tracker_that_cannot_be_made_fails_on_the_first_frame(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
+    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
     registry.register("unmade", role="external", summary="", suites=("frame-out",))(_Unmade)
     outcome = run(replace(TINY, trackers=("unmade", "fake_knowing"), seeds=range(1)), tmp_path)
     (failure,) = outcome.failures
@@ -148,7 +148,7 @@ class _UnmadeOfMany(_Unmade):
 
 
 def test_one_of_many_targets_fails_as_one_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
+    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
     registry.register("unmade", role="external", summary="", suites=("fish",))(_UnmadeOfMany)
     episode, rng = FakeEpisode(), np.random.default_rng(0)
     guard = GuardedTracker(lambda: tracker_named("unmade").create(episode, FAKE_TOWN, rng, many=True), 60.0, many=True)

@@ -13,7 +13,7 @@ from benchmarks.run.guards import Guard, GuardedGapMethod
 from benchmarks.show.fish.figures import figures, turn_error
 from benchmarks.show.palette import line_styles
 from tests.benchmarks.judges.fish.gap_methods import Fails, GivesUp, Knows, swimming
-from trackers.gaps.types import Bridge
+from trackers.gaps import Bridge
 
 TRUE_PX = swimming()
 TRACKS = Tracks(TRUE_PX + 0.5, 1 / 30, true_px=TRUE_PX)
