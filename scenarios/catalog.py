@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scenarios.envs.registration import register_env
 from sim.choices import check_choice
 
 if TYPE_CHECKING:
@@ -76,12 +77,18 @@ SUCCESSORS: Mapping[str, str] = {
 
 
 def register(entry: Entry) -> None:
-    """Add a scenario. Raises ValueError if another has its id."""
+    """Add a scenario, and its env to Gymnasium. Raises ValueError if another scenario has its id."""
     global _ENTRIES
     if entry not in _ENTRIES:
         if entry.id in names():
             raise ValueError(f"scenario: expected an id that is free, got {entry.id!r}")
         _ENTRIES = (*_ENTRIES, entry)
+        _register_env(entry)
+
+
+def _register_env(entry: Entry) -> None:
+    if entry.env_id:
+        register_env(entry.env_id, entry.id, entry.tracker)
 
 
 def entries() -> tuple[Entry, ...]:
@@ -145,3 +152,7 @@ def _check_id(parameter: str, name: str, known: Iterable[str]) -> None:
 def _loaded(place: str) -> Any:
     module, _, attribute = place.partition(":")
     return getattr(importlib.import_module(module), attribute)
+
+
+for _entry_of_ours in _ENTRIES:
+    _register_env(_entry_of_ours)

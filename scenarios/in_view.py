@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scenarios.truth import Truth
-from sim.optics import PinholeCamera
+from trackers.types import CameraModel
 
 SHORTEST_LENGTH_PX = 12.0
 """A target that appears smaller does not count as in view, so climbing and zooming out gain nothing."""
@@ -17,7 +17,7 @@ def length_px(truth: Truth, target: int) -> float:
     return 0.0 if np.isnan(box).any() else float(max(box[2] - box[0], box[3] - box[1]))
 
 
-def centring(truth: Truth, target: int, camera: PinholeCamera) -> float:
+def centring(truth: Truth, target: int, camera: CameraModel) -> float:
     """Return how centred the target is: 1 in the middle, 0 on the border and outside (DAT's ``p``).
 
     It is one minus the target's distance from the picture's centre over the border's distance along the same ray.
@@ -27,6 +27,6 @@ def centring(truth: Truth, target: int, camera: PinholeCamera) -> float:
     return float(1.0 - share) if share < 1.0 else 0.0
 
 
-def is_in_view(truth: Truth, target: int, camera: PinholeCamera) -> bool:
+def is_in_view(truth: Truth, target: int, camera: CameraModel) -> bool:
     """Return whether the target's centre is inside the picture, hidden or not, and its box is long enough."""
     return centring(truth, target, camera) > 0.0 and length_px(truth, target) >= SHORTEST_LENGTH_PX

@@ -1,20 +1,23 @@
-"""The contracts of a scenario: its names and presets, its episodes, its surveys."""
+"""What a scenario is: its names and presets, its episodes and their worlds, its surveys."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Generic, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.command_link import LinkLimits
 from scenarios.truth import Truth, TruthExtent
-from sim.optics import PinholeCamera
+from sim.checks import check
+from sim.rng import episode_seed, generator
+from sim.world import World
 from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Start
 
 RendererName = Literal["raster", "pybullet"]
+_E = TypeVar("_E", bound="Episode", covariant=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,17 +34,17 @@ class Frame:
     steered: Truth | None = None
 
     @property
-    def camera(self) -> PinholeCamera:
+    def camera(self) -> CameraModel:
         """The camera that the tracker watches."""
-        return _pinhole(self.observation.camera)
+        return self.observation.camera
 
     @property
-    def judged(self) -> tuple[Truth, PinholeCamera]:
+    def judged(self) -> tuple[Truth, CameraModel]:
         """Truth and camera that following is judged by: those of the steered camera, if the episode has two."""
         view = self.observation.steered
         if self.steered is None or view is None:
             return self.truth, self.camera
-        return self.steered, _pinhole(view.camera)
+        return self.steered, view.camera
 
 
 class Episode(Protocol):
@@ -101,7 +104,7 @@ class TrackerRuns:
     jump_m: float
 
 
-class World(Protocol):
+class PicturelessWorld(Protocol):
     """Simulates B episodes at a time without pictures; their states (B,) are records of ``state_dtype``.
 
     Attributes:
@@ -162,7 +165,7 @@ class Pictureless(Protocol):
 
     def world(
         self, preset: Any, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
-    ) -> World:
+    ) -> PicturelessWorld:
         """Return the world of E episodes: ``arrays`` have E first; ``errors`` are as ``error_kernel`` reads them.
 
         Imports kernels, which takes seconds.
@@ -170,59 +173,98 @@ class Pictureless(Protocol):
         ...
 
 
-class Scenario(Protocol):
-    """A kind of world."""
+@dataclass(frozen=True, eq=False)
+class KeptWorld:
+    """A world with its fixed bodies, in which several episodes take place, one after the other.
 
-    @property
-    def id(self) -> str:
-        """Catalogue id with its version, e.g. ``road-town-v2``."""
-        ...
+    Attributes:
+        world: with the bodies of the latest episode, too.
+        fixed: number of bodies that every episode has.
+        content: what the scenario drew these from, e.g. a town's layout.
+    """
 
-    @property
-    def summary(self) -> str:
-        """What it is, in one line."""
-        ...
+    world: World
+    fixed: int
+    content: Any
 
-    @property
-    def start(self) -> str:
-        """What a tracker gets before the first picture, in one line."""
-        ...
+    def vacated(self) -> World:
+        """Return the world with its fixed bodies alone; the episode before is over then."""
+        self.world.remove_after(self.fixed)
+        return self.world
 
-    @property
-    def target(self) -> str:
-        """Name of the object that a single-target tracker is started on, see ``Truth.names``."""
-        ...
 
-    @property
-    def truth(self) -> type[Truth]:
-        """The kind of truth of its frames."""
-        ...
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """What an episode is built from, see ``Scenario.episode``.
 
-    @property
-    def classes(self) -> Mapping[str, str]:
-        """Every kind that its objects may have (``Truth.kinds``) -> class, e.g. ``sedan`` -> ``car``.
+    Attributes:
+        preset: the configuration.
+        seed: of the episode: all its random numbers follow from it, the preset and ``kept``.
+        closed_loop: whether commands steer the camera.
+        covers_all: whether truth covers all objects, or leaves out what ``truth="target"`` does, see ``Truth``.
+        kept: the world that the episode takes place in; None: its own.
+    """
 
-        The order gives classes and kinds the numbers that they have in exports: a new one stands last.
+    scenario: Scenario[Any]
+    preset: Any
+    seed: int
+    renderer: RendererName = "raster"
+    closed_loop: bool = False
+    covers_all: bool = True
+    kept: KeptWorld | None = None
+
+    def rng(self, stream: str) -> np.random.Generator:
+        """Return the generator of a named stream of the episode, e.g. ``traffic``."""
+        return generator(self.seed, stream)
+
+
+@dataclass(frozen=True)
+class Scenario(Generic[_E]):
+    """A kind of world.
+
+    Attributes:
+        id: catalogue id with its version, e.g. ``road-town-v2``. summary: what it is, in one line.
+        start: what a tracker gets before the first picture, in one line.
+        stage: builds an episode, most often a class: a ``scenarios.stage.Stage``.
+        presets: name -> a frozen dataclass that configures an episode. It has at least ``summary``, ``closed_loop``
+            (whether a controller steers), ``frame_count``, ``rate_hz``, ``width_px`` and ``height_px``.
+        classes: every kind that its objects may have (``Truth.kinds``) -> class, e.g. ``sedan`` -> ``car``. The order
+            gives classes and kinds the numbers that they have in exports: a new one stands last.
+        carrier: the camera's carrier: all that a controller or an env needs for steering it.
+        truth: the kind of truth of its frames.
+        target: name of the object that a single-target tracker is started on, see ``Truth.names``.
+        pictureless: its simulation without pictures; None if it has none.
+        seeded_as: the id that seeds of episodes derive from, if it is not its own.
+        new_world: builds the world of an episode, without the episode; None if its worlds cannot be kept.
+        world_fields: fields of a preset that decide what its worlds are; they have the same values in a kept world and
+            in every episode there.
+    """
+
+    id: str
+    summary: str
+    start: str
+    stage: Callable[[Setup], _E]
+    presets: dict[str, Any]
+    classes: Mapping[str, str]
+    carrier: Carrier
+    truth: type[Truth] = Truth
+    target: str = "target"
+    pictureless: Pictureless | None = None
+    seeded_as: str = ""
+    new_world: Callable[[Setup], KeptWorld] | None = None
+    world_fields: tuple[str, ...] = ()
+
+    def configuration(self, preset: Any) -> Any:
+        """Return a preset by name, or a configuration unchanged.
+
+        Raises:
+            ValueError: for an unknown name; lists the known ones.
         """
-        ...
-
-    @property
-    def carrier(self) -> Carrier:
-        """The camera's carrier: all that a controller or an env needs for steering it."""
-        ...
-
-    @property
-    def pictureless(self) -> Pictureless | None:
-        """Its simulation without pictures; None if it has none."""
-        ...
-
-    @property
-    def presets(self) -> dict[str, Any]:
-        """Name -> a frozen dataclass that configures an episode.
-
-        It has at least ``summary``, ``closed_loop`` (whether a controller steers), ``width_px`` and ``height_px``.
-        """
-        ...
+        if not isinstance(preset, str):
+            return preset
+        if preset not in self.presets:
+            raise ValueError(f"preset: expected one of {', '.join(self.presets)}; got {preset!r}")
+        return self.presets[preset]
 
     def episode(
         self,
@@ -232,12 +274,39 @@ class Scenario(Protocol):
         renderer: RendererName = "raster",
         closed_loop: bool | None = None,
         truth: TruthExtent = "all",
-    ) -> Episode:
-        """Build one episode of a preset, given by name or as a configuration.
+        kept: KeptWorld | None = None,
+    ) -> _E:
+        """Build one episode.
 
-        ``closed_loop`` None means as in the preset; for ``truth`` see ``Truth``.
+        Args:
+            preset: its name, or a configuration.
+            seed: any whole number >= 0; 10,000 to 19,999 is the test split.
+            closed_loop: whether commands steer the camera; None: as in the preset.
+            truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
+            kept: a world of ``keep_world`` that the episode takes place in, until another one begins there; None: its
+                own.
+
+        Raises:
+            ValueError: for an unknown preset, renderer or extent of truth, a negative seed, or a loop that cannot be
+                closed.
         """
-        ...
+        check("truth", truth in ("all", "target"), "'all' or 'target'", truth)
+        configuration = self.configuration(preset)
+        looped = configuration.closed_loop if closed_loop is None else closed_loop
+        return self.stage(Setup(self, configuration, self._own(seed), renderer, looped, truth == "all", kept))
+
+    def keep_world(self, preset: Any, seed: int) -> KeptWorld:
+        """Build the world of the seed's episode, without the episode, for several of them.
+
+        Raises:
+            ValueError: if its worlds cannot be kept.
+        """
+        if self.new_world is None:
+            raise ValueError(f"scenario: expected one that keeps worlds, got {self.id}")
+        return self.new_world(Setup(self, self.configuration(preset), self._own(seed)))
+
+    def _own(self, seed: int) -> int:
+        return episode_seed(seed, self.seeded_as or self.id, 0)
 
 
 class Survey(Protocol):
@@ -256,20 +325,3 @@ class Survey(Protocol):
     def cells(self, held: dict[str, Any]) -> tuple[str, ...]:
         """Return the result of ``measure`` as text, one cell per column."""
         ...
-
-
-def preset_of(scenario: Scenario, preset: Any) -> Any:
-    """Return a scenario's preset by name, or a configuration unchanged.
-
-    Raises:
-        ValueError: for an unknown name; lists the known ones.
-    """
-    if not isinstance(preset, str):
-        return preset
-    if preset not in scenario.presets:
-        raise ValueError(f"preset: expected one of {', '.join(scenario.presets)}; got {preset!r}")
-    return scenario.presets[preset]
-
-
-def _pinhole(model: CameraModel) -> PinholeCamera:
-    return PinholeCamera(model.width_px, model.height_px, model.focal_px)

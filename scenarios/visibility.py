@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.truth import Side
-from sim.optics import PinholeCamera, project
+from sim.optics import project
+from trackers.types import CameraModel
 
 MOSTLY_SEEN = 0.5
 """An object inside the picture is ``occluded`` if its visible share is less."""
@@ -16,7 +17,7 @@ _SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
 class Exits:
     """Records when and where each of N objects leaves the picture."""
 
-    def __init__(self, camera: PinholeCamera, count: int) -> None:
+    def __init__(self, camera: CameraModel, count: int) -> None:
         self._camera = camera
         self._side = np.full(count, "", dtype="<U6")
         self._frames_since_exit = np.full(count, -1)
@@ -35,7 +36,7 @@ class Exits:
 
 
 def states_of(
-    camera: PinholeCamera, box_xyxy: NDArray[np.float64], visible_fraction: NDArray[np.float64]
+    camera: CameraModel, box_xyxy: NDArray[np.float64], visible_fraction: NDArray[np.float64]
 ) -> NDArray[np.str_]:
     """Return the states (N,) of objects from their amodal boxes (N, 4) and visible shares (N,)."""
     left, top, right, bottom = box_xyxy.T
@@ -47,7 +48,7 @@ def states_of(
 
 
 def centres_px(
-    camera: PinholeCamera,
+    camera: CameraModel,
     T_world_camera: NDArray[np.float64],
     poses: NDArray[np.float64],
     sizes_m: NDArray[np.float64],
@@ -57,7 +58,7 @@ def centres_px(
     return project(camera, T_world_camera, centres)[0]
 
 
-def _side_of(camera: PinholeCamera, box_xyxy: NDArray[np.float64]) -> Side:
+def _side_of(camera: CameraModel, box_xyxy: NDArray[np.float64]) -> Side:
     """Return the border that the box is furthest beyond; ``bottom`` for a box behind the camera."""
     if np.isnan(box_xyxy).any():
         return "bottom"

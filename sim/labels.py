@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 
 from sim.flow_kernels import flow_picture
 from sim.mesh import TexturedMesh
-from sim.optics import PinholeCamera, invert_pose
+from sim.optics import Camera, intrinsic_matrix, invert_pose
 
 
 class SeenSurfaces(Protocol):
@@ -34,7 +34,7 @@ class SeenSurfaces(Protocol):
 
 
 def amodal_box(
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     mesh: TexturedMesh,
     T_world_body: NDArray[np.float64],
@@ -78,7 +78,7 @@ def _outermost(mesh: TexturedMesh) -> NDArray[np.float32]:
 
 
 def amodal_boxes(
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     bodies: Outline,
     T_world_body: NDArray[np.float64],
@@ -92,7 +92,7 @@ def amodal_boxes(
 
 def visible_fraction(
     seen: SeenSurfaces,
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     mesh: TexturedMesh,
     T_world_body: NDArray[np.float64],
@@ -115,7 +115,7 @@ def visible_fraction(
         return 0.0
     x, y = int(np.floor(left)), int(np.floor(top))
     width, height = int(np.ceil(right)) - x + 1, int(np.ceil(bottom)) - y + 1
-    K = camera.intrinsic_matrix
+    K = intrinsic_matrix(camera)
     K[:2, 2] -= np.array([x, y]) + pixel_offset
     view = K @ (invert_pose(T_world_camera) @ T_world_body)[:3]
     homogeneous = mesh.vertices_m.astype(float) @ view[:, :3].T + view[:, 3]
@@ -167,13 +167,13 @@ _OF_GROUND = [0, 1, 3]
 
 
 def ground_homography(
-    camera: PinholeCamera, T_world_before: NDArray[np.float64], T_world_after: NDArray[np.float64]
+    camera: Camera, T_world_before: NDArray[np.float64], T_world_after: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return H (3, 3), scaled to H[2, 2] = 1, that takes pixels of ground points (z = 0) from one pose to another.
 
     A ground point (x, y, 0) is seen at ``K [r1 r2 t] (x, y, 1)``; H is one such matrix times the other's inverse.
     """
-    K = camera.intrinsic_matrix
+    K = intrinsic_matrix(camera)
     before, after = (K @ invert_pose(pose)[:3, _OF_GROUND] for pose in (T_world_before, T_world_after))
     H = after @ np.linalg.inv(before)
     return H / H[2, 2]
@@ -181,7 +181,7 @@ def ground_homography(
 
 def backward_flow(
     seen: SeenSurfaces,
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     T_world_camera_before: NDArray[np.float64],
     body_poses: NDArray[np.float64],
@@ -195,7 +195,7 @@ def backward_flow(
     Returns:
         (H, W, 2) float32 pixels; NaN for sky and for points that were behind the camera.
     """
-    K = camera.intrinsic_matrix
+    K = intrinsic_matrix(camera)
     to_world = T_world_camera @ _homogeneous(np.linalg.inv(K).astype(float))
     from_world = _homogeneous(K) @ invert_pose(T_world_camera_before)
     moved = (body_poses != body_poses_before).any(axis=(1, 2))

@@ -17,12 +17,11 @@ from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import Frame
 from scenarios.visibility import Exits, states_of
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import look_down_pose, project
 from trackers.types import CameraCommand, CameraModel, CameraSettings, Carrier, EgoPose, Observation, Start
 
 HEIGHT_M = 60.0
-CAMERA = PinholeCamera(160, 120, 140.0)
-CAMERA_MODEL = CameraModel(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px)
+CAMERA = CameraModel(160, 120, 140.0)
 SIZE_M = np.array([4.5, 1.8, 1.5])
 RADIUS_M, TURN_RAD_S = 40.0, 0.5
 """The target's circle: about half of it lies outside the picture of a camera above its rim."""
@@ -60,7 +59,7 @@ class FakeEpisode:
         self._frame = 0
         self._centre_m = np.array([RADIUS_M, 0.0])
         self._exits = Exits(CAMERA, 3)
-        self.start = Start(CAMERA_MODEL, self._boxes(self._pose(), 0.0)[1][0])
+        self.start = Start(CAMERA, self._boxes(self._pose(), 0.0)[1][0])
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame."""
@@ -70,7 +69,7 @@ class FakeEpisode:
         truth = self._truth(T_world_camera, time_s)
         self._frame += 1
         image = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), dtype=np.uint8)
-        observation = Observation(image, time_s, CAMERA_MODEL, CameraSettings(0.01, 1.0), EgoPose(T_world_camera))
+        observation = Observation(image, time_s, CAMERA, CameraSettings(0.01, 1.0), EgoPose(T_world_camera))
         return Frame(observation, truth)
 
     def map_of(self) -> None:

@@ -19,8 +19,8 @@ from scenarios.envs.truth_info import NO_REWARD, OWN_WORLD, truth_info
 from scenarios.envs.view import Window, draw_view
 from scenarios.envs.watched_episode import watched_episode
 from scenarios.envs.world_bank import DEVELOPMENT_SEEDS, WorldBank
-from scenarios.kept_world import KeepsWorlds, KeptWorld
 from scenarios.loop import Loop
+from scenarios.scenario import KeptWorld
 from sim.checks import check
 from sim.choices import check_choice
 from trackers.belief.command_shares import shares_of
@@ -68,7 +68,7 @@ class FollowEnv(gym.Env, EzPickle):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_count(self.settings, self.carrier),), np.float32)
         keeper = catalog.scenario(scenario)
         self._bank: WorldBank | None = None
-        if isinstance(keeper, KeepsWorlds):
+        if keeper.new_world is not None:
             self._bank = WorldBank(keeper, self.settings.worlds, self.settings.episodes_per_world)
         self._run: _Run | None = None
         # A missing screen is refused here, before anything runs.

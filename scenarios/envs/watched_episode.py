@@ -12,9 +12,8 @@ import numpy as np
 from scenarios import catalog
 from scenarios.command_link import episode_link
 from scenarios.envs.settings import FollowSettings
-from scenarios.kept_world import KeepsWorlds, KeptWorld
 from scenarios.loop import Contestant, FromPictures, Loop, tracker_stream
-from scenarios.scenario import Episode, Frame
+from scenarios.scenario import Frame, KeptWorld
 from sim.rng import generator
 from trackers import registry
 from trackers.estimate_check import check_estimate
@@ -34,13 +33,9 @@ def watched_episode(settings: FollowSettings, seed: int, world_of: Callable[[Any
     scenario = catalog.scenario(settings.scenario)
     rng = generator(seed, "randomise")
     drawn = {name: float(rng.uniform(*limits)) for name, limits in settings.randomise.items()}
-    preset, renderer = settings.configuration(drawn), settings.renderer
-    episode: Episode
-    if world_of is None:
-        episode = scenario.episode(preset, seed, renderer=renderer, closed_loop=True, truth="target")
-    else:
-        assert isinstance(scenario, KeepsWorlds)
-        episode = scenario.episode_in(world_of(preset), preset, seed, renderer=renderer, truth="target")
+    preset = settings.configuration(drawn)
+    kept = None if world_of is None else world_of(preset)
+    episode = scenario.episode(preset, seed, renderer=settings.renderer, closed_loop=True, truth="target", kept=kept)
     try:
         watcher = _watcher(settings.tracker, seed, episode.start)
     except Exception:

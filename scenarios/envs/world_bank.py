@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.kept_world import KeepsWorlds, KeptWorld
+from scenarios.scenario import KeptWorld, Scenario
 
 DEVELOPMENT_SEEDS = 10_000
 """Drawn seeds of episodes and worlds lie below this number; only options of ``reset`` select others."""
@@ -21,7 +21,7 @@ class WorldBank:
     of episodes since ``begin`` alone.
     """
 
-    def __init__(self, scenario: KeepsWorlds, worlds: int, episodes_per_world: int) -> None:
+    def __init__(self, scenario: Scenario, worlds: int, episodes_per_world: int) -> None:
         self._scenario, self._episodes_per_world = scenario, episodes_per_world
         self._seeds: deque[int] = deque(maxlen=worlds)
         self._episodes = 0

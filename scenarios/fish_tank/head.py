@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from scenarios.pan_tilt_zoom import Mount
-from sim.optics import PinholeCamera
-from trackers.types import Carrier, CommandAxis
+from trackers.types import CameraModel, Carrier, CommandAxis
 
 HEAD = Carrier(
     "tank-head",
@@ -14,7 +13,7 @@ HEAD = Carrier(
     "around",
 )
 """Limits are those of a small servo head with a motor zoom."""
-LENS = PinholeCamera.from_field_of_view(320, 240, float(np.deg2rad(15.0)))
+LENS = CameraModel.from_field_of_view(320, 240, float(np.deg2rad(15.0)))
 """Of its camera at zoom 1: it then sees two fifths of the tank's length."""
 MOUNT = Mount(
     HEAD,

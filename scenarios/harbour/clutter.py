@@ -14,7 +14,7 @@ from scenarios.harbour.moorings import SEGMENTS, Ride, buoy_mesh, draw_moored, m
 from scenarios.harbour.plan import Plan, draw_car
 from scenarios.harbour.scenery import Surface
 from scenarios.harbour.warmth import BOAT_VIEW, CAR_VIEW, boat_materials, car_materials
-from scenarios.standing import Standing
+from scenarios.objects import Standing
 from sim.meshes.boat import above_water
 from sim.meshes.gull import gull
 from sim.meshes.shed import level_plate

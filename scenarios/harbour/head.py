@@ -6,8 +6,7 @@ import numpy as np
 
 from scenarios.harbour.layout import AIM_M, CAMERA_M
 from scenarios.pan_tilt_zoom import Mount
-from sim.optics import PinholeCamera
-from trackers.types import Carrier, CommandAxis
+from trackers.types import CameraModel, Carrier, CommandAxis
 
 HEAD = Carrier(
     "harbour-head",
@@ -15,7 +14,7 @@ HEAD = Carrier(
     "around",
 )
 """Limits are those of a surveillance head with a motor zoom."""
-LENS = PinholeCamera.from_field_of_view(384, 288, float(np.deg2rad(5.0)))
+LENS = CameraModel.from_field_of_view(384, 288, float(np.deg2rad(5.0)), band="thermal")
 """Of its camera at zoom 1: at 100 m it sees 9 m, and a person 75 pixels tall."""
 MOUNT = Mount(
     HEAD,

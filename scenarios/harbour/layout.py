@@ -11,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
-from trackers.types import SiteSurvey
+from trackers.types import CameraModel, SiteSurvey
 
-CAMERA = PinholeCamera(384, 288, 770.0)
+CAMERA = CameraModel(384, 288, 770.0, band="thermal")
 CAMERA_M, AIM_M = (-100.0, 0.0, 20.0), (0.0, 0.0, 0.0)
 VOLUME_M = (90.0, 33.0, 6.0)
 """Watched volume about the origin: along x, y and z."""

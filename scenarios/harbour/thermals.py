@@ -66,7 +66,7 @@ class Thermals:
         """
         every = max(round(_STEP_S * self._rate_hz), 1)
         step = frame // every * every
-        here = frozenset(np.flatnonzero(self._intruders.present[frame]).tolist())
+        here = frozenset(np.flatnonzero(self._intruders.presence[frame]).tolist())
         self._seas[DAYS_BEFORE].waves.time_s = frame / self._rate_hz
         is_new = (step, here) != self._shown
         if self._shown is None or self._shown[0] != step:

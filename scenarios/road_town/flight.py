@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from scenarios.road_town.oblique import gust_angles_rad, pitched_forward
 from scenarios.road_town.presets import ALTITUDE_RANGE_M, RoadTown
 from scenarios.road_town.smooth import smooth_step
-from sim.optics import PinholeCamera, look_down_pose
-from trackers.types import CameraCommand, Carrier, CommandAxis
+from sim.optics import look_down_pose
+from trackers.types import CameraCommand, CameraModel, Carrier, CommandAxis
 
 MAXIMUM_SPEED_MPS = 25.0
 MAXIMUM_CLIMB_MPS = 5.0
@@ -194,7 +194,7 @@ class Helicopter:
         return pitched_forward(level, self._air.mount_rad)
 
 
-def swing_out(camera: PinholeCamera, altitude_m: float, direction_rad: float, margin_m: float) -> tuple[float, float]:
+def swing_out(camera: CameraModel, altitude_m: float, direction_rad: float, margin_m: float) -> tuple[float, float]:
     """Return the aim's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
 
     ``direction_rad`` is that of the displacement, 0 = ahead, counter-clockwise.

@@ -13,8 +13,8 @@ from scenarios.road_town.line_of_sight import LineOfSight
 from scenarios.road_town.piloted_flight import Drive, fly_after
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.swings import draw_swings
-from sim.optics import PinholeCamera
 from sim.rng import generator
+from trackers.types import CameraModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,7 @@ class FlightPlan:
 
 def plan_flight(
     preset: RoadTown,
-    camera: PinholeCamera,
+    camera: CameraModel,
     layout: Layout,
     drive: Drive,
     events: dict[str, list[int]],

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
+from trackers.types import CameraModel
 
 IN, PARTIAL, OUT = 0, 1, 2
 
 
 def picture_states(
-    camera: PinholeCamera, poses: NDArray[np.float64], corners_world_m: NDArray[np.float64]
+    camera: CameraModel, poses: NDArray[np.float64], corners_world_m: NDArray[np.float64]
 ) -> NDArray[np.int64]:
     """Return IN, PARTIAL or OUT for the box around ``corners_world_m`` (T, K, 3) in each frame (T,)."""
     points_camera = np.einsum("tkj,tji->tki", corners_world_m - poses[:, None, :3, 3], poses[:, :3, :3])

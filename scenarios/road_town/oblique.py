@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
+from trackers.types import CameraModel
 
 SHORT_OF_NADIR_RAD = 0.01
 """A gust stops this far before the view points straight down: beyond it, the nose would point backwards."""
@@ -30,7 +30,7 @@ def pitched_forward(T_world_camera: NDArray[np.float64], mount_rad: float) -> ND
 
 
 def gust_out(
-    camera: PinholeCamera, altitude_m: float, mount_rad: float, direction_rad: float, margin_m: float
+    camera: CameraModel, altitude_m: float, mount_rad: float, direction_rad: float, margin_m: float
 ) -> tuple[float, float]:
     """Return the aim's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
 
@@ -51,7 +51,7 @@ def gust_out(
 
 
 def drift_out(
-    camera: PinholeCamera, altitude_m: float, mount_rad: float, direction_rad: float, margin_m: float
+    camera: CameraModel, altitude_m: float, mount_rad: float, direction_rad: float, margin_m: float
 ) -> tuple[float, float]:
     """Return the helicopter's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
 
@@ -73,7 +73,7 @@ def gust_angles_rad(offset_m: tuple[float, float], altitude_m: float, mount_rad:
     return math.atan(math.hypot(ahead_m, left_m) / altitude_m) - mount_rad, math.atan2(left_m, ahead_m)
 
 
-def _yaw_to_border(camera: PinholeCamera, mount_rad: float) -> float:
+def _yaw_to_border(camera: CameraModel, mount_rad: float) -> float:
     """Return the yaw that moves the middle of the picture to its left or right border.
 
     A point on the axis is seen, after a yaw y, at the tangent ``sin(a) sin(y) / (sin(a)^2 cos(y) + cos(a)^2)``.

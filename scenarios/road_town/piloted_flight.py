@@ -14,7 +14,7 @@ from scenarios.road_town.line_of_sight import LineOfSight
 from scenarios.road_town.pilot import Pilot, Sighting, draw_errors
 from scenarios.road_town.presets import SETTLE_FRAMES, RoadTown
 from scenarios.road_town.swings import begun_at
-from sim.optics import PinholeCamera
+from trackers.types import CameraModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ class _Swings:
 
 def fly_after(
     preset: RoadTown,
-    camera: PinholeCamera,
+    camera: CameraModel,
     air: AirState,
     scheduled: list[Pulse],
     drive: Drive,

@@ -22,8 +22,8 @@ from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.route import Route, random_route
 from scenarios.road_town.traffic import Driver, Motion, simulate
 from sim.meshes.vehicle import VEHICLES, vehicle
-from sim.optics import PinholeCamera
 from sim.rng import generator
+from trackers.types import CameraModel
 
 TARGET = 0
 """Index of the target among the cars."""
@@ -61,7 +61,7 @@ class Plan:
     preset: RoadTown
     seed: int
     closed_loop: bool
-    camera: PinholeCamera
+    camera: CameraModel
     layout: Layout
     looks: tuple[Look, ...]
     sizes_m: NDArray[np.float64]
@@ -108,7 +108,7 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | 
     looks = _draw_looks(preset, len(drivers) - 1, streams["looks"])
     sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
     motion = simulate(drivers, preset.frame_count, preset.rate_hz, preset.driver)
-    camera = PinholeCamera.from_field_of_view(
+    camera = CameraModel.from_field_of_view(
         preset.width_px, preset.height_px, float(np.deg2rad(preset.field_of_view_deg))
     )
     events = _events(target.route, excursions, motion)

@@ -13,7 +13,7 @@ from scenarios.road_town.oblique import drift_out, gust_out
 from scenarios.road_town.presets import CALM_FRAMES, FASTEST_TURN_RAD_S, OUT_FROM_SHARE, SETTLE_FRAMES, RoadTown
 from scenarios.road_town.schedule import schedules
 from scenarios.road_town.smooth import PEAK_SPEED
-from sim.optics import PinholeCamera
+from trackers.types import CameraModel
 
 STEERING_LAG_M = 9.0
 """Distance by which a steered camera trails the car; gusts in closed loop swing the view further out by as much."""
@@ -29,7 +29,7 @@ _RIGHT_ANGLE_RAD = 0.5 * math.pi
 
 def draw_swings(
     preset: RoadTown,
-    camera: PinholeCamera,
+    camera: CameraModel,
     air: AirState,
     events: dict[str, list[int]],
     closed_loop: bool,
@@ -64,7 +64,7 @@ def begun_at(swing: Pulse, frame: int, frame_count: int) -> Pulse | None:
 
 def _draw_swing(
     preset: RoadTown,
-    camera: PinholeCamera,
+    camera: CameraModel,
     air: AirState,
     start: int,
     frames: int,
@@ -135,7 +135,7 @@ def _frames_between(fewest: int, most: int, rng: np.random.Generator) -> tuple[i
 
 
 def _offset_m(
-    camera: PinholeCamera, air: AirState, direction_rad: float, margin_m: float, tilts: bool
+    camera: CameraModel, air: AirState, direction_rad: float, margin_m: float, tilts: bool
 ) -> tuple[float, float]:
     if air.mount_rad == 0.0:
         return swing_out(camera, air.altitude_m, direction_rad, margin_m)

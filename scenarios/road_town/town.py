@@ -9,13 +9,13 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from scenarios.objects import Standing
 from scenarios.road_town.canvas import rings_of
 from scenarios.road_town.countryside import add_countryside
 from scenarios.road_town.ground import paint_ground
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.palette import KERB, Rgb, draw_paint
 from scenarios.road_town.road_map import road_area
-from scenarios.standing import Standing
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.ground import ground, kerb
 from sim.meshes.house import house

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
-from sim.optics import CameraMotion, PinholeCamera
+from sim.optics import Camera, CameraMotion
 from sim.render.protocol import Renderer
 from sim.render.row_stages import RowStage, finish_rows
 
@@ -32,7 +32,7 @@ class RowRenderer(Renderer, Protocol):
 
     resolving: RowStage
 
-    def visible(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> Any:
+    def visible(self, camera: Camera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> Any:
         """Return a NamedTuple that the stage's kernel reads; arguments as for ``gbuffer``.
 
         It has ``depth_m`` (H, W) float32, and ``instance_id`` (H, W) int32, which the kernel writes.
@@ -43,9 +43,7 @@ class RowRenderer(Renderer, Protocol):
 class Shader(Protocol):
     """Lights views of one world."""
 
-    def shade(
-        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def shade(self, gbuffer: GBuffer, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return the radiance (H, C, W) float32: of R, G and B in cd/m², or of one band."""
         ...
 
@@ -59,9 +57,7 @@ class RowShader(Shader, Protocol):
 
     lighting: RowStage
 
-    def row_light(
-        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> Any:
+    def row_light(self, depth_m: NDArray[np.float32], camera: Camera, T_world_camera: NDArray[np.float64]) -> Any:
         """Return the light of the world as it is now, a NamedTuple that the stage's kernel reads.
 
         Args:
@@ -76,7 +72,7 @@ class Sensor(Protocol[_Picture]):
     def expose(
         self,
         radiance: NDArray[np.float32],
-        camera: PinholeCamera,
+        camera: Camera,
         frame: int,
         motion: CameraMotion | None = None,
     ) -> _Picture:
@@ -93,7 +89,7 @@ class Sensor(Protocol[_Picture]):
     def develop(
         self,
         radiance: NDArray[np.float32],
-        camera: PinholeCamera,
+        camera: Camera,
         frame: int,
         settings: Any,
         motion: CameraMotion | None = None,
@@ -117,12 +113,12 @@ class RowSensor(Sensor[_Picture], Protocol[_Picture]):
         """Return scratch for a radiance (rows, C, width)."""
         ...
 
-    def needs_whole(self, camera: PinholeCamera, settings: Any, motion: CameraMotion | None) -> bool:
+    def needs_whole(self, camera: Camera, settings: Any, motion: CameraMotion | None) -> bool:
         """Return whether no row of the next picture can be developed before all are lit."""
         ...
 
     def develop_first(
-        self, radiance: NDArray[np.float32], rows: NDArray[np.int64], camera: PinholeCamera, frame: int, settings: Any
+        self, radiance: NDArray[np.float32], rows: NDArray[np.int64], camera: Camera, frame: int, settings: Any
     ) -> tuple[_Picture, Any]:
         """Begin a picture by its metered rows (R,), of radiance (R, C, W).
 
@@ -153,7 +149,7 @@ def capture(
     renderer: Renderer,
     shader: Shader,
     sensor: Sensor[_Picture],
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     frame: int,
     *,
@@ -194,7 +190,7 @@ def _develops_rows(sensor: Sensor[_Picture]) -> TypeGuard[RowSensor[_Picture]]:
 def _photograph(
     sensor: Sensor[_Picture],
     radiance: NDArray[np.float32],
-    camera: PinholeCamera,
+    camera: Camera,
     frame: int,
     settings: Any,
     motion: CameraMotion | None,
@@ -208,7 +204,7 @@ def _capture_by_rows(
     renderer: RowRenderer,
     shader: RowShader,
     sensor: RowSensor[_Picture],
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     frame: int,
     settings: Any,
@@ -235,7 +231,7 @@ def _capture_lit_by_rows(
     renderer: RowRenderer,
     shader: RowShader,
     sensor: Sensor[_Picture],
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     frame: int,
     settings: Any,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import CameraMotion, PinholeCamera
+from sim.optics import Camera, CameraMotion
 from sim.render.compilation import announce_compilation
 from sim.sensors.gain_control import BIN_COUNTS, apply_tone, bin_at, histogram, right_tone
 from sim.sensors.noise import frame_keys
@@ -47,7 +47,7 @@ class ThermalSensor:
     def expose(
         self,
         radiance: NDArray[np.float32],
-        camera: PinholeCamera,
+        camera: Camera,
         frame: int,
         motion: CameraMotion | None = None,
     ) -> ThermalPicture:
@@ -68,7 +68,7 @@ class ThermalSensor:
     def develop(
         self,
         radiance: NDArray[np.float32],
-        camera: PinholeCamera,
+        camera: Camera,
         frame: int,
         settings: ThermalSettings,
         motion: CameraMotion | None = None,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.envs.settings import FollowSettings
-from scenarios.scenario import World
+from scenarios.scenario import PicturelessWorld
 from trackers.controllers.catalogue import Kernel, controller_entry
 from trackers.protocols import Controller
 from trackers.types import BODY_COMMANDS, CameraModel, Carrier, EgoPose, Estimate, Observation
@@ -50,7 +50,7 @@ class SeparateControllers:
     It gets posteriors as Gaussians, which is less than the particles of the rendered env.
     """
 
-    def __init__(self, create: Callable[[], Controller], carrier: Carrier, world: World, count: int) -> None:
+    def __init__(self, create: Callable[[], Controller], carrier: Carrier, world: PicturelessWorld, count: int) -> None:
         self._create, self._world, self._down = create, world, carrier.looks == "down"
         self._controllers = [create() for _ in range(count)]
         self._picture = np.zeros((*(2 * world.camera[:0:-1]).astype(int), 3), np.uint8)
@@ -91,7 +91,9 @@ class SeparateControllers:
         )
 
 
-def vector_controller(settings: FollowSettings, carrier: Carrier, world: World, count: int) -> VectorController:
+def vector_controller(
+    settings: FollowSettings, carrier: Carrier, world: PicturelessWorld, count: int
+) -> VectorController:
     """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name or value."""
     entry, values = controller_entry(settings.controller, carrier.name), settings.controller_values
     if entry.kernel is not None:

@@ -22,7 +22,7 @@ from scenarios.envs.pictureless.vector_controllers import VectorController, vect
 from scenarios.envs.reward import TERMS
 from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import COMMANDS
-from scenarios.scenario import World
+from scenarios.scenario import PicturelessWorld
 from sim.checks import check
 from sim.choices import check_choice
 from trackers.belief.features import FEATURES, features_of
@@ -98,7 +98,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self._at_frame_outs = starts == "frame-outs"
         self._most_steps = max_episode_steps or bank.frame_count
         link = link_limits(self.carrier, preset.rate_hz, self.settings.link_settings)
-        self._world: World = pictureless_of(scenario).world(preset, bank.arrays, link, error_record(model))
+        self._world: PicturelessWorld = pictureless_of(scenario).world(preset, bank.arrays, link, error_record(model))
         self._limits = link.limits
         self._controller: VectorController | None = None
         if self.settings.action == "correction":

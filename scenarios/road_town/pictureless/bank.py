@@ -10,7 +10,7 @@ from scenarios.envs.pictureless.starts import LEAD_FRAMES
 from scenarios.road_town.flight import Pulse, gust_attitude_rad
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown
-from scenarios.scenario import TrackerRuns, World
+from scenarios.scenario import PicturelessWorld, TrackerRuns
 
 _MOST_GUSTS = 8
 
@@ -56,7 +56,7 @@ class RoadPictureless:
 
     def world(
         self, preset: RoadTown, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
-    ) -> World:
+    ) -> PicturelessWorld:
         """Return the helicopters' world."""
         # Imported on use: its kernels take seconds to load.
         from scenarios.road_town.pictureless.world import RoadWorld

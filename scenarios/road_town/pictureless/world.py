@@ -11,7 +11,7 @@ from scenarios.envs.pictureless.poses import camera_numbers
 from scenarios.road_town.pictureless.flight_kernel import FLIGHT_STATE
 from scenarios.road_town.pictureless.road_kernel import ROAD_NOISE, Flights, begin_flights, fly_on
 from scenarios.road_town.presets import RoadTown
-from sim.optics import PinholeCamera
+from trackers.types import CameraModel
 
 
 class RoadWorld(KernelWorld):
@@ -23,7 +23,7 @@ class RoadWorld(KernelWorld):
     def __init__(
         self, preset: RoadTown, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
     ) -> None:
-        camera = PinholeCamera.from_field_of_view(
+        camera = CameraModel.from_field_of_view(
             preset.width_px, preset.height_px, float(np.deg2rad(preset.field_of_view_deg))
         )
         ego = preset.ego

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.command_link import LinkLimits
-from scenarios.scenario import TrackerRuns, World
+from scenarios.scenario import PicturelessWorld, TrackerRuns
 from scenarios.stereo_follow.plan import TARGET, make_plan
 from scenarios.stereo_follow.presets import StereoFollow
 from sim.meshes.person import person_size_m
@@ -60,7 +60,7 @@ class StereoPictureless:
 
     def world(
         self, preset: StereoFollow, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
-    ) -> World:
+    ) -> PicturelessWorld:
         """Return the robots' world."""
         # Imported on use: its kernels take seconds to load.
         from scenarios.stereo_follow.pictureless.world import StereoWorld

@@ -71,7 +71,7 @@ def test_a_head_that_knows_where_its_fish_is_is_found_out(monkeypatch: pytest.Mo
 
     def told(self: FishTankEpisode, command: CameraCommand) -> None:
         own(self, command)
-        away_m = self._swims.position_m[self._frame + 1, 0] - self._head.T_world_camera[:3, 3]
+        away_m = self._objects._swims.position_m[self._frame + 1, 0] - self._head.T_world_camera[:3, 3]
         self._head.pan_rad = float(np.arctan2(-away_m[0], away_m[1]))
 
     monkeypatch.setattr(FishTankEpisode, "_obey", told)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenarios.harbour.episode import TARGET, HarbourEpisode
+from scenarios.harbour.episode import HarbourEpisode
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.presets import PRESETS
 from scenarios.harbour.scenario import HARBOUR
@@ -74,7 +74,7 @@ def test_a_head_that_knows_where_its_target_is_is_found_out(monkeypatch: pytest.
 
     def told(self: HarbourEpisode, command: CameraCommand) -> None:
         own(self, command)
-        target = self._intruders.T_world_object[self._frame + 1, self._intruders.names.index(TARGET), :3, 3]
+        target = self._objects.course[self._frame + 1, self._objects.names.index(HARBOUR.target), :3, 3]
         away_m = target - self._head.T_world_camera[:3, 3]
         self._head.pan_rad = float(np.arctan2(away_m[1], away_m[0]))
 

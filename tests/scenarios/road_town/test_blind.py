@@ -20,9 +20,9 @@ from scenarios.road_town.pilot import Pilot, Sighting
 from scenarios.road_town.piloted_flight import Drive
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import PRESETS, RoadTown
-from sim.optics import PinholeCamera
 from sim.rng import episode_seed
 from tests.scenarios.road_town.blind_regression import Rows, gain_and_upper_end, joined, rows_of
+from trackers.types import CameraModel
 
 SET_PATHS = ("standard", "hard", "oblique", "paper-a3", "quick")
 TELLING = ("standard", "hard")
@@ -79,9 +79,9 @@ def events_of(preset: RoadTown, drive: DriveAndEvents) -> dict[str, list[int]]:
     return {name: [frame for frame in starts if frame in frames] for name, starts in drive[1].items()}
 
 
-def camera_of(preset: RoadTown) -> PinholeCamera:
+def camera_of(preset: RoadTown) -> CameraModel:
     angle_rad = float(np.deg2rad(preset.field_of_view_deg))
-    return PinholeCamera.from_field_of_view(preset.width_px, preset.height_px, angle_rad)
+    return CameraModel.from_field_of_view(preset.width_px, preset.height_px, angle_rad)
 
 
 @contextmanager
@@ -112,7 +112,7 @@ def flown(preset: RoadTown, towns: list[Town], cars: int, *, is_told: bool = Fal
     return joined(parts)
 
 
-def unseen_span(camera: PinholeCamera, poses: NDArray[np.float64], layout: Layout, drive: Drive) -> tuple[int, int]:
+def unseen_span(camera: CameraModel, poses: NDArray[np.float64], layout: Layout, drive: Drive) -> tuple[int, int]:
     """Return the first frame on which the car is unseen and the first one on which it is seen again."""
     states, sight = picture_states(camera, poses, drive.corners_m), LineOfSight(layout)
     unseen = np.array(

@@ -26,8 +26,8 @@ from scenarios.road_town.presets import (
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.smooth import smooth_step
 from scenarios.road_town.swings import draw_swings
-from sim.optics import PinholeCamera
 from sim.rng import episode_seed, generator
+from trackers.types import CameraModel
 
 STEERABLE = ["standard", "hard", "quick", "oblique"]
 
@@ -39,7 +39,7 @@ def _drawn(preset: RoadTown, closed_loop: bool) -> list[tuple[AirState, Pulse]]:
 
 def _episodes(preset: RoadTown, closed_loop: bool, count: int) -> list[tuple[AirState, list[Pulse]]]:
     """Return the air and the swings of each episode."""
-    camera = PinholeCamera.from_field_of_view(640, 480, math.radians(preset.field_of_view_deg))
+    camera = CameraModel.from_field_of_view(640, 480, math.radians(preset.field_of_view_deg))
     episodes = []
     for seed in range(count):
         rng = generator(seed, "air")
@@ -128,7 +128,7 @@ def test_a_length_that_is_allowed_has_room_for_the_frame_outs_of_every_seed(
     """An excursion in the middle of 150 frames left room for no two frame-outs, so the third episode was an error."""
     preset = replace(PRESETS[name], rate_hz=rate_hz)
     shortest = preset.frame_outs.fewest_frames(preset.apart_frames(closed_loop))
-    camera = PinholeCamera.from_field_of_view(640, 480, math.radians(preset.field_of_view_deg))
+    camera = CameraModel.from_field_of_view(640, 480, math.radians(preset.field_of_view_deg))
     for frame_count, excursion in itertools.product((shortest, shortest + 7, 1.4 * shortest), (50, 65, 90)):
         asked = replace(preset, frame_count=int(frame_count))
         air = draw_air(asked, 0.0, generator(1, "air"))

@@ -9,13 +9,14 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from sim.mesh import Texture
-from sim.optics import PinholeCamera, look_down_pose
+from sim.optics import look_down_pose
 from sim.pose import pose_on_ground
 from sim.render.raster import Raster
 from sim.world import World
 from tests.sim.demo_scene import box, cone, ground
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(120, 90, 110.0)
+CAMERA = CameraModel(120, 90, 110.0)
 VIEWS = [look_down_pose(np.array([x, -2.0, 14.0]), 0.2, 0.3, 0.0) for x in (0.0, 0.4)]
 MOVERS = (1, 3, 4, 6)
 """Bodies that may move, between others that do not: the order of bodies decides between equally near surfaces."""
@@ -122,6 +123,6 @@ def test_bodies_that_are_added_are_drawn(world):
 
 def test_pictures_of_other_sizes_are_drawn_whole(world):
     raster = Raster(world)
-    for camera in (CAMERA, CAMERA, PinholeCamera(60, 45, 55.0), CAMERA):
+    for camera in (CAMERA, CAMERA, CameraModel(60, 45, 55.0), CAMERA):
         kept, whole = raster.gbuffer(camera, VIEWS[0]), Raster(world).gbuffer(camera, VIEWS[0])
         assert kept.depth_m.tobytes() == whole.depth_m.tobytes()

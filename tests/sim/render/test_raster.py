@@ -9,13 +9,14 @@ from hypothesis import strategies as st
 
 from sim.gbuffer import SKY
 from sim.mesh import Texture
-from sim.optics import PinholeCamera, look_down_pose, project, rays
+from sim.optics import look_down_pose, project, rays
 from sim.render.raster import Raster
 from sim.world import World
 from tests.sim.demo_scene import box, build_town, cone, ground, palette, pose
 from tests.sim.ray_casting import RayCaster, away_from_edges
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(160, 120, np.radians(55))
+CAMERA = CameraModel.from_field_of_view(160, 120, np.radians(55))
 GREY = Texture(np.full((4, 4, 3), 128, np.uint8))
 VIEWS = {
     "down": (np.array([5.0, 8.0, 60.0]), 0.3, 0.0, 0.0),
@@ -70,7 +71,7 @@ def test_sky_has_no_depth_colour_or_normal_and_surfaces_have_unit_normals_toward
 @example((0.0, 0.0, 1.0), 0.0, 0.0, 0.0)  # a common edge runs exactly through pixel centres
 @settings(max_examples=120, deadline=None)
 def test_a_tiled_plane_has_no_cracks(tiled_plane, position_m, yaw, pitch, roll):
-    camera = PinholeCamera.from_field_of_view(64, 48, 1.2)
+    camera = CameraModel.from_field_of_view(64, 48, 1.2)
     T_world_camera = look_down_pose(np.array(position_m), yaw, pitch, roll)
     gbuffer = tiled_plane.gbuffer(camera, T_world_camera)
     pixels = np.stack(np.meshgrid(np.arange(64) + 0.5, np.arange(48) + 0.5), axis=-1)
@@ -94,7 +95,7 @@ def tiled_plane():
 
 def test_grid_lines_through_pixel_centres_leave_no_cracks(tiled_plane):
     # 50 m cells from 100 m with f = 100: every grid line falls exactly on pixel centres when shifted by half.
-    camera = PinholeCamera(101, 101, 100.0)
+    camera = CameraModel(101, 101, 100.0)
     gbuffer = tiled_plane.gbuffer(camera, look_down_pose(np.array([0, 0, 100.0]), 0, 0, 0))
     assert (gbuffer.instance_id == 0).all()
 

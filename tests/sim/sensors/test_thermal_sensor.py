@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
 from sim.sensors.gain_control import BIN_COUNTS, BINS, bin_at, right_tone
 from sim.sensors.thermal_config import ThermalConfig
 from sim.sensors.thermal_sensor import PER_RADIANCE, REFERENCE_K, ThermalSensor
 from sim.thermal.radiance import band_radiance, band_slope
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(96, 72, 200.0)
+CAMERA = CameraModel(96, 72, 200.0)
 QUIET = ThermalConfig(
     rate_hz=1.0, netd_k=0.0, fixed_pattern_k=0.0, drift_k=0.0, bowl_k=0.0, level_k=0.0, gain_spread=0.0, blur_px=0.0
 )

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import look_down_pose, project
 from trackers.controllers.centre import CentreController, CentreParameters
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
-CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
+CAMERA = CameraModel.from_field_of_view(640, 480, np.deg2rad(50))
 
 
 CAMERA_M = np.array([5.0, -3.0, 50.0])

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
+from sim.optics import intersect_plane, look_down_pose, project
 from trackers.particle_filter import Posterior
 from trackers.road_shape.background_motion import STILL, PictureMotion, measured_motion
 from trackers.road_shape.car_state import HEADING, POSITION, SPEED, car_estimate, initial_states, move_on
 from trackers.types import CameraModel, EgoPose
 
 CAMERA = CameraModel(320, 240, 400.0)
-PINHOLE = PinholeCamera(320, 240, 400.0)
+PINHOLE = CameraModel(320, 240, 400.0)
 
 
 def test_measured_motion_takes_ground_points_along() -> None:

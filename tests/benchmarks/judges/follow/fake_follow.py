@@ -18,7 +18,7 @@ from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.truth import LightEvent, PeopleTruth
-from sim.optics import PinholeCamera, project
+from sim.optics import project
 from tests.fakes_trackers import NoParameters
 from trackers.registry import register
 from trackers.types import (
@@ -32,8 +32,7 @@ from trackers.types import (
     Start,
 )
 
-CAMERA = PinholeCamera(160, 120, 120.0)
-CAMERA_MODEL = CameraModel(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px, baseline_m=0.12)
+CAMERA = CameraModel(160, 120, 120.0, baseline_m=0.12)
 POSE = camera_pose(np.zeros(2), 0.0)
 RATE_HZ = 15.0
 BODY_M = np.array([0.4, 0.5, 1.75])
@@ -94,7 +93,7 @@ class FakeFollowEpisode:
 
     def __post_init__(self) -> None:
         self.frame_count = self.configuration.frame_count
-        self.start = Start(CAMERA_MODEL, boxes_xyxy(0)[0])
+        self.start = Start(CAMERA, boxes_xyxy(0)[0])
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame."""
@@ -102,7 +101,7 @@ class FakeFollowEpisode:
         image = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), dtype=np.uint8)
         settings = CameraSettings(0.01, 1.0, CameraRegisters(512, 512, 300, 0))
         time_s = self._frame / RATE_HZ
-        return Frame(Observation(image, time_s, CAMERA_MODEL, settings, right_rgb=image), self._truth(self._frame))
+        return Frame(Observation(image, time_s, CAMERA, settings, right_rgb=image), self._truth(self._frame))
 
     def _truth(self, frame: int) -> PeopleTruth:
         poses = np.tile(np.eye(4), (3, 1, 1))
