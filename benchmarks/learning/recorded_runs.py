@@ -14,10 +14,10 @@ from benchmarks.contract.suite import controllers_suite
 from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import editions_of
 from scenarios import catalog
+from scenarios.envs.follow_env import watched_episode
 from scenarios.envs.settings import FollowSettings
-from scenarios.envs.watched_episode import watched_episode
-from scenarios.in_view import is_in_view
 from scenarios.loop import Loop
+from scenarios.visibility import is_in_view
 from sim.checks import check
 from sim.rng import generator
 from trackers.atomic_file import atomic_file

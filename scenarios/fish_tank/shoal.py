@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.fish_tank.character import Character
+from scenarios.fish_tank.presets import Character
 from scenarios.fish_tank.shoal_kernels import School, run
 from sim.checks import check
 from sim.motion.swim import JOINT_COUNT

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.harbour.clutter import AWAY, CAR_PAINTS, HULLS
-from scenarios.harbour.conditions import Conditions
+from scenarios.harbour.conditions import Conditions, float_poses, rocking
 from scenarios.harbour.plan import SIZE_FACTORS, Plan, Visit, draw_car, draw_person, names_of
-from scenarios.harbour.sea import float_poses, rocking
 from scenarios.harbour.warmth import (
     BOAT_VIEW,
     CAR_VIEW,

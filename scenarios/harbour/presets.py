@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from scenarios.preset_checks import check_length, check_size
+from scenarios.scenario import check_length, check_size
 from sim.checks import check, check_types, check_within
 
 Range = tuple[float, float]

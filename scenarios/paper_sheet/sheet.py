@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M
 from scenarios.stereo_follow.floor_plan import Area
-from scenarios.stereo_follow.indoors import grained, panel
+from scenarios.stereo_follow.panels import grained, panel
 from sim.mesh import TexturedMesh
 from sim.optics import project
 from sim.shaders.colour import LUMINANCE_WEIGHTS

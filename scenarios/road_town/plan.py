@@ -11,15 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.road_town.blocks import fill_blocks
-from scenarios.road_town.excursion import Excursion, with_excursion
+from scenarios.road_town.canvas import draw_paint
 from scenarios.road_town.flight import AirState, Pulse
-from scenarios.road_town.flight_plan import plan_flight
 from scenarios.road_town.layout import Layout
-from scenarios.road_town.palette import draw_paint
 from scenarios.road_town.patterns import make_streets
-from scenarios.road_town.piloted_flight import Drive
+from scenarios.road_town.pilot import Drive, plan_flight
 from scenarios.road_town.presets import RoadTown
-from scenarios.road_town.route import Route, random_route
+from scenarios.road_town.route import Excursion, Route, random_route, with_excursion
 from scenarios.road_town.traffic import Driver, Motion, simulate
 from sim.meshes.vehicle import VEHICLES, vehicle
 from sim.rng import generator

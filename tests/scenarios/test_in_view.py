@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.in_view import centring, is_in_view, length_px
+from scenarios.visibility import centring, is_in_view, length_px
 from trackers.types import CameraModel
 
 CAMERA = CameraModel(200, 100, 100.0)

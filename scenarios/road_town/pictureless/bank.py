@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.command_link import LinkLimits
-from scenarios.envs.pictureless.starts import LEAD_FRAMES
+from scenarios.envs.pictureless.episode_state import LEAD_FRAMES
 from scenarios.road_town.flight import Pulse, gust_attitude_rad
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown

@@ -13,9 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenarios import catalog
-from scenarios.envs.follow_env import FollowEnv
+from scenarios.envs.follow_env import FollowEnv, WorldBank
 from scenarios.envs.truth_info import OWN_WORLD
-from scenarios.envs.world_bank import WorldBank
 from scenarios.scenario import KeptWorld
 from sim.world import World
 from tests.scenarios.envs.compared import assert_same

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenarios.fish_tank import episode as tank_episode
-from scenarios.fish_tank.episode import FishTankEpisode
+from scenarios.fish_tank import scenario as tank_scenario
 from scenarios.fish_tank.presets import PRESETS
-from scenarios.fish_tank.scenario import FISH_TANK
+from scenarios.fish_tank.scenario import FISH_TANK, FishTankEpisode
 from scenarios.fish_tank.shoal import Swims, swim
 from tests.scenarios.handed import (
     Handed,
@@ -39,7 +38,7 @@ def fish_elsewhere() -> Iterator[None]:
         return swims
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tank_episode, "swim", changed)
+        patch.setattr(tank_scenario, "swim", changed)
         yield
 
 

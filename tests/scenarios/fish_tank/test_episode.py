@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scenarios.fish_tank.character import ZEBRAFISH
-from scenarios.fish_tank.episode import FishTankEpisode
-from scenarios.fish_tank.presets import PRESETS
-from scenarios.fish_tank.scenario import FISH_TANK
+from scenarios.fish_tank.presets import PRESETS, ZEBRAFISH
+from scenarios.fish_tank.scenario import FISH_TANK, FishTankEpisode
 from scenarios.fish_tank.tank import VOLUME_M
 from scenarios.fish_tank.truth import FishTruth
 from scenarios.scenario import Frame

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenarios.harbour.episode import HarbourEpisode
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.presets import PRESETS
-from scenarios.harbour.scenario import HARBOUR
+from scenarios.harbour.scenario import HARBOUR, HarbourEpisode
 from tests.scenarios.handed import (
     Handed,
     assert_at_rest,

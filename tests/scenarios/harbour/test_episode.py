@@ -12,9 +12,8 @@ import pytest
 from scipy.ndimage import distance_transform_cdt
 from scipy.spatial.transform import Rotation
 
-from scenarios.harbour.episode import HarbourEpisode
 from scenarios.harbour.presets import PRESETS
-from scenarios.harbour.scenario import HARBOUR
+from scenarios.harbour.scenario import HARBOUR, HarbourEpisode
 from scenarios.harbour.truth import HarbourTruth
 from scenarios.scenario import Frame
 from scenarios.stage import SceneCamera

@@ -7,10 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from scenarios.harbour.episode import HarbourEpisode
-from scenarios.harbour.head import HEAD, LENS, MOUNT
 from scenarios.harbour.presets import PRESETS
-from scenarios.harbour.scenario import HARBOUR
+from scenarios.harbour.scenario import HARBOUR, HEAD, LENS, MOUNT, HarbourEpisode
 from scenarios.pan_tilt_zoom import Head
 from scenarios.truth import check_truth
 from scenarios.visibility import states_of

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from scenarios.paper_sheet import carried_sheet
-from scenarios.paper_sheet.episode import SheetEpisode
-from scenarios.paper_sheet.scenario import PAPER_SHEET
+from scenarios.paper_sheet.scenario import PAPER_SHEET, SheetEpisode
 from scenarios.paper_sheet.sheet import region_of_sheet
 from scenarios.scenario import Frame, Setup
 from scenarios.stereo_follow.camera import camera, camera_pose

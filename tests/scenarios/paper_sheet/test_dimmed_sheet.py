@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from scenarios.paper_sheet.dimmed_sheet import DimmedSheet
-from scenarios.paper_sheet.episode import SheetEpisode
-from scenarios.paper_sheet.scenario import PAPER_SHEET
+from scenarios.paper_sheet.scenario import PAPER_SHEET, SheetEpisode
 from scenarios.paper_sheet.sheet import region_of_sheet
 from scenarios.scenario import Frame, RendererName, Setup
 

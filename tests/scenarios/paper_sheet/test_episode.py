@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from scenarios.catalog import scenario
-from scenarios.paper_sheet.episode import SheetEpisode
+from scenarios.paper_sheet.scenario import SheetEpisode
 from scenarios.paper_sheet.sheet import SHEET_M
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.camera import BASELINE_M, LONGEST_EXPOSURE_S

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.road_town.frame_outs import frame_out_spans, picture_states
+from scenarios.road_town.pilot import frame_out_spans, picture_states
 from sim.optics import intersect_plane
 from trackers.types import CameraModel
 

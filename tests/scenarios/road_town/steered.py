@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.command_link import CommandLink, Link
-from scenarios.road_town.flight import HELICOPTER, Helicopter
-from scenarios.road_town.measurement import Instruments
+from scenarios.road_town.flight import HELICOPTER, Helicopter, Instruments
 from scenarios.road_town.plan import TARGET, Plan
 from sim.optics import project
 from sim.rng import generator

@@ -11,13 +11,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scenarios.road_town import piloted_flight
-from scenarios.road_town.flight_plan import plan_flight
-from scenarios.road_town.frame_outs import IN, OUT, frame_out_spans, picture_states
+from scenarios.road_town import pilot
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.line_of_sight import LineOfSight
-from scenarios.road_town.pilot import Pilot, Sighting
-from scenarios.road_town.piloted_flight import Drive
+from scenarios.road_town.pilot import IN, OUT, Drive, Pilot, Sighting, frame_out_spans, picture_states, plan_flight
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import PRESETS, RoadTown
 from sim.rng import episode_seed
@@ -93,7 +90,7 @@ def told(drive: Drive) -> Iterator[None]:
             super().look(frame, drive.sighting(frame), view_is_back)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(piloted_flight, "Pilot", Told)
+        patch.setattr(pilot, "Pilot", Told)
         yield
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenarios.road_town.countryside import HILLS_M, TO_CREST_M, Hills, add_countryside
 from scenarios.road_town.presets import ALTITUDE_RANGE_M
+from scenarios.road_town.town import HILLS_M, TO_CREST_M, Hills, add_countryside
 from sim.mesh import Texture
 from sim.meshes.ground import ground
 from sim.optics import look_down_pose

@@ -8,10 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scenarios import catalog
-from scenarios.road_town.crossings import Approach, Crossings
 from scenarios.road_town.plan import make_plan
 from scenarios.road_town.route import POINT_SPACING_M, Passage, Route
-from scenarios.road_town.traffic import Driver, simulate
+from scenarios.road_town.traffic import Approach, Crossings, Driver, simulate
 from sim.rng import episode_seed
 
 LANE_M, REACH_M, HALF_M = 1.75, 90.0, 8.0

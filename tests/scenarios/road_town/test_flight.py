@@ -12,7 +12,7 @@ from scenarios.road_town.flight import (
     draw_air,
     gust_attitude_rad,
 )
-from scenarios.road_town.frame_outs import IN, OUT, PARTIAL, frame_out_spans, picture_states
+from scenarios.road_town.pilot import IN, OUT, PARTIAL, frame_out_spans, picture_states
 from scenarios.road_town.presets import PRESETS
 from sim.optics import intersect_plane, look_down_pose, project
 from sim.rng import generator

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scenarios.road_town.smooth import smooth_step
+from scenarios.road_town.swing_geometry import smooth_step
 
 
 def test_a_smooth_step_goes_from_rest_to_rest() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from scenarios.road_town.flight import AirState, Pulse, draw_air, gust_attitude_rad
-from scenarios.road_town.frame_outs import frame_out_spans, picture_states
+from scenarios.road_town.pilot import frame_out_spans, picture_states
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import (
     APART_FRAMES,
@@ -24,7 +24,7 @@ from scenarios.road_town.presets import (
     RoadTown,
 )
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.smooth import smooth_step
+from scenarios.road_town.swing_geometry import smooth_step
 from scenarios.road_town.swings import draw_swings
 from sim.rng import episode_seed, generator
 from trackers.types import CameraModel

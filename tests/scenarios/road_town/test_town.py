@@ -11,9 +11,9 @@ import shapely
 
 from scenarios.road_town import town
 from scenarios.road_town.blocks import fill_blocks
+from scenarios.road_town.canvas import KERB
 from scenarios.road_town.ground import class_map
 from scenarios.road_town.layout import BUILDING, ROAD, Layout
-from scenarios.road_town.palette import KERB
 from scenarios.road_town.patterns import make_streets
 from scenarios.road_town.road_map import RoadMap, road_area
 from scenarios.road_town.town import add_kerbs, add_vehicle, build_town

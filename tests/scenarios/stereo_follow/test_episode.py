@@ -13,14 +13,12 @@ from numpy.typing import NDArray
 from scenarios.scenario import Frame, Setup
 from scenarios.stereo_follow import camera
 from scenarios.stereo_follow.building import CORRIDOR_LIGHTS, HALL_LIGHTS, LIGHT_GROUPS
-from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.floor_plan import PLACES
-from scenarios.stereo_follow.light_plan import LightPlan
-from scenarios.stereo_follow.lighting import baked_light, illuminance_lx, set_light
+from scenarios.stereo_follow.lighting import LightPlan, baked_light, illuminance_lx, set_light
 from scenarios.stereo_follow.plan import TARGET, building_of, make_plan
 from scenarios.stereo_follow.presets import PRESETS
 from scenarios.stereo_follow.robot import FASTEST_MPS, FASTEST_TURN_RAD_S
-from scenarios.stereo_follow.scenario import STEREO_FOLLOW
+from scenarios.stereo_follow.scenario import STEREO_FOLLOW, StereoFollowEpisode
 from scenarios.stereo_follow.truth import PeopleTruth
 from sim.optics import invert_pose, project
 from sim.render.pipeline import capture

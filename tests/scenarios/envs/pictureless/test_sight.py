@@ -11,8 +11,8 @@ from numba import njit
 
 from scenarios.envs.pictureless.episode_state import EPISODE_STATE
 from scenarios.envs.pictureless.poses import camera_numbers
-from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
 from scenarios.envs.pictureless.sight_kernel import look, write_sighting_ahead, write_sighting_down
+from scenarios.envs.pictureless.vector_env import terms_of, weights_of
 from scenarios.envs.reward import TERMS, Reward, Rewarder
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.stereo_follow.robot import ROBOT

@@ -10,7 +10,7 @@ import pytest
 
 from scenarios.envs.pictureless.episode_state import EPISODE_STATE
 from scenarios.envs.pictureless.poses import camera_numbers
-from scenarios.envs.pictureless.vector_controllers import SeparateControllers, vector_controller
+from scenarios.envs.pictureless.vector_env import SeparateControllers, vector_controller
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.stereo_follow.robot import ROBOT
 from sim.optics import look_down_pose

@@ -1,8 +1,4 @@
-"""A camera that is pitched forward under the helicopter: its pose, and swings of its view.
-
-Nadir is the direction straight down. The view's aim is where the optical axis meets the ground, ``h tan(a)`` ahead at
-height h and angle a from nadir.
-"""
+"""Geometry of the swings of a view: smooth motion from rest to rest, and where a pitched camera looks."""
 
 from __future__ import annotations
 
@@ -12,6 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.types import CameraModel
+
+PEAK_SPEED = 1.875
+"""Largest speed of a smooth step, in steps per duration."""
+
+
+def smooth_step(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return 0 before t = 0, 1 after t = 1 and between them ``10 t^3 - 15 t^4 + 6 t^5``, as an array like ``t``.
+
+    Speed and acceleration are zero at both ends.
+    """
+    t = np.clip(t, 0.0, 1.0)
+    return t * t * t * (10 - 15 * t + 6 * t * t)
+
 
 SHORT_OF_NADIR_RAD = 0.01
 """A gust stops this far before the view points straight down: beyond it, the nose would point backwards."""
