@@ -119,7 +119,7 @@ def scenario(name: str) -> Scenario:
             with another id than its entry.
     """
     entry = _entry(name)
-    found: Scenario = _loaded(entry.place)
+    found: Scenario = loaded(entry.place)
     if found.id != entry.id:
         raise ValueError(f"scenario: expected {entry.place} to have its entry's id {entry.id!r}, got {found.id!r}")
     return found
@@ -128,7 +128,7 @@ def scenario(name: str) -> Scenario:
 def survey(name: str) -> Survey | None:
     """Return a scenario's survey, None if it has none. Raises ValueError for an unknown name."""
     place = _entry(name).survey
-    return _loaded(place) if place else None
+    return loaded(place) if place else None
 
 
 def check_env(name: str) -> None:
@@ -149,7 +149,8 @@ def _check_id(parameter: str, name: str, known: Iterable[str]) -> None:
     check_choice(parameter, name, known)
 
 
-def _loaded(place: str) -> Any:
+def loaded(place: str) -> Any:
+    """Import what stands at ``module:name``."""
     module, _, attribute = place.partition(":")
     return getattr(importlib.import_module(module), attribute)
 

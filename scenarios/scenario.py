@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Generic, Literal, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.catalog import loaded
 from scenarios.command_link import LinkLimits
 from scenarios.truth import Truth, TruthExtent
 from sim.checks import check
 from sim.rng import episode_seed, generator
 from sim.world import World
 from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Start
+
+if TYPE_CHECKING:
+    from scenarios.envs.pictureless.episode_state import KernelWorld
 
 RendererName = Literal["raster", "pybullet"]
 _E = TypeVar("_E", bound="Episode", covariant=True)
@@ -104,73 +109,33 @@ class TrackerRuns:
     jump_m: float
 
 
-class PicturelessWorld(Protocol):
-    """Simulates B episodes at a time without pictures; their states (B,) are records of ``state_dtype``.
-
-    Attributes:
-        state_dtype: ``scenarios.envs.pictureless.episode_state.EPISODE_STATE`` and the carrier's own fields.
-        camera: focal length, half width, half height (3,), pixels.
-        interval_s: between frames.
-    """
-
-    state_dtype: np.dtype[Any]
-    camera: NDArray[np.float64]
-    interval_s: float
-
-    def begin(
-        self,
-        states: NDArray[np.void],
-        which: NDArray[np.int64],
-        episodes: NDArray[np.int64],
-        at_frame_outs: bool,
-        sightings: NDArray[np.void],
-        rng: np.random.Generator,
-    ) -> None:
-        """Begin ``episodes`` (K,) of the bank in the rows ``which`` (K,) of ``states``; write their first sightings."""
-        ...
-
-    def move(
-        self,
-        states: NDArray[np.void],
-        wanted: NDArray[np.float64],
-        waiting: NDArray[np.float64],
-        sightings: NDArray[np.void],
-        rng: np.random.Generator,
-    ) -> None:
-        """Advance all episodes by a frame under the commands ``wanted`` (B, 4); ``waiting`` (B, D, 4) are delayed."""
-        ...
-
-
-class Pictureless(Protocol):
+class Pictureless(ABC):
     """A scenario's simulation without pictures, see ``scenarios.envs.pictureless``.
 
     Attributes:
         version: of the contents of ``arrays``; increment it with every change of them.
         runs: the runs that error models of trackers are fitted to.
+        world_place: ``module:name`` of its ``KernelWorld``, whose kernels take seconds to import.
     """
 
-    @property
-    def version(self) -> int: ...
+    version: int
+    runs: TrackerRuns
+    world_place: str
 
-    @property
-    def runs(self) -> TrackerRuns: ...
-
+    @abstractmethod
     def is_playable(self, preset: Any) -> bool:
         """Return whether a configuration measures the camera's pose, which no picture can replace here."""
-        ...
 
+    @abstractmethod
     def arrays(self, preset: Any, seed: int) -> dict[str, NDArray[np.float64]]:
         """Return an episode's plan as arrays by name, of the same shapes for every seed."""
-        ...
 
     def world(
         self, preset: Any, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
-    ) -> PicturelessWorld:
-        """Return the world of E episodes: ``arrays`` have E first; ``errors`` are as ``error_kernel`` reads them.
-
-        Imports kernels, which takes seconds.
-        """
-        ...
+    ) -> KernelWorld:
+        """Return the world of E episodes: ``arrays`` have E first; ``errors`` are as ``error_kernel`` reads them."""
+        made: KernelWorld = loaded(self.world_place)(preset, arrays, link, errors)
+        return made
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from benchmarks.contract.suite import controllers_suite
 from benchmarks.run.contestants import entrant
 from benchmarks.run.editions import editions_of
 from scenarios import catalog
-from scenarios.envs.follow_env import watched_episode
+from scenarios.envs.follow_env import followed_episode
 from scenarios.envs.settings import FollowSettings
 from scenarios.loop import Loop
 from scenarios.visibility import is_in_view
@@ -84,7 +84,7 @@ def run_of(settings: FollowSettings, seed: int, controller: str) -> NDArray[np.v
     own: Controller = controller_entry(name, carrier.name).create()
     if name != controller:
         own = Disturbed(carrier, own, generator(seed, "disturbance"))
-    loop = watched_episode(settings, seed)
+    loop = followed_episode(settings, seed)
     target = catalog.scenario(settings.scenario).target
     frames = [_frame(carrier, target, loop) for _ in loop.frames(own)]
     loop.episode.close()

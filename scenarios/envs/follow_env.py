@@ -88,7 +88,7 @@ class WorldBank:
         self._built.clear()
 
 
-def watched_episode(settings: FollowSettings, seed: int, world_of: Callable[[Any], KeptWorld] | None = None) -> Loop:
+def followed_episode(settings: FollowSettings, seed: int, world_of: Callable[[Any], KeptWorld] | None = None) -> Loop:
     """Open one episode in closed loop, with the same pictures and estimates as in ``frameout bench follow``.
 
     Its steps raise RuntimeError if the tracker raises, or returns no valid estimate. Without a tracker every estimate
@@ -105,19 +105,19 @@ def watched_episode(settings: FollowSettings, seed: int, world_of: Callable[[Any
     kept = None if world_of is None else world_of(preset)
     episode = scenario.episode(preset, seed, renderer=settings.renderer, closed_loop=True, truth="target", kept=kept)
     try:
-        watcher = _watcher(settings.tracker, seed, episode.start)
+        contestant = _contestant(settings.tracker, seed, episode.start)
     except Exception:
         episode.close()
         raise
-    return Loop(episode, [watcher], episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
+    return Loop(episode, [contestant], episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
 
 
-def _watcher(tracker: Any, seed: int, start: Start) -> Contestant:
-    return _Nobody() if tracker is None else _Watcher(tracker, seed, start)
+def _contestant(tracker: Any, seed: int, start: Start) -> Contestant:
+    return _NoTracker() if tracker is None else _EnvTracker(tracker, seed, start)
 
 
-class _Nobody:
-    """No tracker: it knows no place on any frame, not even on the first."""
+class _NoTracker:
+    """Stands for a tracker: every estimate is NaN."""
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
         """See ``Contestant``."""
@@ -128,7 +128,7 @@ class _Nobody:
         return Estimate(np.full(2, np.nan))
 
 
-class _Watcher:
+class _EnvTracker:
     """An env's tracker as a contestant; its exceptions become RuntimeErrors that name it."""
 
     def __init__(self, tracker: Any, seed: int, start: Start) -> None:
@@ -145,16 +145,16 @@ class _Watcher:
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
         """See ``Contestant``."""
-        with self._blamed(frame):
+        with self._named_errors(frame):
             return FromPictures(self._tracker).initialise(frame, start)
 
     def update(self, frame: Frame) -> Estimate:
         """See ``Contestant``."""
-        with self._blamed(frame):
+        with self._named_errors(frame):
             return check_estimate(self._tracker.update(frame.observation))
 
     @contextmanager
-    def _blamed(self, frame: Frame) -> Iterator[None]:
+    def _named_errors(self, frame: Frame) -> Iterator[None]:
         try:
             yield
         except Exception as error:
@@ -325,11 +325,11 @@ class _Run:
         world_seed: int,
         world_of: Callable[[Any], KeptWorld] | None,
     ) -> None:
-        """See ``watched_episode``; ``world_seed`` as in ``INFO``."""
+        """See ``followed_episode``; ``world_seed`` as in ``INFO``."""
         self._carrier = carrier
         # Before the world is built: a refusal leaves no world behind.
         self._steering: Steering = steering(settings, carrier)
-        self.loop = watched_episode(settings, seed, world_of)
+        self.loop = followed_episode(settings, seed, world_of)
         self.ended = False
         self._target = catalog.scenario(settings.scenario).target
         self._seeds, rate_hz = (seed, world_seed), self.loop.episode.rate_hz

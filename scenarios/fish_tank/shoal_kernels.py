@@ -27,7 +27,7 @@ _ROUNDS = 40
 def yielding_mps2(
     length_m: NDArray[np.float64], position_m: NDArray[np.float64], velocity_mps: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the upward acceleration (N,) by which fish give way to those whom they will soon meet at their depth."""
+    """Return the upward acceleration (N,) by which fish avoid others that they will soon meet at their depth."""
     count = length_m.shape[0]
     yielding = np.zeros(count)
     for i in range(count):

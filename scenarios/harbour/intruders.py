@@ -65,7 +65,7 @@ class Intruders(JointedObjects):
     """N visits of people, cars and boats; the height of a boat is that above its waterline.
 
     Attributes:
-        presence: (F, N) who is there. course: (F, N, 4, 4) poses, those of absent ones far below the ground;
+        presence: (F, N) whether each is there. course: (F, N, 4, 4) poses, those of absent ones far below the ground;
             course_mps: (F, N) speeds, 0 for absent ones.
     """
 

@@ -21,7 +21,7 @@ VOLUME_BOTTOM_M = -2.5
 MEAN_SEA_M = -1.8
 WALL_X_M = -15.0
 SURVEY = SiteSurvey((WALL_X_M, 0.0), (-1.0, 0.0), MEAN_SEA_M, VOLUME_M, VOLUME_BOTTOM_M)
-"""What trackers are told of the site."""
+"""Survey of the site, an input of trackers."""
 COPING_M = 0.6
 """Width of the stones along the edge of the quay."""
 APRON_END_M = 12.0

@@ -1,4 +1,4 @@
-"""Who comes, when, and where they are on every frame."""
+"""The visits of an episode: people, cars and boats, with their times and places."""
 
 from __future__ import annotations
 
@@ -246,7 +246,7 @@ _GET_OUT_S, _GET_IN_S = (6.0, 14.0), (10.0, 25.0)
 _DELIVERED_X_M = (-6.0, 4.0)
 _BOAT_OFF_WALL_M = 0.6
 _LEAVES_BEFORE_END_S = 60.0
-"""Who would leave later stays."""
+"""A visit that would end later lasts to the end."""
 SIZE_FACTORS = (0.8, 1.2)
 """True sizes of people, cars and boats vary by these."""
 

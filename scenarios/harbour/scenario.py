@@ -5,7 +5,7 @@ place and its pattern of pixels; episodes differ in weather, tide, boats, looks 
 seeds was learnt on this site: the confidences of ``harbour_mog2``, ``harbour_knn``, ``harbour_median`` and
 ``eigen_swarm_learnt_confidence``, the places of ``harbour_blind`` and ``harbour_posts``, the values in
 ``trackers/tuned``, the settings of ``harbour_watch`` and what paper D leaves open of ``eigen_swarm``, the controllers'
-for the second camera. A test episode has weather and intruders that nobody has seen, never a place: no figure says how
+for the second camera. Weather and intruders of test episodes are new, their place is not: no figure predicts how
 any of them does at another harbour, where all but the pictures without intruders and the survey would be taken along.
 """
 

@@ -71,7 +71,7 @@ _CLIMB_GAIN_PER_S = 0.4
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """What the pilot sees of the car: its place and heading."""
+    """Place and heading of the car as the pilot sees them."""
 
     place_m: complex
     heading_rad: float

@@ -58,9 +58,9 @@ class Crossings:
             self.may_enter(approach)
 
     def may_enter(self, approach: Approach) -> bool:
-        """Return whether a car that has come near may drive on; it asks again in every frame.
+        """Return whether a car near the crossing may drive on; called for it on every frame.
 
-        A car behind another one has not come yet, or both would wait for each other.
+        A car behind another one is not registered yet, or both would wait for each other.
         """
         came = self._came[approach.node]
         if approach.car not in came:

@@ -123,7 +123,7 @@ def draw_pursuit(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator
 
 
 def _driven_by_sight(preset: StereoFollow, plan: FloorPlan, rng: np.random.Generator) -> Pursuit:
-    """Draw a target that walks at changing speeds, and a driver who knows what the picture shows him."""
+    """Draw a target that walks at changing speeds, and a driver who sees the robot's picture alone."""
     frames, rate_hz = preset.frame_count, preset.rate_hz
     pace_m = rng.uniform(*_HEAD_STARTS_M) + changing_pace(frames, rate_hz, _SPEEDS_MPS, rng, preset.pauses)
     way_m = targets_way(preset, plan, pace_m[-1], rng)
@@ -145,7 +145,7 @@ def drive_by_sight(
     target_m: NDArray[np.float64],
     others_m: NDArray[np.float64],
 ) -> Drive:
-    """Return the drive of a driver who is told of the target (F, 2) where it is in sight among others (N, F, 2)."""
+    """Return the drive behind the target (F, 2), which the driver sees where no other person (N, F, 2) hides it."""
     driven_m, headings_rad = [], []
     for frame, place_m in enumerate(target_m):
         driven_m.append(robot.place_m)

@@ -1,4 +1,4 @@
-"""A driver by hand who knows of the target only what the robot's camera shows him."""
+"""A simulated human driver, whose only information about the target is the picture of the robot's camera."""
 
 from __future__ import annotations
 
@@ -64,10 +64,10 @@ _NEAR_OPENING_M = 1.5
 
 
 class Search:
-    """The driver's search since he lost the target. It knows the latest sighting, and nothing of the target after it.
+    """The driver's search for a lost target, from its latest sighting alone.
 
-    He imagines for two and a half seconds that the target walks on, with errors, and drives there; if nobody is there
-    he looks all around, and then goes to look around in the next room.
+    For two and a half seconds the driver extrapolates the target's motion, with errors, and drives there. If the place
+    is empty, the robot turns all around, and then does so in the next room.
     """
 
     def __init__(self, plan: FloorPlan, whims: Whims, latest: Sighting, rate_hz: float) -> None:
@@ -102,9 +102,9 @@ class Search:
         return there_m if is_straight_way(latest.place_m, there_m, self._free_m) else latest.place_m
 
     def _is_deserted(self, robot: Robot, goal_m: NDArray[np.float64]) -> bool:
-        """Return whether he has reached a place, or has looked at it from within its room, and nobody is there.
+        """Return whether a place is reached, or was looked at from within its room, and is empty.
 
-        To an opening he goes before he believes that.
+        A place at an opening has to be reached.
         """
         distance_m, bearing_rad = seen_from(robot, goal_m)
         is_open = self._plan.room_of(robot.place_m) == self._plan.room_of(goal_m) and not any(
@@ -178,7 +178,7 @@ class SightDriver:
         return self._steadied(*self._past_people(robot, others_m, self._forward_mps, turn_rad_s))
 
     def _judged(self, robot: Robot, target_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the place (2,) where he believes that he sees the target."""
+        """Return the judged place (2,) of the target in the picture."""
         distance_m, bearing_rad = seen_from(robot, target_m)
         distance_m *= 1.0 + self._whims.range_error[self._frame]
         direction_rad = robot.heading_rad + bearing_rad + self._whims.bearing_error_rad[self._frame]
@@ -204,7 +204,7 @@ class SightDriver:
         self._latest, self._search = Sighting(place_m, velocity_mps, self._frame), None
 
     def _wanted(self, robot: Robot) -> tuple[float, float]:
-        """Return speed and turn rate that he wants."""
+        """Return the intended speed and turn rate."""
         if self._latest is None:
             return 0.0, 0.0
         if self._search is None:
@@ -256,7 +256,7 @@ class SightDriver:
         return forward_mps, turn_rad_s
 
     def _steadied(self, forward_mps: float, turn_rad_s: float) -> CameraCommand:
-        """Return the command of an unsteady hand; who lets go is steady."""
+        """Return the command with the errors of an unsteady hand; none while the robot stands."""
         frame, whims = self._frame, self._whims
         return CameraCommand(
             forward_mps=float(forward_mps + (whims.unsteady_mps[frame] if forward_mps else 0.0)),

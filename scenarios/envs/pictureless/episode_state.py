@@ -75,9 +75,13 @@ EPISODE_STATE = state_dtype()
 
 
 class KernelWorld:
-    """See ``scenarios.scenario.World``; a scene supplies the kernels and their data.
+    """Simulates B episodes at a time without pictures; their states (B,) are records of ``state_dtype``.
+
+    A scene supplies the kernels and their data.
 
     Attributes:
+        state_dtype: see ``state_dtype``.
+        camera: focal length, half width, half height (3,), pixels. interval_s: between frames.
         begin_kernel: called with the arguments of ``begin``, the data before the sightings.
         move_kernel: called with the arguments of ``move``, link and data before the sightings.
     """
@@ -87,17 +91,17 @@ class KernelWorld:
     move_kernel: Any
 
     def __init__(self, data: Any, link: LinkLimits) -> None:
-        """``data`` is a named tuple of all that the kernels read, with ``camera`` and ``interval_s`` of ``World``."""
+        """``data`` is a named tuple of all that the kernels read, with ``camera`` and ``interval_s``."""
         self.camera: NDArray[np.float64] = data.camera
         self.interval_s: float = data.interval_s
         self._data, self._link = data, link
 
     def begin(self, states: Any, which: Any, episodes: Any, at_frame_outs: bool, sightings: Any, rng: Any) -> None:
-        """See ``World``."""
+        """Begin ``episodes`` (K,) of the bank in the rows ``which`` (K,) of ``states``; write their first sightings."""
         self.begin_kernel(states, which, episodes, at_frame_outs, self._data, sightings, rng)
 
     def move(self, states: Any, wanted: Any, waiting: Any, sightings: Any, rng: Any) -> None:
-        """See ``World``."""
+        """Advance all episodes by a frame under the commands ``wanted`` (B, 4); ``waiting`` (B, D, 4) are delayed."""
         self.move_kernel(states, wanted, waiting, self._link, self._data, sightings, rng)
 
 

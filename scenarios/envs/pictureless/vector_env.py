@@ -16,12 +16,12 @@ from scenarios import catalog
 from scenarios.command_link import link_limits
 from scenarios.envs.actions import checked_actions
 from scenarios.envs.pictureless.bank import EpisodeBank, episode_bank, pictureless_of
+from scenarios.envs.pictureless.episode_state import KernelWorld
 from scenarios.envs.pictureless.error_kernel import error_record
 from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.reward import TERMS, Reward
 from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import COMMANDS
-from scenarios.scenario import PicturelessWorld
 from scenarios.visibility import SHORTEST_LENGTH_PX
 from sim.checks import check
 from sim.choices import check_choice
@@ -99,7 +99,7 @@ class SeparateControllers:
     It gets posteriors as Gaussians, which is less than the particles of the rendered env.
     """
 
-    def __init__(self, create: Callable[[], Controller], carrier: Carrier, world: PicturelessWorld, count: int) -> None:
+    def __init__(self, create: Callable[[], Controller], carrier: Carrier, world: KernelWorld, count: int) -> None:
         self._create, self._world, self._down = create, world, carrier.looks == "down"
         self._controllers = [create() for _ in range(count)]
         self._picture = np.zeros((*(2 * world.camera[:0:-1]).astype(int), 3), np.uint8)
@@ -140,9 +140,7 @@ class SeparateControllers:
         )
 
 
-def vector_controller(
-    settings: FollowSettings, carrier: Carrier, world: PicturelessWorld, count: int
-) -> VectorController:
+def vector_controller(settings: FollowSettings, carrier: Carrier, world: KernelWorld, count: int) -> VectorController:
     """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name or value."""
     entry, values = controller_entry(settings.controller, carrier.name), settings.controller_values
     if entry.kernel is not None:
@@ -220,7 +218,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self._at_frame_outs = starts == "frame-outs"
         self._most_steps = max_episode_steps or bank.frame_count
         link = link_limits(self.carrier, preset.rate_hz, self.settings.link_settings)
-        self._world: PicturelessWorld = pictureless_of(scenario).world(preset, bank.arrays, link, error_record(model))
+        self._world: KernelWorld = pictureless_of(scenario).world(preset, bank.arrays, link, error_record(model))
         self._limits = link.limits
         self._controller: VectorController | None = None
         if self.settings.action == "correction":
