@@ -5,14 +5,13 @@ Importing it adds the scenario ``fake-follow-v1`` to the catalogue and trackers 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios import catalog
-from scenarios.scenario import Frame
+from scenarios.scenario import Frame, Scenario
 from scenarios.stereo_follow.building import Building, draw_building
 from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
@@ -26,7 +25,6 @@ from trackers.types import (
     CameraModel,
     CameraRegisters,
     CameraSettings,
-    Carrier,
     Estimate,
     Observation,
     Start,
@@ -151,34 +149,6 @@ class FakeFollowEpisode:
         """There is nothing to free."""
 
 
-@dataclass(frozen=True)
-class FakeFollowScenario:
-    """See ``scenarios.scenario.Scenario``."""
-
-    id: str = "fake-follow-v1"
-    summary: str = "a person before a camera"
-    start: str = "the person's box"
-    target: str = "target"
-    pictureless: None = None
-    carrier: Carrier = ROBOT
-    truth: type[PeopleTruth] = PeopleTruth
-    classes: Mapping[str, str] = field(default_factory=lambda: {"person": "person"})
-    presets: dict[str, FakeFollow] = field(default_factory=lambda: {"tiny": FakeFollow("a fixed camera")})
-
-    def episode(
-        self,
-        preset: str,
-        seed: int,
-        *,
-        renderer: str = "raster",
-        closed_loop: bool | None = None,
-        truth: str = "all",
-    ) -> FakeFollowEpisode:
-        """Build one episode; all seeds are alike."""
-        configuration = self.presets[preset]
-        return FakeFollowEpisode(configuration, configuration.closed_loop if closed_loop is None else closed_loop)
-
-
 class _Follower:
     """Knows all people's ways; answers with the target's place and distance."""
 
@@ -231,5 +201,14 @@ class FollowRaises(_Follower):
         return super().told_at(frame)
 
 
-FAKE_FOLLOW = FakeFollowScenario()
+FAKE_FOLLOW = Scenario(
+    id="fake-follow-v1",
+    summary="a person before a camera",
+    start="the person's box",
+    stage=lambda setup: FakeFollowEpisode(setup.preset, setup.closed_loop),
+    presets={"tiny": FakeFollow("a fixed camera")},
+    classes={"person": "person"},
+    carrier=ROBOT,
+    truth=PeopleTruth,
+)
 catalog.register(catalog.Entry("fake-follow-v1", "tests.benchmarks.judges.follow.fake_follow:FAKE_FOLLOW"))
