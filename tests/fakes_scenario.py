@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scenarios import catalog
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.truth import Light, RoadTruth
-from scenarios.scenario import Frame, Scenario
+from scenarios.scenario import Frame, Scenario, Setup
 from scenarios.visibility import Exits, states_of
 from sim.optics import look_down_pose, project
 from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Observation, Start
@@ -151,12 +151,16 @@ class UnhashedSeeds(Scenario):
         return seed
 
 
+def fake_episode(setup: Setup) -> FakeEpisode:
+    """Build one episode; the seed sets where on the circle the cars start."""
+    return FakeEpisode(setup.preset, setup.closed_loop, phase_s=0.01 * (setup.seed % 10))
+
+
 FAKE_TOWN = UnhashedSeeds(
     id="fake-town-v1",
     summary="cars on circles",
     start="the car's box",
-    # The seed sets where on the circle the cars start.
-    stage=lambda setup: FakeEpisode(setup.preset, setup.closed_loop, phase_s=0.01 * (setup.seed % 10)),
+    stage=fake_episode,
     presets={"tiny": FakeTown("a set path"), "tiny-loop": FakeTown("the tracker steers", closed_loop=True)},
     classes={"saloon": "car"},
     carrier=HELICOPTER,

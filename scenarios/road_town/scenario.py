@@ -12,7 +12,7 @@ from scenarios.road_town.flight import HELICOPTER, Helicopter, Instruments
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.plan import TARGET, Plan, draw_layout, make_plan
-from scenarios.road_town.presets import ABLATIONS, PRESETS
+from scenarios.road_town.presets import ABLATIONS, PRESETS, RoadTown
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import add_vehicle, build_town, parked_cars, town_of
 from scenarios.road_town.truth import Light, RoadTruth
@@ -44,7 +44,7 @@ class RoadTownEpisode(Stage):
             add_vehicle(world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
             for car, look in enumerate(plan.looks)
         ]
-        self.plan, self.preset = plan, plan.preset
+        self.plan = plan
         self._light = _light(plan)
         self._shader = DaylightShader(world, Sun(self._light.sun_direction, SUN_ILLUMINANCE_LX), SKY_ILLUMINANCE_LX)
         self._on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
@@ -59,6 +59,11 @@ class RoadTownEpisode(Stage):
             SceneCamera(setup, world, plan.camera),
             standing=parked_cars(world),
         )
+
+    @property
+    def preset(self) -> RoadTown:
+        """The configuration of the episode."""
+        return self.plan.preset
 
     def map_of(self) -> Layout:
         """Return the town's layout."""

@@ -18,7 +18,7 @@ from benchmarks.data.sets.episode_writer import write_episode
 from benchmarks.data.sets.places import place_of
 from benchmarks.data.sets.request import Request
 from scenarios import catalog
-from scenarios.scenario import Frame, Scenario
+from scenarios.scenario import Frame, Scenario, Setup
 from scenarios.truth import Truth, truth_field
 from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Start
 
@@ -171,6 +171,11 @@ def truth_at(preset: Painted, frame: int, rate_hz: float) -> PaintedTruth:
     )
 
 
+def painted_episode(setup: Setup) -> PaintedEpisode:
+    """Build one episode."""
+    return PaintedEpisode(setup.preset, setup.seed)
+
+
 class PaintedScenario(Scenario):
     """Gives its episodes the seeds as they are given."""
 
@@ -182,7 +187,7 @@ PAINTED = PaintedScenario(
     id="painted-v1",
     summary="three painted rectangles",
     start="the car's box",
-    stage=lambda setup: PaintedEpisode(setup.preset, setup.seed),
+    stage=painted_episode,
     presets={
         "quick": Painted("two cameras"),
         "single": Painted("one camera", baseline_m=None),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios import catalog
-from scenarios.scenario import Frame, Scenario
+from scenarios.scenario import Frame, Scenario, Setup
 from scenarios.stereo_follow.building import Building, draw_building
 from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
@@ -201,11 +201,16 @@ class FollowRaises(_Follower):
         return super().told_at(frame)
 
 
+def fake_episode(setup: Setup) -> FakeFollowEpisode:
+    """Build one episode; all seeds are alike."""
+    return FakeFollowEpisode(setup.preset, setup.closed_loop)
+
+
 FAKE_FOLLOW = Scenario(
     id="fake-follow-v1",
     summary="a person before a camera",
     start="the person's box",
-    stage=lambda setup: FakeFollowEpisode(setup.preset, setup.closed_loop),
+    stage=fake_episode,
     presets={"tiny": FakeFollow("a fixed camera")},
     classes={"person": "person"},
     carrier=ROBOT,
