@@ -36,7 +36,7 @@ def intruders_elsewhere() -> Iterator[None]:
 
     def changed(self: Intruders, *given: Any) -> None:
         own(self, *given)
-        later = self.T_world_object[CHANGED_FROM:]
+        later = self.course[CHANGED_FROM:]
         later[..., 1, 3] += ALONG_M
         later[..., :2, :2] *= -1.0
 
