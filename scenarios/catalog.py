@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
+import pkgutil
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from scenarios.envs.registration import register_env
 from sim.choices import check_choice
@@ -119,7 +119,7 @@ def scenario(name: str) -> Scenario:
             with another id than its entry.
     """
     entry = _entry(name)
-    found: Scenario = loaded(entry.place)
+    found: Scenario = pkgutil.resolve_name(entry.place)
     if found.id != entry.id:
         raise ValueError(f"scenario: expected {entry.place} to have its entry's id {entry.id!r}, got {found.id!r}")
     return found
@@ -128,7 +128,7 @@ def scenario(name: str) -> Scenario:
 def survey(name: str) -> Survey | None:
     """Return a scenario's survey, None if it has none. Raises ValueError for an unknown name."""
     place = _entry(name).survey
-    return loaded(place) if place else None
+    return pkgutil.resolve_name(place) if place else None
 
 
 def check_env(name: str) -> None:
@@ -147,12 +147,6 @@ def _check_id(parameter: str, name: str, known: Iterable[str]) -> None:
     if name in SUCCESSORS:
         raise ValueError(f"{parameter}: expected {SUCCESSORS[name]}, which took its place, got {name!r}")
     check_choice(parameter, name, known)
-
-
-def loaded(place: str) -> Any:
-    """Import what stands at ``module:name``."""
-    module, _, attribute = place.partition(":")
-    return getattr(importlib.import_module(module), attribute)
 
 
 for _entry_of_ours in _ENTRIES:

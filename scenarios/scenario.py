@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,7 +11,6 @@ from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.catalog import loaded
 from scenarios.command_link import LinkLimits
 from scenarios.truth import Truth, TruthExtent
 from sim.checks import check
@@ -134,7 +134,7 @@ class Pictureless(ABC):
         self, preset: Any, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
     ) -> KernelWorld:
         """Return the world of E episodes: ``arrays`` have E first; ``errors`` are as ``error_kernel`` reads them."""
-        made: KernelWorld = loaded(self.world_place)(preset, arrays, link, errors)
+        made: KernelWorld = pkgutil.resolve_name(self.world_place)(preset, arrays, link, errors)
         return made
 
 
