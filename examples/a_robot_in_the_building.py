@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from scenarios import catalog
 from scenarios.stereo_follow.building import Building
 from sim import bullet
-from sim.optics import PinholeCamera
 from sim.render.protocol import create_renderer
 from sim.shaders.baked.shader import BakedLightShader
+from trackers.types import CameraModel
 
 STEPS_A_FRAME, RATE_HZ = 8, 30
 WHEELS, WHEEL_RAD_S, WHEEL_NM = (2, 3, 4, 5), 8.0, 60.0
-CAMERA = PinholeCamera.from_field_of_view(320, 240, 1.2)
+CAMERA = CameraModel.from_field_of_view(320, 240, 1.2)
 
 
 @dataclass

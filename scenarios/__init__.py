@@ -1,7 +1,7 @@
 """Scenarios: the catalogue, and the contracts of an episode and its truth.
 
-Importing this package registers the env ids with Gymnasium, but imports neither Gymnasium nor a scene: a public name is
-loaded on its first use.
+Importing this package registers the env ids with Gymnasium. It imports no scene and no env: a public name is loaded on
+its first use.
 """
 
 import importlib
@@ -13,10 +13,17 @@ _HOMES = {
     "catalog": "scenarios.catalog",
     "Episode": "scenarios.scenario",
     "Frame": "scenarios.scenario",
+    "KeptWorld": "scenarios.scenario",
+    "Labels": "scenarios.objects",
+    "Objects": "scenarios.objects",
     "RendererName": "scenarios.scenario",
     "Scenario": "scenarios.scenario",
+    "SceneCamera": "scenarios.stage",
+    "Setup": "scenarios.scenario",
+    "Stage": "scenarios.stage",
     "Truth": "scenarios.truth",
     "TruthExtent": "scenarios.truth",
+    "truth_field": "scenarios.truth",
     "Link": "scenarios.command_link",
     "Reward": "scenarios.envs.reward",
 }
@@ -26,7 +33,7 @@ __all__ = tuple(_HOMES)
 check_own_packages()
 # Modules that need the packages which have just been checked.
 importlib.import_module("sim.kernel_cache").ensure_kernel_cache()
-importlib.import_module("scenarios.envs.ids").register_envs()
+importlib.import_module("scenarios.catalog")
 
 
 def __getattr__(name: str) -> Any:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
+import pkgutil
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from scenarios.envs.registration import register_env
 from sim.checks import check_choice
 
 if TYPE_CHECKING:
@@ -76,12 +77,18 @@ SUCCESSORS: Mapping[str, str] = {
 
 
 def register(entry: Entry) -> None:
-    """Add a scenario. Raises ValueError if another has its id."""
+    """Add a scenario, and its env to Gymnasium. Raises ValueError if another scenario has its id."""
     global _ENTRIES
     if entry not in _ENTRIES:
         if entry.id in names():
             raise ValueError(f"scenario: expected an id that is free, got {entry.id!r}")
         _ENTRIES = (*_ENTRIES, entry)
+        _register_env(entry)
+
+
+def _register_env(entry: Entry) -> None:
+    if entry.env_id:
+        register_env(entry.env_id, entry.id, entry.tracker)
 
 
 def entries() -> tuple[Entry, ...]:
@@ -112,7 +119,7 @@ def scenario(name: str) -> Scenario:
             with another id than its entry.
     """
     entry = _entry(name)
-    found: Scenario = _loaded(entry.place)
+    found: Scenario = pkgutil.resolve_name(entry.place)
     if found.id != entry.id:
         raise ValueError(f"scenario: expected {entry.place} to have its entry's id {entry.id!r}, got {found.id!r}")
     return found
@@ -126,7 +133,7 @@ def id_of(name: str) -> str:
 def survey(name: str) -> Survey | None:
     """Return a scenario's survey, None if it has none. Raises ValueError for an unknown name."""
     place = _entry(name).survey
-    return _loaded(place) if place else None
+    return pkgutil.resolve_name(place) if place else None
 
 
 def check_env(name: str) -> None:
@@ -147,6 +154,5 @@ def _check_id(parameter: str, name: str, known: Iterable[str]) -> None:
     check_choice(parameter, name, known)
 
 
-def _loaded(place: str) -> Any:
-    module, _, attribute = place.partition(":")
-    return getattr(importlib.import_module(module), attribute)
+for _entry_of_ours in _ENTRIES:
+    _register_env(_entry_of_ours)

@@ -14,8 +14,8 @@ def check_own_packages() -> None:
         spec = importlib.util.find_spec(name)
         place = None if spec is None else Path(next(iter(spec.submodule_search_locations or (spec.origin or "",))))
         if place is None or place.resolve() != _ROOT / name:
-            told = f"{name}: expected Frameout's package in {_ROOT}, got {place}, which Python finds first"
-            raise ImportError(f"{told}; rename it, or start in another folder")
+            fault = f"{name}: expected Frameout's package in {_ROOT}, got {place}, which Python finds first"
+            raise ImportError(f"{fault}; rename it, or start in another folder")
     # As `pip install trackers` does, roboflow's package of the same name.
     if "trackers.registry" not in (_ROOT / "trackers" / "__init__.py").read_text():
         mended = "`pip uninstall trackers`, install Frameout again, and keep the other in an environment of its own"

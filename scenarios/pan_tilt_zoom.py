@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
-from trackers.types import CameraCommand, Carrier
+from trackers.types import CameraCommand, CameraModel, Carrier
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +23,7 @@ class Mount:
     """
 
     carrier: Carrier
-    lens: PinholeCamera
+    lens: CameraModel
     place_m: tuple[float, float, float]
     aim_m: tuple[float, float, float]
     ahead: tuple[float, float]
@@ -63,7 +62,7 @@ class Head:
         self.zoom = float(np.clip(self.zoom * np.exp(zoom), *mount.zoom))
 
     @property
-    def camera(self) -> PinholeCamera:
+    def camera(self) -> CameraModel:
         """The camera at the present zoom."""
         lens = self._mount.lens
         return replace(lens, focal_px=lens.focal_px * self.zoom)

@@ -1,20 +1,28 @@
-"""The contracts of a scenario: its names and presets, its episodes, its surveys."""
+"""What a scenario is: its names and presets, its episodes and their worlds, its surveys."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import pkgutil
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.command_link import LinkLimits
 from scenarios.truth import Truth, TruthExtent
-from sim.optics import PinholeCamera
+from sim.checks import check
+from sim.rng import episode_seed, generator
+from sim.world import World
 from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Start
 
+if TYPE_CHECKING:
+    from scenarios.envs.pictureless.episode_state import KernelWorld
+
 RendererName = Literal["raster", "pybullet"]
+_E = TypeVar("_E", bound="Episode", covariant=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,17 +39,17 @@ class Frame:
     steered: Truth | None = None
 
     @property
-    def camera(self) -> PinholeCamera:
+    def camera(self) -> CameraModel:
         """The camera that the tracker watches."""
-        return _pinhole(self.observation.camera)
+        return self.observation.camera
 
     @property
-    def judged(self) -> tuple[Truth, PinholeCamera]:
+    def judged(self) -> tuple[Truth, CameraModel]:
         """Truth and camera that following is judged by: those of the steered camera, if the episode has two."""
         view = self.observation.steered
         if self.steered is None or view is None:
             return self.truth, self.camera
-        return self.steered, _pinhole(view.camera)
+        return self.steered, view.camera
 
 
 class Episode(Protocol):
@@ -101,128 +109,127 @@ class TrackerRuns:
     jump_m: float
 
 
-class World(Protocol):
-    """Simulates B episodes at a time without pictures; their states (B,) are records of ``state_dtype``.
-
-    Attributes:
-        state_dtype: ``scenarios.envs.pictureless.episode_state.EPISODE_STATE`` and the carrier's own fields.
-        camera: focal length, half width, half height (3,), pixels.
-        interval_s: between frames.
-    """
-
-    state_dtype: np.dtype[Any]
-    camera: NDArray[np.float64]
-    interval_s: float
-
-    def begin(
-        self,
-        states: NDArray[np.void],
-        which: NDArray[np.int64],
-        episodes: NDArray[np.int64],
-        at_frame_outs: bool,
-        sightings: NDArray[np.void],
-        rng: np.random.Generator,
-    ) -> None:
-        """Begin ``episodes`` (K,) of the bank in the rows ``which`` (K,) of ``states``; write their first sightings."""
-        ...
-
-    def move(
-        self,
-        states: NDArray[np.void],
-        wanted: NDArray[np.float64],
-        waiting: NDArray[np.float64],
-        sightings: NDArray[np.void],
-        rng: np.random.Generator,
-    ) -> None:
-        """Advance all episodes by a frame under the commands ``wanted`` (B, 4); ``waiting`` (B, D, 4) are delayed."""
-        ...
-
-
-class Pictureless(Protocol):
+class Pictureless(ABC):
     """A scenario's simulation without pictures, see ``scenarios.envs.pictureless``.
 
     Attributes:
         version: of the contents of ``arrays``; increment it with every change of them.
         runs: the runs that error models of trackers are fitted to.
+        world_place: ``module:name`` of its ``KernelWorld``, whose kernels take seconds to import.
     """
 
-    @property
-    def version(self) -> int: ...
+    version: int
+    runs: TrackerRuns
+    world_place: str
 
-    @property
-    def runs(self) -> TrackerRuns: ...
-
+    @abstractmethod
     def is_playable(self, preset: Any) -> bool:
         """Return whether a configuration measures the camera's pose, which no picture can replace here."""
-        ...
 
+    @abstractmethod
     def arrays(self, preset: Any, seed: int) -> dict[str, NDArray[np.float64]]:
         """Return an episode's plan as arrays by name, of the same shapes for every seed."""
-        ...
 
     def world(
         self, preset: Any, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
-    ) -> World:
-        """Return the world of E episodes: ``arrays`` have E first; ``errors`` are as ``error_kernel`` reads them.
+    ) -> KernelWorld:
+        """Return the world of E episodes: ``arrays`` have E first; ``errors`` are as ``error_kernel`` reads them."""
+        made: KernelWorld = pkgutil.resolve_name(self.world_place)(preset, arrays, link, errors)
+        return made
 
-        Imports kernels, which takes seconds.
+
+@dataclass(frozen=True, eq=False)
+class KeptWorld:
+    """A world with its fixed bodies, in which several episodes take place, one after the other.
+
+    Attributes:
+        world: with the bodies of the latest episode, too.
+        fixed: number of bodies that every episode has.
+        content: what the scenario drew these from, e.g. a town's layout.
+    """
+
+    world: World
+    fixed: int
+    content: Any
+
+    def vacated(self) -> World:
+        """Return the world with its fixed bodies alone; the episode before is over then."""
+        self.world.remove_after(self.fixed)
+        return self.world
+
+
+@dataclass(frozen=True, eq=False)
+class Setup:
+    """What an episode is built from, see ``Scenario.episode``.
+
+    Attributes:
+        preset: the configuration.
+        seed: of the episode: all its random numbers follow from it, the preset and ``kept``.
+        closed_loop: whether commands steer the camera.
+        covers_all: whether truth covers all objects, or leaves out what ``truth="target"`` does, see ``Truth``.
+        kept: the world that the episode takes place in; None: its own.
+    """
+
+    scenario: Scenario[Any]
+    preset: Any
+    seed: int
+    renderer: RendererName = "raster"
+    closed_loop: bool = False
+    covers_all: bool = True
+    kept: KeptWorld | None = None
+
+    def rng(self, stream: str) -> np.random.Generator:
+        """Return the generator of a named stream of the episode, e.g. ``traffic``."""
+        return generator(self.seed, stream)
+
+
+@dataclass(frozen=True)
+class Scenario(Generic[_E]):
+    """A kind of world.
+
+    Attributes:
+        id: catalogue id with its version, e.g. ``road-town-v2``. summary: what it is, in one line.
+        start: what a tracker gets before the first picture, in one line.
+        stage: builds an episode, most often a class: a ``scenarios.stage.Stage``.
+        presets: name -> a frozen dataclass that configures an episode. It has at least ``summary``, ``closed_loop``
+            (whether a controller steers), ``frame_count``, ``rate_hz``, ``width_px`` and ``height_px``.
+        classes: every kind that its objects may have (``Truth.kinds``) -> class, e.g. ``sedan`` -> ``car``. The order
+            gives classes and kinds the numbers that they have in exports: a new one stands last.
+        carrier: the camera's carrier: all that a controller or an env needs for steering it.
+        truth: the kind of truth of its frames.
+        target: name of the object that a single-target tracker is started on, see ``Truth.names``.
+        pictureless: its simulation without pictures; None if it has none.
+        seeded_as: the id that seeds of episodes derive from, if it is not its own.
+        new_world: builds the world of an episode, without the episode; None if its worlds cannot be kept.
+        world_fields: fields of a preset that decide what its worlds are; they have the same values in a kept world and
+            in every episode there.
+    """
+
+    id: str
+    summary: str
+    start: str
+    stage: Callable[[Setup], _E]
+    presets: dict[str, Any]
+    classes: Mapping[str, str]
+    carrier: Carrier
+    truth: type[Truth] = Truth
+    target: str = "target"
+    pictureless: Pictureless | None = None
+    seeded_as: str = ""
+    new_world: Callable[[Setup], KeptWorld] | None = None
+    world_fields: tuple[str, ...] = ()
+
+    def configuration(self, preset: Any) -> Any:
+        """Return a preset by name, or a configuration unchanged.
+
+        Raises:
+            ValueError: for an unknown name; lists the known ones.
         """
-        ...
-
-
-class Scenario(Protocol):
-    """A kind of world."""
-
-    @property
-    def id(self) -> str:
-        """Catalogue id with its version, e.g. ``road-town-v2``."""
-        ...
-
-    @property
-    def summary(self) -> str:
-        """What it is, in one line."""
-        ...
-
-    @property
-    def start(self) -> str:
-        """What a tracker gets before the first picture, in one line."""
-        ...
-
-    @property
-    def target(self) -> str:
-        """Name of the object that a single-target tracker is started on, see ``Truth.names``."""
-        ...
-
-    @property
-    def truth(self) -> type[Truth]:
-        """The kind of truth of its frames."""
-        ...
-
-    @property
-    def classes(self) -> Mapping[str, str]:
-        """Every kind that its objects may have (``Truth.kinds``) -> class, e.g. ``sedan`` -> ``car``.
-
-        The order gives classes and kinds the numbers that they have in exports: a new one stands last.
-        """
-        ...
-
-    @property
-    def carrier(self) -> Carrier:
-        """The camera's carrier: all that a controller or an env needs for steering it."""
-        ...
-
-    @property
-    def pictureless(self) -> Pictureless | None:
-        """Its simulation without pictures; None if it has none."""
-        ...
-
-    @property
-    def presets(self) -> dict[str, Any]:
-        """Name -> a frozen dataclass that configures an episode.
-
-        It has at least ``summary``, ``closed_loop`` (whether a controller steers), ``width_px`` and ``height_px``.
-        """
-        ...
+        if not isinstance(preset, str):
+            return preset
+        if preset not in self.presets:
+            raise ValueError(f"preset: expected one of {', '.join(self.presets)}; got {preset!r}")
+        return self.presets[preset]
 
     def episode(
         self,
@@ -232,12 +239,39 @@ class Scenario(Protocol):
         renderer: RendererName = "raster",
         closed_loop: bool | None = None,
         truth: TruthExtent = "all",
-    ) -> Episode:
-        """Build one episode of a preset, given by name or as a configuration.
+        kept: KeptWorld | None = None,
+    ) -> _E:
+        """Build one episode.
 
-        ``closed_loop`` None means as in the preset; for ``truth`` see ``Truth``.
+        Args:
+            preset: its name, or a configuration.
+            seed: any whole number >= 0; 10,000 to 19,999 is the test split.
+            closed_loop: whether commands steer the camera; None: as in the preset.
+            truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
+            kept: a world of ``keep_world`` that the episode takes place in, until another one begins there; None: its
+                own.
+
+        Raises:
+            ValueError: for an unknown preset, renderer or extent of truth, a negative seed, or a loop that cannot be
+                closed.
         """
-        ...
+        check("truth", truth in ("all", "target"), "'all' or 'target'", truth)
+        configuration = self.configuration(preset)
+        looped = configuration.closed_loop if closed_loop is None else closed_loop
+        return self.stage(Setup(self, configuration, self._own(seed), renderer, looped, truth == "all", kept))
+
+    def keep_world(self, preset: Any, seed: int) -> KeptWorld:
+        """Build the world of the seed's episode, without the episode, for several of them.
+
+        Raises:
+            ValueError: if its worlds cannot be kept.
+        """
+        if self.new_world is None:
+            raise ValueError(f"scenario: expected one that keeps worlds, got {self.id}")
+        return self.new_world(Setup(self, self.configuration(preset), self._own(seed)))
+
+    def _own(self, seed: int) -> int:
+        return episode_seed(seed, self.seeded_as or self.id, 0)
 
 
 class Survey(Protocol):
@@ -258,18 +292,26 @@ class Survey(Protocol):
         ...
 
 
-def preset_of(scenario: Scenario, preset: Any) -> Any:
-    """Return a scenario's preset by name, or a configuration unchanged.
+MOST_FRAMES = 100_000
+"""Most pictures of an episode: it is planned as a whole, and its poses stand in memory."""
+_SLOWEST_HZ, _FASTEST_HZ = 0.01, 1000.0
 
-    Raises:
-        ValueError: for an unknown name; lists the known ones.
+
+def check_size(preset: Any) -> None:
+    """Raise ValueError for a ``width_px`` or a ``height_px`` that is not drawn."""
+    for name in ("width_px", "height_px"):
+        value = getattr(preset, name)
+        check(name, 32 <= value <= 4096, "a whole number from 32 to 4096", value)
+
+
+def check_length(preset: Any, longest_s: float) -> None:
+    """Raise ValueError for a ``frame_count`` or a ``rate_hz`` that no episode has, or that last too long together.
+
+    Args:
+        longest_s: the time for which the scene goes on, seconds.
     """
-    if not isinstance(preset, str):
-        return preset
-    if preset not in scenario.presets:
-        raise ValueError(f"preset: expected one of {', '.join(scenario.presets)}; got {preset!r}")
-    return scenario.presets[preset]
-
-
-def _pinhole(model: CameraModel) -> PinholeCamera:
-    return PinholeCamera(model.width_px, model.height_px, model.focal_px)
+    frames, rate, slowest = preset.frame_count, preset.rate_hz, max(_SLOWEST_HZ, 2.0 / longest_s)
+    check("rate_hz", slowest <= rate <= _FASTEST_HZ, f"a number in [{slowest:.3g}, {_FASTEST_HZ:g}]", rate)
+    most = min(MOST_FRAMES, int(longest_s * rate))
+    why = f", as an episode lasts {longest_s:g} s at the most" if most < MOST_FRAMES else ""
+    check("frame_count", 2 <= frames <= most, f"a whole number in [2, {most}]{why}", frames)

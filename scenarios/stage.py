@@ -1,76 +1,186 @@
-"""The skeleton of an episode: on each frame the bodies move, the camera takes its picture, and truth is recorded."""
+"""The stage of an episode: on each frame bodies and camera move, the camera takes its picture, truth is recorded."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.camera_rig import Rig
-from scenarios.scenario import Frame
-from scenarios.standing import Standing, StandingObjects
-from scenarios.truth import TruthExtent
-from scenarios.visibility import Exits, centres_px, states_of
+from scenarios.objects import Labels, Objects, Standing, StandingObjects
+from scenarios.pan_tilt_zoom import Head
+from scenarios.scenario import Frame, Setup
+from scenarios.truth import Truth, without_pixels, without_standing
+from scenarios.visibility import Exits, states_of
 from sim.checks import check
-from sim.render.pipeline import Capture, Shader
+from sim.render.pipeline import Capture, Sensor, Shader, capture
+from sim.render.protocol import Renderer, create_renderer
+from sim.sensors.camera_sensor import CameraSensor
+from sim.sensors.config import SensorConfig
 from sim.world import World
-from trackers.types import CameraCommand, Start
+from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Observation, Start, SteeredCamera
 
 
-class Stage(ABC):
-    """See ``scenarios.scenario.Episode``. A scene defines how its bodies and its carrier move, and its own truth.
+class SceneCamera:
+    """The camera that the tracker watches: its model, its renderer and its sensor.
 
     Attributes:
-        world: the bodies at their current places; other renderers may draw it.
-        frame_count, rate_hz, closed_loop: see ``Episode``.
+        model: as trackers receive it.
     """
 
     def __init__(
         self,
+        setup: Setup,
         world: World,
-        rig: Rig,
+        model: CameraModel,
+        sensor: Sensor[Any] | None = None,
         *,
-        frame_count: int,
-        rate_hz: float,
-        closed_loop: bool,
-        standing: Sequence[Standing] = (),
+        through: Callable[[Renderer], Renderer] | None = None,
     ) -> None:
-        """``standing``: what stands about, where truth covers all, see ``Truth``."""
-        self.world, self.frame_count, self.rate_hz, self.closed_loop = world, frame_count, rate_hz, closed_loop
-        self._rig = rig
-        self._standing = StandingObjects(world, standing)
+        """Stand before a world.
+
+        Args:
+            sensor: None: a standard colour sensor.
+            through: returns the renderer of what is seen through something, of the one that draws the world.
+        """
+        self.model = model
+        self._renderer = create_renderer(setup.renderer, world)
+        if through is not None:
+            self._renderer = through(self._renderer)
+        self._sensor = sensor or CameraSensor(SensorConfig(), setup.rng("sensor"))
+        self._frame = 0
+        self._settings: Any = None
+
+    def take(self, shader: Shader, T_world_camera: NDArray[np.float64], frame: int, **exposing: Any) -> Capture[Any]:
+        """Take a picture of the current world; the sensor's loops take one step.
+
+        Args:
+            frame: index, >= 0; it determines the noise.
+            exposing: see ``sim.render.pipeline.capture``.
+        """
+        seen = capture(self._renderer, shader, self._sensor, self.model, T_world_camera, frame, **exposing)
+        self._frame, self._settings = frame, seen.picture.settings
+        return seen
+
+    def observation(self, picture: Any, time_s: float, ego: EgoPose | None = None, **others: Any) -> Observation:
+        """Return a picture of this camera as an observation; ``others`` are its other fields."""
+        if self.model.band == "thermal":
+            others["counts"] = picture.counts
+        else:
+            others.setdefault("settings", CameraSettings(picture.settings.exposure_s, picture.settings.gain))
+        return Observation(picture.image_rgb, time_s, self.model, ego=ego, **others)
+
+    def normals(self, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return the unit normals (H, W, 3) of the visible surfaces, world frame; 0 where there is none."""
+        return self._renderer.normals(self.model, T_world_camera)
+
+    def larger_view(self, shader: Shader, T_world_camera: NDArray[np.float64], scale: float) -> NDArray[np.uint8]:
+        """Return the current instant in a picture ``scale`` times as wide and high.
+
+        Raises:
+            ValueError: before the first picture, whose settings it takes.
+        """
+        check("larger_view", self._settings is not None, "a picture taken before", "none")
+        width_px, height_px = (2 * round(0.5 * scale * side) for side in (self.model.width_px, self.model.height_px))
+        wide = replace(self.model, width_px=width_px, height_px=height_px)
+        radiance = shader.shade(self._renderer.gbuffer(wide, T_world_camera), wide, T_world_camera)
+        return self._sensor.develop(radiance, wide, self._frame, self._settings).image_rgb
+
+
+class Stage(ABC):
+    """One episode, see ``scenarios.scenario.Episode``: a scene adds how its bodies move, and its own truth.
+
+    A scene sets what ``_move_to`` needs, then calls ``__init__``. On every frame ``_move_to`` moves the objects and
+    everything else; boxes, visible shares, the common truth and the observation follow from where they are.
+
+    Attributes:
+        world: the bodies at their current places; other renderers may draw it.
+        frame_count, rate_hz, closed_loop: see ``Episode``.
+        _shader: the current light; set by the scene before ``__init__`` or in ``_move_to``.
+        _T_world_camera: (4, 4), the camera's current pose; likewise.
+    """
+
+    _shader: Shader
+    _T_world_camera: NDArray[np.float64]
+
+    def __init__(
+        self,
+        setup: Setup,
+        objects: Objects,
+        camera: SceneCamera,
+        *,
+        standing: Sequence[Standing] = (),
+        head: Head | None = None,
+    ) -> None:
+        """Move everything to frame 0.
+
+        Args:
+            objects: that truth is about. standing: bodies of the same kinds that no question is about, see ``Truth``.
+            head: carries the steered camera where that is not the one that takes the pictures.
+        """
+        self.world, self.closed_loop = objects.world, setup.closed_loop
+        self.frame_count: int = setup.preset.frame_count
+        self.rate_hz: float = setup.preset.rate_hz
+        self._setup, self._objects, self._camera, self._head = setup, objects, camera, head
+        self._target = objects.names.index(setup.scenario.target)
+        self._in_full = np.full(len(objects.names), setup.covers_all)
+        self._in_full[self._target] = True
+        self._standing = StandingObjects(self.world, standing if setup.covers_all else ())
+        self._exits = Exits(camera.model, len(objects.names))
+        self._head_exits = self._exits if head is None else Exits(head.camera, len(objects.names))
         self._frame = -1
-        self._T_world_camera = np.eye(4)
-        self._exits: Exits | None = None
-
-    @property
-    @abstractmethod
-    def start(self) -> Start:
-        """What a tracker gets before the first picture."""
-
-    @property
-    @abstractmethod
-    def _shader(self) -> Shader:
-        """The current light."""
-
-    @abstractmethod
-    def map_of(self) -> Any:
-        """Return the scenario's map, for reference trackers with unfair knowledge."""
-
-    @abstractmethod
-    def _obey(self, command: CameraCommand) -> None:
-        """Move the carrier by a command."""
+        self._background: tuple[Observation, ...] | None = None
+        self._move_to(0)
+        self._first_box_xyxy = objects.labels(camera.model, self._T_world_camera).box_xyxy[self._target]
 
     @abstractmethod
     def _move_to(self, frame: int) -> None:
-        """Set bodies, light and camera to a frame."""
+        """Set objects, other bodies, light and camera to a frame."""
 
-    @abstractmethod
-    def _take(self, frame: int) -> Frame:
-        """Take the picture of the current world, and record its truth."""
+    def _own_truth(self, capture: Capture[Any], labels: Labels) -> dict[str, Any]:
+        """Return the fields of truth that the scene adds, by name, and those that it states in another way."""
+        return {}
+
+    def _of_camera(self, labels: Labels) -> dict[str, Any]:
+        """Return those of the scene's own fields of truth that are of a camera's view, by name."""
+        return {}
+
+    def map_of(self) -> Any:
+        """Return the scenario's map, for reference trackers with unfair knowledge; None without one."""
+        return None
+
+    def _obey(self, command: CameraCommand) -> None:
+        """Move the carrier by a command; a camera at rest stays."""
+        if self._head is not None:
+            self._head.obey(command)
+
+    def _capture(self, frame: int) -> Capture[Any]:
+        """Take the picture of the current world."""
+        return self._camera.take(self._shader, self._T_world_camera, frame)
+
+    def _ego(self) -> EgoPose | None:
+        """Return the measured pose of the camera; here without errors."""
+        return self._measured(self._T_world_camera)
+
+    def _measured(self, T_world_camera: NDArray[np.float64]) -> EgoPose:
+        """Return a pose in the carrier's navigation frame."""
+        return EgoPose(T_world_camera)
+
+    def _empty_pictures(self) -> Sequence[Observation]:
+        """Return pictures without targets, for ``Start``; bodies may be left anywhere."""
+        return ()
+
+    @property
+    def start(self) -> Start:
+        """What a tracker gets before the first picture: here the target's box in it, and ``_empty_pictures``."""
+        if self._background is None:
+            self._background = tuple(self._empty_pictures())
+            if self._background:
+                self._move_to(max(self._frame, 0))
+        return Start(self._camera.model, self._first_box_xyxy.copy(), self._background)
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame; see ``Episode.step``.
@@ -91,64 +201,76 @@ class Stage(ABC):
             self._obey(command)
         self._move_to(frame)
         self._frame = frame
-        return self._take(frame)
+        return self._take()
 
     def larger_view(self, scale: float) -> NDArray[np.uint8]:
         """Return the current instant in a picture ``scale`` times as wide and high; see ``Episode.larger_view``."""
-        return self._rig.larger_view(self._shader, self._T_world_camera, scale)
+        return self._camera.larger_view(self._shader, self._T_world_camera, scale)
 
     def normals(self) -> NDArray[np.float32]:
         """Return the normals (H, W, 3) of what the camera sees now; see ``Episode.normals``."""
-        return self._rig.normals(self._T_world_camera)
+        return self._camera.normals(self._T_world_camera)
 
     def close(self) -> None:  # noqa: B027
         """Do nothing: what an episode holds goes with it; see ``Episode.close``."""
 
-    def _seen(
-        self,
-        capture: Capture,
-        *,
-        T_world_object: NDArray[np.float64],
-        size_m: NDArray[np.float64],
-        box_xyxy: NDArray[np.float64],
-        visible_fraction: NDArray[np.float64],
-        is_absent: NDArray[np.bool_] | None = None,
-    ) -> dict[str, Any]:
-        """Return the fields of ``Truth`` by name, except names, kinds, ids and speeds.
+    def _take(self) -> Frame:
+        """Take the picture of the current world, and record its truth."""
+        capture = self._capture(self._frame)
+        # In place: the map belongs to this frame alone.
+        self._objects.merge(capture.instance_id)
+        labels = self._objects.labels(self._camera.model, self._T_world_camera, capture, self._in_full)
+        truth = self._truth(capture, labels)
+        picture, time_s, ego, head = capture.picture, truth.time_s, self._ego(), self._head
+        if head is None or not self.closed_loop:
+            return Frame(self._camera.observation(picture, time_s, ego), truth)
+        steered = SteeredCamera(head.camera, self._measured(head.T_world_camera))
+        observation = self._camera.observation(picture, time_s, ego, steered=steered)
+        return Frame(observation, truth, steered=self._truth_of_head(head, truth))
 
-        Args:
-            is_absent: (N,) who is not in the world now; None: nobody.
-        """
-        camera = self._rig.camera
-        self._exits = self._exits or Exits(camera, len(box_xyxy))
-        state = states_of(camera, box_xyxy, visible_fraction)
-        position_px = centres_px(camera, self._T_world_camera, T_world_object, size_m)
-        if is_absent is not None:
-            state[is_absent] = "absent"
-            position_px[is_absent] = np.nan
-        side, frames_since_exit = self._exits.follow(state, box_xyxy)
+    def _truth(self, capture: Capture[Any], labels: Labels) -> Truth:
+        objects, camera, T_world_camera = self._objects, self._camera.model, self._T_world_camera
         used = capture.picture.settings
-        return {
+        common = {
             "frame": self._frame,
             "time_s": self._frame / self.rate_hz,
-            "T_world_camera": self._T_world_camera,
-            "T_world_object": T_world_object.copy(),
-            "size_m": size_m,
-            "position_px": position_px,
-            "box_xyxy": box_xyxy,
-            "visible_fraction": visible_fraction,
-            "state": state,
-            "side": side,
-            "frames_since_exit": frames_since_exit,
+            "T_world_camera": T_world_camera,
+            "names": objects.names,
+            "kinds": objects.kinds,
+            "T_world_object": objects.T_world_object.copy(),
+            "size_m": objects.size_m,
+            "bounds_m": objects.bounds_m(),
+            "speed_mps": objects.speed_mps.copy(),
+            "instance_id": objects.instance_id.copy(),
+            "visible_fraction": labels.visible_fraction,
             "instance_map": capture.instance_id,
             "depth_m": capture.depth_m,
             "exposure_s": used.exposure_s,
             "gain": used.gain,
-            **self._standing.seen(capture, camera, self._T_world_camera),
+            **self._placed(camera, labels, labels.visible_fraction, self._exits),
+            **self._standing.labels(capture, camera, T_world_camera),
+        }
+        return self._setup.scenario.truth(**common | self._own_truth(capture, labels))
+
+    def _placed(
+        self, camera: CameraModel, labels: Labels, visible_fraction: NDArray[np.float64], exits: Exits
+    ) -> dict[str, Any]:
+        """Return the fields of truth that say where objects are in a camera's view, by name."""
+        state = states_of(camera, labels.box_xyxy, visible_fraction)
+        state[~self._objects.present] = "absent"
+        side, frames_since_exit = exits.follow(state, labels.box_xyxy)
+        return {
+            "position_px": labels.position_px,
+            "box_xyxy": labels.box_xyxy,
+            "state": state,
+            "side": side,
+            "frames_since_exit": frames_since_exit,
+            **self._of_camera(labels),
         }
 
-
-def covers_all(truth: TruthExtent) -> bool:
-    """Return whether truth has to cover more than the target. Raises ValueError for an unknown extent."""
-    check("truth", truth in ("all", "target"), "'all' or 'target'", truth)
-    return truth == "all"
+    def _truth_of_head(self, head: Head, truth: Truth) -> Truth:
+        """Return the truth of the head's camera: it takes no picture, and visible shares are those of the other one."""
+        camera, T_world_camera = head.camera, head.T_world_camera
+        labels = self._objects.labels(camera, T_world_camera)
+        placed = self._placed(camera, labels, truth.visible_fraction, self._head_exits)
+        return replace(without_standing(without_pixels(truth)), T_world_camera=T_world_camera, **placed)

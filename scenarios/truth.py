@@ -77,8 +77,8 @@ class Truth:
 
     Boxes are amodal: they enclose the whole object, also where it is hidden or outside the picture.
 
-    The N objects are those that a scene asks about. S more stand about, of the same kinds but of no question: parked
-    cars, moored boats. Of these a frame holds those of which it shows at least one pixel.
+    The N objects are those that suites judge. S standing ones, of the same kinds, are only labelled: parked cars and
+    moored boats. A frame holds those of them of which it shows at least one pixel.
 
     Scores of following one target do not use the most expensive fields. An episode with ``truth="target"`` leaves
     them out, see ``Meaning.left_out``; the state of all other objects then follows from their boxes alone, as if none

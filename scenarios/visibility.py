@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.truth import Side
-from sim.optics import PinholeCamera, project
+from scenarios.truth import Side, Truth
+from sim.optics import project
+from trackers.types import CameraModel
 
 MOSTLY_SEEN = 0.5
 """An object inside the picture is ``occluded`` if its visible share is less."""
@@ -16,7 +17,7 @@ _SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
 class Exits:
     """Records when and where each of N objects leaves the picture."""
 
-    def __init__(self, camera: PinholeCamera, count: int) -> None:
+    def __init__(self, camera: CameraModel, count: int) -> None:
         self._camera = camera
         self._side = np.full(count, "", dtype="<U6")
         self._frames_since_exit = np.full(count, -1)
@@ -35,7 +36,7 @@ class Exits:
 
 
 def states_of(
-    camera: PinholeCamera, box_xyxy: NDArray[np.float64], visible_fraction: NDArray[np.float64]
+    camera: CameraModel, box_xyxy: NDArray[np.float64], visible_fraction: NDArray[np.float64]
 ) -> NDArray[np.str_]:
     """Return the states (N,) of objects from their amodal boxes (N, 4) and visible shares (N,)."""
     left, top, right, bottom = box_xyxy.T
@@ -47,7 +48,7 @@ def states_of(
 
 
 def centres_px(
-    camera: PinholeCamera,
+    camera: CameraModel,
     T_world_camera: NDArray[np.float64],
     poses: NDArray[np.float64],
     sizes_m: NDArray[np.float64],
@@ -57,10 +58,35 @@ def centres_px(
     return project(camera, T_world_camera, centres)[0]
 
 
-def _side_of(camera: PinholeCamera, box_xyxy: NDArray[np.float64]) -> Side:
+def _side_of(camera: CameraModel, box_xyxy: NDArray[np.float64]) -> Side:
     """Return the border that the box is furthest beyond; ``bottom`` for a box behind the camera."""
     if np.isnan(box_xyxy).any():
         return "bottom"
     x_min, y_min, x_max, y_max = box_xyxy
     beyond = np.array([-x_max, x_min - camera.width_px, -y_max, y_min - camera.height_px])
     return _SIDES[int(np.argmax(beyond))]
+
+
+SHORTEST_LENGTH_PX = 12.0
+"""A target that appears smaller does not count as in view, so climbing and zooming out gain nothing."""
+
+
+def length_px(truth: Truth, target: int) -> float:
+    """Return the longer side of the target's amodal box; 0 if the target is behind the camera."""
+    box = truth.box_xyxy[target]
+    return 0.0 if np.isnan(box).any() else float(max(box[2] - box[0], box[3] - box[1]))
+
+
+def centring(truth: Truth, target: int, camera: CameraModel) -> float:
+    """Return how centred the target is: 1 in the middle, 0 on the border and outside (DAT's ``p``).
+
+    It is one minus the target's distance from the picture's centre over the border's distance along the same ray.
+    """
+    x, y = truth.position_px[target]
+    share = max(abs(2.0 * x / camera.width_px - 1.0), abs(2.0 * y / camera.height_px - 1.0))
+    return float(1.0 - share) if share < 1.0 else 0.0
+
+
+def is_in_view(truth: Truth, target: int, camera: CameraModel) -> bool:
+    """Return whether the target's centre is inside the picture, hidden or not, and its box is long enough."""
+    return centring(truth, target, camera) > 0.0 and length_px(truth, target) >= SHORTEST_LENGTH_PX

@@ -24,7 +24,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from sim.mesh import Texture, TexturedMesh
 from sim.native_stderr import native_stderr_discarded
-from sim.optics import PinholeCamera, invert_pose
+from sim.optics import Camera, invert_pose
 from sim.render.textures import count_alike
 from sim.world import Body, World
 
@@ -115,7 +115,7 @@ class TinyRenderer:
 
     def camera_image(
         self,
-        camera: PinholeCamera,
+        camera: Camera,
         T_world_camera: NDArray[np.float64],
         *,
         near_m: float,
@@ -401,7 +401,7 @@ def _opengl_view(T_world_camera: NDArray[np.float64]) -> list[float]:
     return (np.diag([1.0, -1.0, -1.0, 1.0]) @ invert_pose(T_world_camera)).T.ravel().tolist()
 
 
-def _opengl_projection(camera: PinholeCamera, near_m: float, far_m: float, pixel_offset: float) -> list[float]:
+def _opengl_projection(camera: Camera, near_m: float, far_m: float, pixel_offset: float) -> list[float]:
     """Return OpenGL's column-major projection matrix.
 
     TinyRenderer samples a pixel at its bottom left corner; the picture is shifted by the wanted offset from there.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sim.labels import body_view, cover
 from sim.mesh import TexturedMesh
-from sim.optics import PinholeCamera, invert_pose
+from sim.optics import Camera, invert_pose, principal_point
 
 
 class JointedShape(NamedTuple):
@@ -75,7 +75,7 @@ def enclosing_bounds(
 def seen_body(
     shape: JointedShape,
     part_poses: NDArray[np.float64],
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     instance_map: NDArray[np.int32],
     instance_id: int,
@@ -93,7 +93,7 @@ def seen_body(
         pixel_offset: where in a pixel the map was sampled.
         shift_px: (P, 2) by which each part is seen beside its place in a pinhole camera, through water; None = nowhere.
     """
-    centre_x, centre_y = camera.centre_px
+    centre_x, centre_y = principal_point(camera)
     counts = np.zeros(len(hiders) + 2, np.int64)
     box = _count_pixels(
         shape,

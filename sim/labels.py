@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull
 
 from sim.mesh import TexturedMesh
-from sim.optics import PinholeCamera, invert_pose
+from sim.optics import Camera, intrinsic_matrix, invert_pose
 
 FAST = {"contract", "arcp", "nsz"}
 ONE, HALF = np.float32(1.0), np.float32(0.5)
@@ -131,7 +131,7 @@ class SeenSurfaces(Protocol):
 
 
 def amodal_box(
-    camera: PinholeCamera, T_world_camera: NDArray[np.float64], mesh: TexturedMesh, T_world_body: NDArray[np.float64]
+    camera: Camera, T_world_camera: NDArray[np.float64], mesh: TexturedMesh, T_world_body: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the box (4,) around all of a body's vertices in the unbounded picture.
 
@@ -172,7 +172,7 @@ def _outermost(mesh: TexturedMesh) -> NDArray[np.float32]:
 
 
 def amodal_boxes(
-    camera: PinholeCamera, T_world_camera: NDArray[np.float64], bodies: Outline, T_world_body: NDArray[np.float64]
+    camera: Camera, T_world_camera: NDArray[np.float64], bodies: Outline, T_world_body: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the ``amodal_box`` of each of B bodies (B, 4), by their poses (B, 4, 4)."""
     boxes = np.empty((len(T_world_body), 4))
@@ -183,7 +183,7 @@ def amodal_boxes(
 
 def visible_fraction(
     seen: SeenSurfaces,
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     mesh: TexturedMesh,
     T_world_body: NDArray[np.float64],
@@ -206,7 +206,7 @@ def visible_fraction(
         return 0.0
     x, y = int(np.floor(left)), int(np.floor(top))
     width, height = int(np.ceil(right)) - x + 1, int(np.ceil(bottom)) - y + 1
-    K = camera.intrinsic_matrix
+    K = intrinsic_matrix(camera)
     K[:2, 2] -= np.array([x, y]) + pixel_offset
     view = K @ (invert_pose(T_world_camera) @ T_world_body)[:3]
     homogeneous = mesh.vertices_m.astype(float) @ view[:, :3].T + view[:, 3]
@@ -258,13 +258,13 @@ _OF_GROUND = [0, 1, 3]
 
 
 def ground_homography(
-    camera: PinholeCamera, T_world_before: NDArray[np.float64], T_world_after: NDArray[np.float64]
+    camera: Camera, T_world_before: NDArray[np.float64], T_world_after: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return H (3, 3), scaled to H[2, 2] = 1, that takes pixels of ground points (z = 0) from one pose to another.
 
     A ground point (x, y, 0) is seen at ``K [r1 r2 t] (x, y, 1)``; H is one such matrix times the other's inverse.
     """
-    K = camera.intrinsic_matrix
+    K = intrinsic_matrix(camera)
     before, after = (K @ invert_pose(pose)[:3, _OF_GROUND] for pose in (T_world_before, T_world_after))
     H = after @ np.linalg.inv(before)
     return H / H[2, 2]
@@ -272,7 +272,7 @@ def ground_homography(
 
 def backward_flow(
     seen: SeenSurfaces,
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     T_world_camera_before: NDArray[np.float64],
     body_poses: NDArray[np.float64],
@@ -286,7 +286,7 @@ def backward_flow(
     Returns:
         (H, W, 2) float32 pixels; NaN for sky and for points that were behind the camera.
     """
-    K = camera.intrinsic_matrix
+    K = intrinsic_matrix(camera)
     to_world = T_world_camera @ _homogeneous(np.linalg.inv(K).astype(float))
     from_world = _homogeneous(K) @ invert_pose(T_world_camera_before)
     moved = (body_poses != body_poses_before).any(axis=(1, 2))

@@ -8,9 +8,8 @@ and the picture's centre at ``(width / 2, height / 2)``. Pixel coordinates go on
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,43 +27,52 @@ class CameraMotion(NamedTuple):
     interval_s: float
 
 
-@dataclass(frozen=True, slots=True)
-class PinholeCamera:
-    """Intrinsics of a camera with square pixels and its principal point in the middle.
+class Camera(Protocol):
+    """Intrinsics of a camera with square pixels and its principal point in the middle; equal ones have equal hashes.
 
     Attributes:
         width_px, height_px: size of the picture.
         focal_px: focal length in pixels, > 0.
     """
 
+    @property
+    def width_px(self) -> int: ...
+
+    @property
+    def height_px(self) -> int: ...
+
+    @property
+    def focal_px(self) -> float: ...
+
+    def __hash__(self) -> int: ...
+
+
+class Intrinsics(NamedTuple):
+    """The plain ``Camera`` of inner pictures: what water bends or mirrors is drawn on one."""
+
     width_px: int
     height_px: int
     focal_px: float
 
-    @classmethod
-    def from_field_of_view(cls, width_px: int, height_px: int, horizontal_rad: float) -> PinholeCamera:
-        """Return the camera whose picture is ``horizontal_rad`` wide."""
-        return cls(width_px, height_px, 0.5 * width_px / float(np.tan(0.5 * horizontal_rad)))
 
-    @property
-    def centre_px(self) -> NDArray[np.float64]:
-        """Principal point (2,), pixels."""
-        return np.array([0.5 * self.width_px, 0.5 * self.height_px])
+def principal_point(camera: Camera) -> NDArray[np.float64]:
+    """Return the principal point (2,), pixels."""
+    return np.array([0.5 * camera.width_px, 0.5 * camera.height_px])
 
-    @property
-    def intrinsic_matrix(self) -> NDArray[np.float64]:
-        """K (3, 3) with ``pixel ~ K @ point_camera``."""
-        cx, cy = 0.5 * self.width_px, 0.5 * self.height_px
-        return np.array([[self.focal_px, 0.0, cx], [0.0, self.focal_px, cy], [0.0, 0.0, 1.0]])
+
+def intrinsic_matrix(camera: Camera) -> NDArray[np.float64]:
+    """Return K (3, 3) with ``pixel ~ K @ point_camera``."""
+    cx, cy = 0.5 * camera.width_px, 0.5 * camera.height_px
+    return np.array([[camera.focal_px, 0.0, cx], [0.0, camera.focal_px, cy], [0.0, 0.0, 1.0]])
 
 
 _IDENTITY = np.eye(4)
 
 
 @lru_cache(maxsize=16)
-def ray_of_pixel(camera: PinholeCamera) -> NDArray[np.float64]:
+def ray_of_pixel(camera: Camera) -> NDArray[np.float64]:
     """Return the inverse of the intrinsic matrix (3, 3), not to be written to."""
-    return np.linalg.inv(camera.intrinsic_matrix).astype(float)
+    return np.linalg.inv(intrinsic_matrix(camera)).astype(float)
 
 
 def invert_pose(T_a_b: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -76,7 +84,7 @@ def invert_pose(T_a_b: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def project(
-    camera: PinholeCamera, T_world_camera: NDArray[np.float64], points_world_m: NDArray[np.float64]
+    camera: Camera, T_world_camera: NDArray[np.float64], points_world_m: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Project world points into the (unbounded) picture.
 
@@ -91,19 +99,17 @@ def project(
     depth_m = points_camera[..., 2]
     in_front = depth_m > 1e-6
     scale = np.where(in_front, camera.focal_px / np.where(in_front, depth_m, 1.0), np.nan)
-    return points_camera[..., :2] * scale[..., None] + camera.centre_px, depth_m
+    return points_camera[..., :2] * scale[..., None] + principal_point(camera), depth_m
 
 
-def rays(
-    camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixels: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def rays(camera: Camera, T_world_camera: NDArray[np.float64], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return world directions (..., 3) of the given pixels (..., 2), scaled to unit camera depth."""
-    xy = (np.asarray(pixels, dtype=float) - camera.centre_px) / camera.focal_px
+    xy = (np.asarray(pixels, dtype=float) - principal_point(camera)) / camera.focal_px
     return np.concatenate([xy, np.ones_like(xy[..., :1])], axis=-1) @ T_world_camera[:3, :3].T
 
 
 def intersect_plane(
-    camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixels: NDArray[np.float64], plane_height_m: float
+    camera: Camera, T_world_camera: NDArray[np.float64], pixels: NDArray[np.float64], plane_height_m: float
 ) -> NDArray[np.float64]:
     """Return where the rays of ``pixels`` (..., 2) meet the plane z = ``plane_height_m``: (..., 2) world metres.
 

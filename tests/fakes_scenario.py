@@ -6,8 +6,7 @@ Importing it adds the scenario ``fake-town-v1`` to the catalogue and trackers fo
 from __future__ import annotations
 
 import importlib
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,14 +14,13 @@ from numpy.typing import NDArray
 from scenarios import catalog
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.road_town.truth import Light, RoadTruth
-from scenarios.scenario import Frame
+from scenarios.scenario import Frame, Scenario, Setup
 from scenarios.visibility import Exits, states_of
-from sim.optics import PinholeCamera, look_down_pose, project
-from trackers.types import CameraCommand, CameraModel, CameraSettings, Carrier, EgoPose, Observation, Start
+from sim.optics import look_down_pose, project
+from trackers.types import CameraCommand, CameraModel, CameraSettings, EgoPose, Observation, Start
 
 HEIGHT_M = 60.0
-CAMERA = PinholeCamera(160, 120, 140.0)
-CAMERA_MODEL = CameraModel(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px)
+CAMERA = CameraModel(160, 120, 140.0)
 SIZE_M = np.array([4.5, 1.8, 1.5])
 RADIUS_M, TURN_RAD_S = 40.0, 0.5
 """The target's circle: about half of it lies outside the picture of a camera above its rim."""
@@ -60,7 +58,7 @@ class FakeEpisode:
         self._frame = 0
         self._centre_m = np.array([RADIUS_M, 0.0])
         self._exits = Exits(CAMERA, 3)
-        self.start = Start(CAMERA_MODEL, self._boxes(self._pose(), 0.0)[1][0])
+        self.start = Start(CAMERA, self._boxes(self._pose(), 0.0)[1][0])
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame."""
@@ -70,7 +68,7 @@ class FakeEpisode:
         truth = self._truth(T_world_camera, time_s)
         self._frame += 1
         image = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), dtype=np.uint8)
-        observation = Observation(image, time_s, CAMERA_MODEL, CameraSettings(0.01, 1.0), EgoPose(T_world_camera))
+        observation = Observation(image, time_s, CAMERA, CameraSettings(0.01, 1.0), EgoPose(T_world_camera))
         return Frame(observation, truth)
 
     def map_of(self) -> None:
@@ -146,40 +144,27 @@ def _drawn(box_xyxy: NDArray[np.float64]) -> NDArray[np.int32]:
     return drawn
 
 
-@dataclass(frozen=True)
-class FakeScenario:
-    """See ``scenarios.scenario.Scenario``."""
+class UnhashedSeeds(Scenario):
+    """A scenario whose episodes get the seeds as they are given."""
 
-    id: str = "fake-town-v1"
-    summary: str = "cars on circles"
-    start: str = "the car's box"
-    target: str = "target"
-    pictureless: None = None
-    truth: type[RoadTruth] = RoadTruth
-    classes: Mapping[str, str] = field(default_factory=lambda: {"saloon": "car"})
-    carrier: Carrier = HELICOPTER
-    presets: dict[str, FakeTown] = field(
-        default_factory=lambda: {
-            "tiny": FakeTown("a set path"),
-            "tiny-loop": FakeTown("the tracker steers", closed_loop=True),
-        }
-    )
-
-    def episode(
-        self,
-        preset: str | FakeTown,
-        seed: int,
-        *,
-        renderer: str = "raster",
-        closed_loop: bool | None = None,
-        truth: str = "all",
-    ) -> FakeEpisode:
-        """Build one episode; the seed sets where on the circle the cars start."""
-        configuration = self.presets[preset] if isinstance(preset, str) else preset
-        looped = configuration.closed_loop if closed_loop is None else closed_loop
-        return FakeEpisode(configuration, looped, phase_s=0.01 * (seed % 10))
+    def _own(self, seed: int) -> int:
+        return seed
 
 
-FAKE_TOWN = FakeScenario()
+def fake_episode(setup: Setup) -> FakeEpisode:
+    """Build one episode; the seed sets where on the circle the cars start."""
+    return FakeEpisode(setup.preset, setup.closed_loop, phase_s=0.01 * (setup.seed % 10))
+
+
+FAKE_TOWN = UnhashedSeeds(
+    id="fake-town-v1",
+    summary="cars on circles",
+    start="the car's box",
+    stage=fake_episode,
+    presets={"tiny": FakeTown("a set path"), "tiny-loop": FakeTown("the tracker steers", closed_loop=True)},
+    classes={"saloon": "car"},
+    carrier=HELICOPTER,
+    truth=RoadTruth,
+)
 catalog.register(catalog.Entry("fake-town-v1", "tests.fakes_scenario:FAKE_TOWN"))
 importlib.import_module("tests.fakes_trackers")

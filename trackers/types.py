@@ -35,6 +35,16 @@ class CameraModel:
     baseline_m: float | None = None
     band: Band = "colour"
 
+    @classmethod
+    def from_field_of_view(cls, width_px: int, height_px: int, horizontal_rad: float, **others: Any) -> CameraModel:
+        """Return the camera whose picture is ``horizontal_rad`` wide; ``others`` are the other attributes."""
+        return cls(width_px, height_px, 0.5 * width_px / float(np.tan(0.5 * horizontal_rad)), **others)
+
+    @property
+    def centre_px(self) -> NDArray[np.float64]:
+        """Principal point (2,), pixels."""
+        return np.array([0.5 * self.width_px, 0.5 * self.height_px])
+
 
 @dataclass(frozen=True, slots=True)
 class CameraRegisters:

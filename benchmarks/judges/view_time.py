@@ -2,8 +2,8 @@
 
 Frames are those of an episode, from frame 0. No command led to frame 0, so shares are over the steps, frames 1 to
 F - 1. *In view* is a frame with the target's centre in the picture and its amodal box at least 12 pixels
-long (``scenarios.in_view``), hidden or not; *seen* is a frame in view on which at least half of the target is visible
-(``scenarios.visibility.MOSTLY_SEEN``).
+long (``scenarios.visibility``), hidden or not; *seen* is a frame in view on which at least half of the target is
+visible (``MOSTLY_SEEN``).
 """
 
 from __future__ import annotations

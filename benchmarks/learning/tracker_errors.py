@@ -18,6 +18,7 @@ from benchmarks.run.editions import controller_edition
 from benchmarks.run.episodes import editions_of, simulated
 from benchmarks.run.selection import tracker_named
 from scenarios import catalog
+from scenarios.envs.follow_env import followed_episode
 from scenarios.envs.pictureless.bank import pictureless_of
 from scenarios.envs.pictureless.episode_state import (
     ACROSS,
@@ -47,9 +48,8 @@ from scenarios.envs.pictureless.error_model import (
     model_path,
 )
 from scenarios.envs.settings import FollowSettings
-from scenarios.envs.watched_episode import watched_episode
-from scenarios.in_view import is_in_view
 from scenarios.loop import Loop
+from scenarios.visibility import is_in_view
 from sim.checks import check
 from sim.rng import generator
 from trackers.atomic_file import atomic_file, write_atomic
@@ -413,7 +413,7 @@ def run_of(settings: FollowSettings, seed: int, controller: str) -> NDArray[np.v
     own: Controller = controller_entry(name, carrier.name).create()
     if name != controller:
         own = Disturbed(carrier, own, generator(seed, "disturbance"))
-    loop = watched_episode(settings, seed)
+    loop = followed_episode(settings, seed)
     target = catalog.scenario(settings.scenario).target
     frames = [_frame(carrier, target, loop) for _ in loop.frames(own)]
     loop.episode.close()

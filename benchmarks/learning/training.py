@@ -24,7 +24,6 @@ from scenarios import catalog
 from scenarios.envs.pictureless.error_model import error_model
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
-from scenarios.kept_world import KeepsWorlds
 from sim.checks import check
 from trackers.belief.features import FEATURES
 from trackers.controllers.catalogue import controller_entry, our_controller
@@ -145,7 +144,7 @@ class Training:
                 "correction_share": self.correction_share,
             }
         if self.pictures:
-            keeps = isinstance(catalog.scenario(self.scenario), KeepsWorlds)
+            keeps = catalog.scenario(self.scenario).new_world is not None
             worlds = (_WORLDS if keeps else 0) if self.worlds is None else self.worlds
             steering |= {"worlds": worlds, "episodes_per_world": self.episodes_per_world}
         return {"preset": self.preset_name, "tracker": self.tracker_name, "reward": self.reward, **steering}

@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from scenarios.road_town.layout import Building, Layout
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.scenario import ROAD_TOWN, RoadTownScenario
-from scenarios.scenario import Frame, RendererName
+from scenarios.road_town.scenario import ROAD_TOWN
+from scenarios.scenario import Frame, RendererName, Scenario
 from sim.optics import rays
 from trackers.atomic_file import write_atomic
 
@@ -42,7 +42,7 @@ _LEAST_VARIANCE = 1.0
 
 
 def labelled_frames(
-    scenario: RoadTownScenario, preset: str, seeds: range, every: int, renderer: RendererName = "raster"
+    scenario: Scenario, preset: str, seeds: range, every: int, renderer: RendererName = "raster"
 ) -> Iterator[tuple[NDArray[np.uint8], dict[str, NDArray[np.bool_]]]]:
     """Yield every ``every``-th picture (H, W, 3) of each episode, with its ``label_pixels``."""
     for seed in seeds:

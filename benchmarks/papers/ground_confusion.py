@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.papers.ground_colours import CLASSES, labelled_frames
-from scenarios.road_town.scenario import RoadTownScenario
-from scenarios.scenario import RendererName
+from scenarios.scenario import RendererName, Scenario
 from trackers.road_shape.existence import ClassStatistics, PixelClassifier
 
 
 def confusion(
-    scenario: RoadTownScenario,
+    scenario: Scenario,
     preset: str,
     seeds: range,
     every: int,

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.show.video import marks
-from scenarios.road_town.scenario import RoadTownScenario
-from scenarios.scenario import RendererName
+from scenarios.scenario import RendererName, Scenario
 from trackers.kernels.boxes import box_centre
 from trackers.kernels.histogram import ColourTemplate
 from trackers.road_shape.background_motion import STILL
@@ -33,7 +32,7 @@ _ENLARGED = 2
 
 
 def figures_of_town(
-    scenario: RoadTownScenario, preset: str, seed: int, statistics: ClassStatistics, renderer: RendererName
+    scenario: Scenario, preset: str, seed: int, statistics: ClassStatistics, renderer: RendererName
 ) -> list[tuple[str, NDArray[np.uint8]]]:
     """Return the four figures (H, W, 3) of an episode's first picture, as ``background_pf`` begins, with words."""
     with closing(scenario.episode(preset, seed, renderer=renderer, closed_loop=False)) as episode:

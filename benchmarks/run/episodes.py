@@ -20,7 +20,7 @@ from benchmarks.run.editions import (
 )
 from scenarios import catalog
 from scenarios.command_link import CommandLink, episode_link, link_named
-from scenarios.scenario import Episode, RendererName, Scenario, preset_of
+from scenarios.scenario import Episode, RendererName, Scenario
 from scenarios.truth import TruthExtent
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
 from trackers.protocols import Controller
@@ -197,7 +197,7 @@ def simulated(
 ) -> Simulated:
     """Return an episode by names; with ``changed`` fields of the preset. Raises ValueError for unknown ones."""
     found = catalog.scenario(scenario)
-    configuration = preset_of(found, preset)
+    configuration = found.configuration(preset)
     if changed:
         configuration = replace(configuration, **changed)
     steering = None if controller is None else Steering(controller, found.carrier.name, link)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import copy
+from collections import deque
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -12,18 +15,151 @@ from gymnasium.utils import EzPickle
 from numpy.typing import NDArray
 
 from scenarios import catalog
+from scenarios.command_link import episode_link
 from scenarios.envs.actions import Steering, action_count, checked_actions, steering
 from scenarios.envs.reward import Rewarder
 from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import NO_REWARD, OWN_WORLD, truth_info
 from scenarios.envs.view import Window, draw_view
-from scenarios.envs.watched_episode import watched_episode
-from scenarios.envs.world_bank import DEVELOPMENT_SEEDS, WorldBank
-from scenarios.kept_world import KeepsWorlds, KeptWorld
-from scenarios.loop import Loop
+from scenarios.loop import Contestant, FromPictures, Loop, tracker_stream
+from scenarios.scenario import Frame, KeptWorld, Scenario
 from sim.checks import check, check_choice
+from sim.rng import generator
+from trackers import registry
 from trackers.belief.features import FEATURES, FeatureFilter, shares_of
-from trackers.types import CameraCommand, Carrier
+from trackers.estimate_check import check_estimate
+from trackers.types import CameraCommand, Carrier, Estimate, Start
+
+DEVELOPMENT_SEEDS = 10_000
+"""Drawn seeds of episodes and worlds lie below this number; only options of ``reset`` select others."""
+
+
+class WorldBank:
+    """Chooses a world for each episode, and keeps those that were built.
+
+    Every ``episodes_per_world`` episodes a new world takes the place of the oldest of ``worlds``, and has the episode;
+    the others have one of the kept worlds each, drawn at random. The choice depends on the generator and the number
+    of episodes since ``begin`` alone.
+    """
+
+    def __init__(self, scenario: Scenario, worlds: int, episodes_per_world: int) -> None:
+        self._scenario, self._episodes_per_world = scenario, episodes_per_world
+        self._seeds: deque[int] = deque(maxlen=worlds)
+        self._episodes = 0
+        self._built: dict[int, tuple[tuple[Any, ...], KeptWorld]] = {}
+
+    def begin(self) -> None:
+        """Choose as if there had been no episode."""
+        self._seeds.clear()
+        self._episodes = 0
+
+    def draw(self, rng: np.random.Generator) -> int:
+        """Return the seed of the next episode's world."""
+        is_new = self._episodes % self._episodes_per_world == 0
+        self._episodes += 1
+        if is_new:
+            self._seeds.append(int(rng.integers(DEVELOPMENT_SEEDS)))
+            return self._seeds[-1]
+        return self._seeds[int(rng.integers(len(self._seeds)))]
+
+    def world(self, preset: Any, seed: int, *, anew: bool = False) -> KeptWorld:
+        """Return the world with a seed for an episode of a configuration.
+
+        Args:
+            anew: build it also if it is kept.
+        """
+        fields = tuple(getattr(preset, name) for name in self._scenario.world_fields)
+        if seed in self._built and (anew or self._built[seed][0] != fields):
+            del self._built[seed]
+        if seed not in self._built:
+            self._built[seed] = fields, self._scenario.keep_world(preset, seed)
+        return self._built[seed][1]
+
+    def tidy(self) -> None:
+        """Let go of the worlds that no drawn episode can have any more."""
+        for other in set(self._built) - set(self._seeds):
+            del self._built[other]
+
+    def close(self) -> None:
+        """Let go of all worlds."""
+        self._built.clear()
+
+
+def followed_episode(settings: FollowSettings, seed: int, world_of: Callable[[Any], KeptWorld] | None = None) -> Loop:
+    """Open one episode in closed loop, with the same pictures and estimates as in ``frameout bench follow``.
+
+    Its steps raise RuntimeError if the tracker raises, or returns no valid estimate. Without a tracker every estimate
+    is NaN.
+
+    Args:
+        world_of: returns a kept world for the episode's configuration, of a scenario that keeps worlds; None: the
+            episode's own world.
+    """
+    scenario = catalog.scenario(settings.scenario)
+    rng = generator(seed, "randomise")
+    drawn = {name: float(rng.uniform(*limits)) for name, limits in settings.randomise.items()}
+    preset = settings.configuration(drawn)
+    kept = None if world_of is None else world_of(preset)
+    episode = scenario.episode(preset, seed, renderer=settings.renderer, closed_loop=True, truth="target", kept=kept)
+    try:
+        contestant = _contestant(settings.tracker, seed, episode.start)
+    except Exception:
+        episode.close()
+        raise
+    return Loop(episode, [contestant], episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
+
+
+def _contestant(tracker: Any, seed: int, start: Start) -> Contestant:
+    return _NoTracker() if tracker is None else _EnvTracker(tracker, seed, start)
+
+
+class _NoTracker:
+    """Stands for a tracker: every estimate is NaN."""
+
+    def initialise(self, frame: Frame, start: Start) -> Estimate:
+        """See ``Contestant``."""
+        return self.update(frame)
+
+    def update(self, frame: Frame) -> Estimate:
+        """See ``Contestant``."""
+        return Estimate(np.full(2, np.nan))
+
+
+class _EnvTracker:
+    """An env's tracker as a contestant; its exceptions become RuntimeErrors that name it."""
+
+    def __init__(self, tracker: Any, seed: int, start: Start) -> None:
+        """``tracker`` is a name, or an object, which is copied so that no state carries over between episodes."""
+        self._seed = seed
+        if isinstance(tracker, str):
+            rng = tracker_stream(seed, tracker)
+            self._tracker, self._name = (
+                registry.entry(tracker).create_for_one(rng, start.background, start.site),
+                tracker,
+            )
+        else:
+            self._tracker, self._name = copy.deepcopy(tracker), type(tracker).__name__
+
+    def initialise(self, frame: Frame, start: Start) -> Estimate:
+        """See ``Contestant``."""
+        with self._named_errors(frame):
+            return FromPictures(self._tracker).initialise(frame, start)
+
+    def update(self, frame: Frame) -> Estimate:
+        """See ``Contestant``."""
+        with self._named_errors(frame):
+            return check_estimate(self._tracker.update(frame.observation))
+
+    @contextmanager
+    def _named_errors(self, frame: Frame) -> Iterator[None]:
+        try:
+            yield
+        except Exception as error:
+            raise RuntimeError(
+                f"tracker: expected an estimate of {self._name} after frame {frame.truth.frame} of episode "
+                f"{self._seed}, got {type(error).__name__}: {error}"
+            ) from error
+
 
 Observed = NDArray[Any] | dict[str, NDArray[Any]]
 
@@ -65,7 +201,7 @@ class FollowEnv(gym.Env, EzPickle):
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_count(self.settings, self.carrier),), np.float32)
         keeper = catalog.scenario(scenario)
         self._bank: WorldBank | None = None
-        if isinstance(keeper, KeepsWorlds):
+        if keeper.new_world is not None:
             self._bank = WorldBank(keeper, self.settings.worlds, self.settings.episodes_per_world)
         self._run: _Run | None = None
         # A missing screen is refused here, before anything runs.
@@ -186,11 +322,11 @@ class _Run:
         world_seed: int,
         world_of: Callable[[Any], KeptWorld] | None,
     ) -> None:
-        """See ``watched_episode``; ``world_seed`` as in ``INFO``."""
+        """See ``followed_episode``; ``world_seed`` as in ``INFO``."""
         self._carrier = carrier
         # Before the world is built: a refusal leaves no world behind.
         self._steering: Steering = steering(settings, carrier)
-        self.loop = watched_episode(settings, seed, world_of)
+        self.loop = followed_episode(settings, seed, world_of)
         self.ended = False
         self._target = catalog.scenario(settings.scenario).target
         self._seeds, rate_hz = (seed, world_seed), self.loop.episode.rate_hz

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.in_view import SHORTEST_LENGTH_PX, centring, is_in_view, length_px
 from scenarios.scenario import Frame
+from scenarios.visibility import SHORTEST_LENGTH_PX, centring, is_in_view, length_px
 from sim.checks import check, check_choice
 
 TERMS = ("in_view", "centred", "size", "effort", "loss")

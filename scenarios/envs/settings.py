@@ -12,8 +12,7 @@ import numpy as np
 from scenarios import catalog
 from scenarios.command_link import LINKS, Link
 from scenarios.envs.reward import Reward, reward_of
-from scenarios.kept_world import KeepsWorlds
-from scenarios.scenario import RendererName
+from scenarios.scenario import RendererName, Scenario
 from sim.checks import check, check_choice
 from trackers import registry
 
@@ -240,11 +239,11 @@ def _is_whole(value: Any) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
-def keeper_of_worlds(parameter: str, name: str) -> KeepsWorlds:
+def keeper_of_worlds(parameter: str, name: str) -> Scenario:
     """Return a scenario that keeps worlds. Raises ValueError for another."""
     scenario = catalog.scenario(name)
-    if not isinstance(scenario, KeepsWorlds):
-        able = (each for each in catalog.names() if isinstance(catalog.scenario(each), KeepsWorlds))
+    if scenario.new_world is None:
+        able = (each for each in catalog.names() if catalog.scenario(each).new_world)
         raise ValueError(f"{parameter}: expected a scenario that keeps worlds ({', '.join(able)}), got {scenario.id}")
     return scenario
 

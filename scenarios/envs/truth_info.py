@@ -12,9 +12,9 @@ from typing import Any, get_args
 import numpy as np
 
 from scenarios.envs.reward import TERMS
-from scenarios.in_view import centring, is_in_view, length_px
 from scenarios.scenario import Frame
 from scenarios.truth import Truth, VisibilityState, dtype_of, meanings
+from scenarios.visibility import centring, is_in_view, length_px
 from trackers.types import CameraCommand, CommandName, Estimate
 
 _STATES = get_args(VisibilityState)

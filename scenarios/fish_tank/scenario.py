@@ -6,55 +6,145 @@ By Bullet's closest points no two fish stand deeper in one another than 2 cm at 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from typing import Any
 
-from scenarios.fish_tank.episode import TARGET, FishTankEpisode
-from scenarios.fish_tank.head import HEAD
-from scenarios.fish_tank.presets import PRESETS, FishTank
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.fish_tank.fish import Fish, FishLabels
+from scenarios.fish_tank.presets import PRESETS
+from scenarios.fish_tank.shoal import swim
+from scenarios.fish_tank.tank import VOLUME_M, build_tank, room_lights
 from scenarios.fish_tank.truth import FishTruth
-from scenarios.scenario import RendererName, preset_of
-from scenarios.truth import TruthExtent
-from sim.rng import episode_seed
-from trackers.types import Carrier
+from scenarios.objects import Labels
+from scenarios.pan_tilt_zoom import Head, Mount
+from scenarios.scenario import Scenario, Setup
+from scenarios.stage import SceneCamera, Stage
+from sim.labels import bright_fractions
+from sim.meshes.fish import draw_look
+from sim.optics import look_down_pose
+from sim.render.pipeline import Capture
+from sim.render.refraction import ThroughWater
+from sim.sensors.camera_sensor import CameraSensor
+from sim.sensors.config import SensorConfig
+from sim.shaders.water import WaterShader
+from sim.water_surface import RippledSurface, Ripples, draw_waves
+from sim.world import World
+from trackers.types import CameraModel, Carrier, CommandAxis, EgoPose, Observation
+
+HEAD = Carrier(
+    "tank-head",
+    (CommandAxis("pan_rad_s", 2.0, 12.0), CommandAxis("tilt_rad_s", 2.0, 12.0), CommandAxis("zoom_per_s", 1.0, 5.0)),
+    "around",
+)
+"""Limits are those of a small servo head with a motor zoom."""
+LENS = CameraModel.from_field_of_view(320, 240, float(np.deg2rad(15.0)))
+"""Of its camera at zoom 1: it then sees two fifths of the tank's length."""
+MOUNT = Mount(
+    HEAD,
+    LENS,
+    place_m=(0.0, -0.5, 0.85),
+    aim_m=(0.0, 0.0, 0.0),
+    ahead=(0.0, 1.0),
+    left=(-1.0, 0.0),
+    widest_pan_rad=1.3,
+    tilt_rad=(-1.4, -0.5),
+    zoom=(1.0, 3.0),
+)
 
 
-@dataclass(frozen=True)
-class FishTankScenario:
-    """See ``scenarios.scenario.Scenario``."""
-
-    id: str = "fish-tank-v1"
-    summary: str = "a shoal in a tank, seen from above through rippled water"
-    start: str = "pictures of the tank without fish; for trackers of one target, the box of one fish"
-    target: str = TARGET
-    truth: type[FishTruth] = FishTruth
-    classes: Mapping[str, str] = field(default_factory=lambda: {"fish": "fish"})
-    carrier: Carrier = HEAD
-    pictureless: None = None
-    presets: dict[str, FishTank] = field(default_factory=lambda: dict(PRESETS))
-
-    def episode(
-        self,
-        preset: str | FishTank,
-        seed: int,
-        *,
-        renderer: RendererName = "raster",
-        closed_loop: bool | None = None,
-        truth: TruthExtent = "all",
-    ) -> FishTankEpisode:
-        """Build one episode.
-
-        Args:
-            seed: any whole number >= 0; 10,000 to 19,999 is the test split.
-            closed_loop: whether commands steer the second camera; None = as in the preset.
-            truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
-
-        Raises:
-            ValueError: for an unknown preset or renderer, or a negative seed.
-        """
-        configuration = preset_of(self, preset)
-        looped = configuration.closed_loop if closed_loop is None else closed_loop
-        return FishTankEpisode(configuration, episode_seed(seed, self.id, 0), renderer, looped, truth)
+_HEIGHT_M, _PIXELS_PER_M = 1.6, 925.0
+"""Height of the overview camera above the floor, and its scale there in pictures 640 pixels wide."""
+_MIDDLE_M = 0.5 * VOLUME_M[2]
+"""Measured poses are relative to the plane at half the water's depth: their "ground"."""
+_AMBIENT_LX = 250.0
+"""Light from all around: of walls and ceiling."""
+_SENSOR = SensorConfig(longest_exposure_s=8e-3, mid_grey=0.3)
+"""A camera in a laboratory: its exposure is short enough for fish that dart."""
+_GLARE_LEVEL = 200
+"""A pixel shows a mirrored lamp where all channels are at least this: no fish is so bright by itself."""
+_EMPTY_PICTURES, _EMPTY_EVERY_S = 20, 0.5
 
 
-FISH_TANK = FishTankScenario()
+class FishTankEpisode(Stage):
+    """See ``scenarios.scenario.Episode``."""
+
+    _objects: Fish
+
+    def __init__(self, setup: Setup) -> None:
+        preset, world = setup.preset, World()
+        build_tank(world, setup.rng("tank"))
+        focal_px = _PIXELS_PER_M * _HEIGHT_M * min(preset.width_px / 640, preset.height_px / 480)
+        self._view = CameraModel(preset.width_px, preset.height_px, focal_px)
+        rng = setup.rng("looks")
+        looks = [draw_look(rng, preset.variety) for _ in range(preset.fish)]
+        lengths_m = np.array([look.length_m for look in looks])
+        swims = swim(VOLUME_M, lengths_m, preset.frame_count, preset.rate_hz, preset.character, setup.rng("shoal"))
+        self._surface = _surface(preset.ripples, setup.rng("ripples"))
+        fish = Fish(world, swims, looks, self._surface, rng)
+        lights = room_lights(setup.rng("light"), preset.glare, preset.lamp)
+        self._shader = WaterShader(world, self._surface, preset.water, lights, _AMBIENT_LX)
+        self._T_world_camera = look_down_pose(np.array([0.0, 0.0, _HEIGHT_M]), 0.5 * np.pi, 0.0, 0.0)
+        super().__init__(setup, fish, self._overview(setup, world, "sensor"), head=Head(MOUNT, preset.rate_hz))
+
+    def map_of(self) -> tuple[float, float, float]:
+        """Return length, width and depth of the water about (0, 0), in metres."""
+        return VOLUME_M
+
+    def _move_to(self, frame: int) -> None:
+        self._surface.time_s = frame / self.rate_hz
+        self._objects.move_to(frame)
+
+    def _overview(self, setup: Setup, world: World, stream: str) -> SceneCamera:
+        """Return the overview camera with a sensor of its own."""
+        sensor = CameraSensor(_SENSOR, setup.rng(stream))
+        return SceneCamera(
+            setup, world, self._view, sensor, through=lambda renderer: ThroughWater(renderer, self._surface)
+        )
+
+    def _measured(self, T_world_camera: NDArray[np.float64]) -> EgoPose:
+        T = T_world_camera.copy()
+        T[2, 3] -= _MIDDLE_M
+        return EgoPose(T)
+
+    def _empty_pictures(self) -> list[Observation]:
+        camera = self._overview(self._setup, self.world, "background")
+        pictures = []
+        self._objects.take_out()
+        for k in range(_EMPTY_PICTURES):
+            self._surface.time_s = (k - _EMPTY_PICTURES) * _EMPTY_EVERY_S
+            seen = camera.take(self._shader, self._T_world_camera, k)
+            pictures.append(camera.observation(seen.picture, self._surface.time_s))
+        return pictures
+
+    def _of_camera(self, labels: Labels) -> dict[str, Any]:
+        assert isinstance(labels, FishLabels)
+        return {"centre_line_px": labels.centre_line_px, "heading_rad": labels.heading_rad}
+
+    def _own_truth(self, capture: Capture[Any], labels: Labels) -> dict[str, Any]:
+        fish, picture = self._objects, capture.picture
+        return {
+            "glare_fraction": bright_fractions(picture.image_rgb, capture.instance_id, fish.instance_id, _GLARE_LEVEL),
+            "centre_line_m": fish.centre_line_m,
+            "below_surface_m": fish.below_surface_m,
+            "hidden_by": labels.hidden_by,
+        }
+
+
+def _surface(ripples: Ripples, rng: np.random.Generator) -> RippledSurface:
+    x_m, y_m, depth_m = VOLUME_M
+    corner_m = 0.5 * x_m, 0.5 * y_m
+    return RippledSurface(draw_waves(ripples, depth_m, rng), (-corner_m[0], -corner_m[1]), corner_m, depth_m, depth_m)
+
+
+FISH_TANK = Scenario(
+    id="fish-tank-v1",
+    summary="a shoal in a tank, seen from above through rippled water",
+    start="pictures of the tank without fish; for trackers of one target, the box of one fish",
+    stage=FishTankEpisode,
+    presets=PRESETS,
+    classes={"fish": "fish"},
+    carrier=HEAD,
+    truth=FishTruth,
+    target="fish-0",
+)

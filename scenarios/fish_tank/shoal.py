@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.fish_tank.character import Character
+from scenarios.fish_tank.presets import Character
 from scenarios.fish_tank.shoal_kernels import School, run
 from sim.checks import check
 from sim.motion.swim import JOINT_COUNT
@@ -23,7 +23,7 @@ from sim.render.compilation import announce_compilation
 LONGEST_STEP_S = 1.0 / 120.0
 """Frames farther apart than this are reached in several equal steps."""
 _SETTLING_S = 8.0
-"""Time that the shoal swims before frame 0, so that nothing tells of how it was put into the tank."""
+"""Time that the shoal swims before frame 0, so that the initial places no longer matter."""
 _MAY_BE_ENDLESS = ("burst_interval_s", "depth_s")
 
 

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.harbour.clutter import AWAY, CAR_PAINTS, HULLS
-from scenarios.harbour.conditions import Conditions
+from scenarios.harbour.conditions import Conditions, float_poses, rocking
 from scenarios.harbour.plan import SIZE_FACTORS, Plan, Visit, draw_car, draw_person, names_of
-from scenarios.harbour.sea import float_poses, rocking
 from scenarios.harbour.warmth import (
     BOAT_VIEW,
     CAR_VIEW,
@@ -25,18 +24,16 @@ from scenarios.harbour.warmth import (
     level_ground,
     person_kelvins,
 )
-from sim.jointed_labels import JointedShape, SeenBody, enclosing_bounds, joined, merge_parts, seen_body
-from sim.mesh import TexturedMesh
+from scenarios.objects import JointedObjects, add_parts
+from sim.jointed_labels import JointedShape, joined
 from sim.meshes.boat import above_water, boat
 from sim.meshes.person import person_size_m
 from sim.meshes.thermal_paint import thermal_car, thermal_person
 from sim.motion.gait import part_poses, stride_length_m
 from sim.motion.skeleton import Skeleton, skeleton
-from sim.optics import PinholeCamera
 from sim.thermal.weather import Weather
 from sim.world import Body, World
 
-_NO_PICTURE = np.empty((0, 0), np.int32)
 _LEAST_SPEED_MPS = 0.05
 _BOAT_M = (8.0, 2.64)
 """Length and beam of a boat of middle size."""
@@ -64,15 +61,12 @@ class _Intruder:
     ground_k: float | None = None
 
 
-class Intruders:
-    """N visits of people, cars and boats as bodies of a world.
+class Intruders(JointedObjects):
+    """N visits of people, cars and boats; the height of a boat is that above its waterline.
 
     Attributes:
-        names, kinds: (N,).
-        size_m: (N, 3) length, width and height; of a boat the height above its waterline.
-        instance_id: (N,) id of all parts of one in maps, see ``merge``.
-        present: (F, N). T_world_object: (F, N, 4, 4), see ``Truth``; those of who is absent are far below the ground.
-        speed_mps: (F, N), 0 for who is absent.
+        presence: (F, N) whether each is there. course: (F, N, 4, 4) poses, those of absent ones far below the ground;
+            course_mps: (F, N) speeds, 0 for absent ones.
     """
 
     def __init__(
@@ -85,31 +79,33 @@ class Intruders:
         bay_k: Mapping[float, float] | None = None,
     ) -> None:
         """``bay_k``: see ``Scenery``; needed for cars without contrast."""
-        self._world, self._bay_k = world, bay_k or {}
-        self.names = tuple(names_of(plan.visits))
-        self.kinds = tuple(each.kind for each in plan.visits)
+        self.world, self._bay_k = world, bay_k or {}
+        names = tuple(names_of(plan.visits))
         weather = conditions.days[-1].weather
         makers = {"person": self._person, "car": self._car, "boat": self._boat}
         self._all = [
             makers[visit.kind](visit, name, time_s, weather, rng)
-            for visit, name in zip(plan.visits, self.names, strict=True)
+            for visit, name in zip(plan.visits, names, strict=True)
         ]
-        self.size_m = np.array([each.size_m for each in self._all])
-        self.instance_id = np.array([each.bodies[0].index for each in self._all])
-        self._merged_id = np.arange(len(world.bodies), dtype=np.int32)
-        for each in self._all:
-            self._merged_id[[body.index for body in each.bodies]] = each.bodies[0].index
+        super().__init__(
+            world,
+            names,
+            [each.kind for each in plan.visits],
+            [each.bodies for each in self._all],
+            np.array([each.size_m for each in self._all]),
+            [each.shape for each in self._all],
+        )
         self._plan_poses(plan, conditions, time_s, rng)
-        self._part_poses: list[NDArray[np.float64]] = [AWAY[None]] * len(self._all)
-        self._here: set[int] = set()
+        self.present = np.zeros(len(names), np.bool_)
 
     def _person(
         self, visit: Visit, name: str, time_s: NDArray[np.float64], weather: Weather, rng: np.random.Generator
     ) -> _Intruder:
         look = draw_person(rng)
-        meshes = list(thermal_person(look, rng).values())
+        meshes = thermal_person(look, rng)
         bones, clothes = skeleton(look.stature_m, look.build), draw_clothes(weather, rng)
-        return _Intruder(self._bodies(meshes, name, "person"), joined(meshes), person_size_m(look), bones, clothes)
+        bodies = add_parts(self.world, name, "person", meshes, AWAY)
+        return _Intruder(bodies, joined(list(meshes.values())), person_size_m(look), bones, clothes)
 
     def _car(
         self, visit: Visit, name: str, time_s: NDArray[np.float64], weather: Weather, rng: np.random.Generator
@@ -119,7 +115,7 @@ class Intruders:
         materials = car_materials(str(rng.choice(CAR_PAINTS)))
         heated = heated_k("car", time_s, visit.engine_s)
         return _Intruder(
-            self._bodies([mesh], name, "car"),
+            add_parts(self.world, name, "car", {0: mesh}, AWAY),
             joined([mesh]),
             mesh.size_m.astype(float),
             materials=materials,
@@ -135,7 +131,7 @@ class Intruders:
         mesh = boat(str(rng.choice(["fisher", "launch"], p=[0.7, 0.3])), float(length), float(beam))
         above = above_water(mesh)
         return _Intruder(
-            self._bodies([mesh], name, "boat"),
+            add_parts(self.world, name, "boat", {0: mesh}, AWAY),
             joined([above]),
             above.size_m.astype(float),
             materials=boat_materials(str(rng.choice(HULLS))),
@@ -143,19 +139,13 @@ class Intruders:
             heated_k=heated_k("boat", time_s, visit.engine_s),
         )
 
-    def _bodies(self, meshes: list[TexturedMesh], name: str, category: str) -> list[Body]:
-        return [
-            self._world.add(mesh, AWAY, name=f"{name} {k}", category=category, movable=True)
-            for k, mesh in enumerate(meshes)
-        ]
-
     def _plan_poses(
         self, plan: Plan, conditions: Conditions, time_s: NDArray[np.float64], rng: np.random.Generator
     ) -> None:
         shape = len(time_s), len(plan.visits)
-        self.present = np.zeros(shape, np.bool_)
-        self.speed_mps, self._phase_rad = np.zeros(shape), np.zeros(shape)
-        self.T_world_object = np.tile(AWAY, (*shape, 1, 1))
+        self.presence = np.zeros(shape, np.bool_)
+        self.course_mps, self._phase_rad = np.zeros(shape), np.zeros(shape)
+        self.course = np.tile(AWAY, (*shape, 1, 1))
         level_m = conditions.tide.level_m(time_s)
         waves_m = np.full(len(time_s), conditions.days[-1].waves.significant_m)
         for k, (visit, one) in enumerate(zip(plan.visits, self._all, strict=True)):
@@ -167,8 +157,8 @@ class Intruders:
                 rocked = rocking(time_s, waves_m, float(one.size_m[0]), rng)
                 height, roll, pitch = level_m + rocked.heave_m, rocked.roll_rad, rocked.pitch_rad
             poses = float_poses(np.column_stack([place, height]), heading, roll, pitch)
-            self.present[:, k], self.speed_mps[:, k] = here, np.where(here, speed, 0.0)
-            self.T_world_object[here, k] = poses[here]
+            self.presence[:, k], self.course_mps[:, k] = here, np.where(here, speed, 0.0)
+            self.course[here, k] = poses[here]
             if one.bones is not None:
                 walked_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(place, axis=0).T))])
                 typical = float(np.median(speed[here & (speed > 0)])) if (here & (speed > 0)).any() else 1.3
@@ -176,28 +166,28 @@ class Intruders:
 
     def move_to(self, frame: int) -> None:
         """Move all to their poses on a frame."""
-        here = set(np.flatnonzero(self.present[frame]).tolist())
-        for k in self._here - here:
-            self._put(k, np.tile(AWAY, (len(self._all[k].bodies), 1, 1)))
-        for k in sorted(here):
-            one, pose = self._all[k], self.T_world_object[frame, k]
+        here = self.presence[frame]
+        self.T_world_object, self.speed_mps = self.course[frame], self.course_mps[frame]
+        for k in np.flatnonzero(self.present & ~here).tolist():
+            self._take_away(k)
+        for k in np.flatnonzero(here).tolist():
+            one, pose = self._all[k], self.course[frame, k]
             if one.bones is None:
-                self._put(k, pose[None])
+                self.move_parts(k, pose[None])
             else:
-                speed = float(self.speed_mps[frame, k])
+                speed = float(self.speed_mps[k])
                 walks = speed if speed > _LEAST_SPEED_MPS else 0.0
-                self._put(k, part_poses(one.bones, pose, float(self._phase_rad[frame, k]), walks))
-        self._here = here
+                self.move_parts(k, part_poses(one.bones, pose, float(self._phase_rad[frame, k]), walks))
+        self.present = here.copy()
 
     def take_out(self) -> None:
         """Move all out of sight, until the next ``move_to``."""
-        for k in self._here:
-            self._put(k, np.tile(AWAY, (len(self._all[k].bodies), 1, 1)))
-        self._here = set()
+        for k in np.flatnonzero(self.present).tolist():
+            self._take_away(k)
+        self.present = np.zeros_like(self.present)
 
-    def _put(self, k: int, poses: NDArray[np.float64]) -> None:
-        self._part_poses[k] = poses
-        self._world.move_all(self._all[k].bodies, poses)
+    def _take_away(self, k: int) -> None:
+        self.move_parts(k, np.tile(AWAY, (len(self.parts[k]), 1, 1)))
 
     def warmth_kinds(self) -> set[tuple[str, float]]:
         """Return the materials and shares of sky of all cars and boats."""
@@ -217,33 +207,3 @@ class Intruders:
         shaded, sunlit, emissivity = warmth.of(one.materials, one.sky_view)
         extra = np.zeros(len(shaded)) if one.heated_k is None else one.heated_k[frame]
         return one.bodies, (shaded + extra, sunlit + extra, emissivity)
-
-    def merge(self, instance_map: NDArray[np.int32]) -> None:
-        """Replace the ids of parts in a map (H, W) by one id per intruder."""
-        merge_parts(instance_map, self._merged_id, int(self.instance_id[0]))
-
-    def bounds_m(self, frame: int) -> NDArray[np.float64]:
-        """Return the bounds (N, 2, 3) of all as they are posed, see ``Truth``; of boats with the hull in the water."""
-        bounds = np.full((len(self._all), 2, 3), np.nan)
-        for k in self._here:
-            one = self._all[k]
-            if one.bones is None:
-                bounds[k] = one.bodies[0].mesh.bounds_m
-            else:
-                bounds[k] = enclosing_bounds(one.shape, self._part_poses[k], self.T_world_object[frame, k])
-        return bounds
-
-    def seen(
-        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], merged: NDArray[np.int32] | None, k: int
-    ) -> SeenBody:
-        """Return the visible part of one of them in a merged map, only its box without a map."""
-        own = int(self.instance_id[k])
-        return seen_body(
-            self._all[k].shape,
-            self._part_poses[k],
-            camera,
-            T_world_camera,
-            _NO_PICTURE if merged is None else merged,
-            own,
-            hiders=self.instance_id[self.instance_id != own],
-        )

@@ -11,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
-from trackers.types import SiteSurvey
+from trackers.types import CameraModel, SiteSurvey
 
-CAMERA = PinholeCamera(384, 288, 770.0)
+CAMERA = CameraModel(384, 288, 770.0, band="thermal")
 CAMERA_M, AIM_M = (-100.0, 0.0, 20.0), (0.0, 0.0, 0.0)
 VOLUME_M = (90.0, 33.0, 6.0)
 """Watched volume about the origin: along x, y and z."""
@@ -22,7 +21,7 @@ VOLUME_BOTTOM_M = -2.5
 MEAN_SEA_M = -1.8
 WALL_X_M = -15.0
 SURVEY = SiteSurvey((WALL_X_M, 0.0), (-1.0, 0.0), MEAN_SEA_M, VOLUME_M, VOLUME_BOTTOM_M)
-"""What trackers are told of the site."""
+"""Survey of the site, an input of trackers."""
 COPING_M = 0.6
 """Width of the stones along the edge of the quay."""
 APRON_END_M = 12.0

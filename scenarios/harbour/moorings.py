@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.harbour.conditions import LOWEST_M, Tide, float_poses, rocking, sway
 from scenarios.harbour.layout import BERTHS, BOLLARD_X_M, BOLLARDS_Y_M, BUOYS_M, WALL_X_M
-from scenarios.harbour.sea import LOWEST_M, Tide, float_poses, rocking, sway
 from sim.mesh import TexturedMesh
 from sim.meshes.boat import boat
 from sim.meshes.facets import Facets, swatch_uv

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import pairwise
 
-from scenarios.preset_checks import check_length, check_size
+from scenarios.scenario import check_length, check_size
 from sim.checks import check, check_types, check_within
 
 Range = tuple[float, float]
@@ -51,7 +51,7 @@ class Harbour:
         cars_before: how many of the cars have stood since before the first picture.
         cars_without_contrast: how many of these have stood so long that they are as warm as the level ground about
             them; they stay to the end.
-        car_stays_s: how long a car stands that comes; it stays to the end if that is sooner, or if nobody is left to
+        car_stays_s: how long a car stands that comes; it stays to the end if that is sooner, or if no person is left to
             fetch it. boat_stays_s: how long a boat lies at the berth, if it does not pass.
         start_h: solar time of the first picture. day_of_year: 1 to 366.
         cloud: share of the sky that is covered. wind_mps, rain_mm_h: of the day. swell_m: its significant height.
@@ -172,7 +172,7 @@ PRESETS = {
         boats=1,
         patrols=1,
         # An env takes these at each reset. With 100 the slow residual is so doubtful that a tracker of the background
-        # takes who is there on the first picture for a part of it.
+        # learns the people of the first picture as a part of it.
         background=200,
     ),
 }

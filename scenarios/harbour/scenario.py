@@ -5,68 +5,202 @@ place and its pattern of pixels; episodes differ in weather, tide, boats, looks 
 seeds was learnt on this site: the confidences of ``harbour_mog2``, ``harbour_knn``, ``harbour_median`` and
 ``eigen_swarm_learnt_confidence``, the places of ``harbour_blind`` and ``harbour_posts``, the values in
 ``trackers/tuned``, the settings of ``harbour_watch`` and what paper D leaves open of ``eigen_swarm``, the controllers'
-for the second camera. A test episode has weather and intruders that nobody has seen, never a place: no figure says how
+for the second camera. Weather and intruders of test episodes are new, their place is not: no figure predicts how
 any of them does at another harbour, where all but the pictures without intruders and the survey would be taken along.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from typing import Any
 
-from scenarios.harbour.episode import TARGET, HarbourEpisode
-from scenarios.harbour.head import HEAD
-from scenarios.harbour.presets import PRESETS, Harbour
-from scenarios.harbour.truth import HarbourTruth
-from scenarios.scenario import RendererName, preset_of
-from scenarios.truth import TruthExtent
-from sim.rng import episode_seed
-from trackers.types import Carrier
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios.harbour.clutter import Afloat, Clutter
+from scenarios.harbour.conditions import DAYS_BEFORE, draw_conditions
+from scenarios.harbour.intruders import Intruders
+from scenarios.harbour.layout import (
+    AIM_M,
+    CAMERA,
+    CAMERA_M,
+    SURVEY,
+    VOLUME_BOTTOM_M,
+    VOLUME_M,
+    WALL_X_M,
+    is_watched,
+    overview_pose,
+)
+from scenarios.harbour.plan import draw_plan
+from scenarios.harbour.presets import PRESETS
+from scenarios.harbour.scenery import SPAN_M, build_scenery
+from scenarios.harbour.thermals import Thermals
+from scenarios.harbour.truth import HarbourMap, HarbourTruth, contrasts
+from scenarios.objects import Labels
+from scenarios.pan_tilt_zoom import Head, Mount
+from scenarios.scenario import Scenario, Setup
+from scenarios.stage import SceneCamera, Stage
+from sim.pose import rotation_by
+from sim.render.pipeline import Capture
+from sim.sensors.thermal_sensor import ThermalConfig, ThermalSensor
+from sim.world import World
+from trackers.types import CameraModel, Carrier, CommandAxis, EgoPose, Observation, Start
+
+HEAD = Carrier(
+    "harbour-head",
+    (CommandAxis("pan_rad_s", 1.0, 4.0), CommandAxis("tilt_rad_s", 0.6, 3.0), CommandAxis("zoom_per_s", 0.7, 3.0)),
+    "around",
+)
+"""Limits are those of a surveillance head with a motor zoom."""
+LENS = CameraModel.from_field_of_view(384, 288, float(np.deg2rad(5.0)), band="thermal")
+"""Of its camera at zoom 1: at 100 m it sees 9 m, and a person 75 pixels tall."""
+MOUNT = Mount(
+    HEAD,
+    LENS,
+    place_m=(CAMERA_M[0], CAMERA_M[1] - 0.8, CAMERA_M[2] - 0.5),
+    aim_m=AIM_M,
+    ahead=(1.0, 0.0),
+    left=(0.0, 1.0),
+    widest_pan_rad=0.9,
+    tilt_rad=(-0.9, 0.1),
+    zoom=(0.5, 3.0),
+)
 
 
-@dataclass(frozen=True)
-class HarbourScenario:
-    """See ``scenarios.scenario.Scenario``."""
+_SURVEY_RAD, _SURVEY_M = np.deg2rad(0.02), 0.05
+"""Standard deviations of the surveyed pose of the camera."""
+_BACKGROUND_FROM = 4000
+"""Number of the sensor's first frame of the days before, or a later one: no noise of the episode's own repeats."""
 
-    id: str = "harbour-v1"
-    summary: str = "a harbour through a thermal camera; people, cars and boats come and go"
-    start: str = (
+
+class HarbourEpisode(Stage):
+    """See ``scenarios.scenario.Episode``. In closed loop the steered camera follows the first of ``patrols``."""
+
+    _objects: Intruders
+
+    def __init__(self, setup: Setup) -> None:
+        preset = setup.preset
+        if setup.closed_loop:
+            # There is a target from the first picture on.
+            preset = replace(preset, patrols=max(preset.patrols, 1))
+        self._preset = preset
+        self._time_s = np.arange(preset.frame_count) / preset.rate_hz
+        scale = min(preset.width_px / CAMERA.width_px, preset.height_px / CAMERA.height_px)
+        self._view = replace(
+            CAMERA, width_px=preset.width_px, height_px=preset.height_px, focal_px=CAMERA.focal_px * scale
+        )
+        self._conditions = draw_conditions(preset, setup.rng("conditions"))
+        plan = draw_plan(preset, setup.rng("plan"))
+        world = World()
+        scenery = build_scenery(world, setup.rng("scenery"))
+        self._clutter = Clutter(world, plan, self._conditions, setup.rng("clutter"))
+        self._labels = {body.index: body.category for body in world.bodies}
+        intruders = Intruders(world, plan, self._conditions, self._time_s, setup.rng("looks"), scenery.bay_k)
+        self._thermals = Thermals(
+            world,
+            self._conditions,
+            scenery.surfaces,
+            self._clutter,
+            intruders,
+            preset.rate_hz,
+            setup.rng("waves"),
+        )
+        self._shader = self._thermals.shader
+        self._afloat = self._clutter.afloat(self._time_s, before=False)
+        self._config = ThermalConfig(rate_hz=preset.rate_hz)
+        self._T_world_camera = overview_pose()
+        self._surveyed = EgoPose(_surveyed(self._T_world_camera, setup.rng("survey")))
+        super().__init__(
+            setup,
+            intruders,
+            self._overview(setup, world),
+            standing=self._clutter.standing,
+            head=Head(MOUNT, preset.rate_hz),
+        )
+
+    @property
+    def start(self) -> Start:
+        """The calibration, the survey of the site, and pictures of the days before; in closed loop the target's box."""
+        start = super().start
+        return replace(start, site=SURVEY, box_xyxy=start.box_xyxy if self.closed_loop else None)
+
+    def map_of(self) -> HarbourMap:
+        """Return what is where."""
+        low, high = WALL_X_M, 900.0
+        return HarbourMap(
+            np.array(VOLUME_M),
+            np.array([AIM_M[0], AIM_M[1], VOLUME_BOTTOM_M + 0.5 * VOLUME_M[2]]),
+            dict(self._labels),
+            np.array([(low, -SPAN_M), (high, -SPAN_M), (high, SPAN_M), (low, SPAN_M)]),
+            np.array([(WALL_X_M, -SPAN_M), (WALL_X_M, SPAN_M)]),
+        )
+
+    def _move_to(self, frame: int) -> None:
+        self._objects.move_to(frame)
+        self._clutter.move_to(self._afloat, frame, DAYS_BEFORE)
+        self._thermals.show_frame(frame)
+
+    def _overview(self, setup: Setup, world: World) -> SceneCamera:
+        """Return the overview camera; all have the same pattern of pixels, as there is only one."""
+        return SceneCamera(setup, world, self._view, ThermalSensor(self._config, setup.rng("sensor")))
+
+    def _ego(self) -> EgoPose:
+        return self._surveyed
+
+    def _empty_pictures(self) -> list[Observation]:
+        """Return pictures of the days before."""
+        time_s = self._conditions.background_times(self._preset.background)
+        if not len(time_s):
+            return []
+        afloat: Afloat = self._clutter.afloat(time_s, before=True)
+        camera = self._overview(self._setup, self.world)
+        self._objects.take_out()
+        pictures = []
+        first = max(_BACKGROUND_FROM, self.frame_count)
+        for k, each in enumerate(time_s.tolist()):
+            self._clutter.move_to(afloat, k, self._conditions.day_at(each))
+            self._thermals.show_earlier(each)
+            frame = first + round((each - time_s[0]) * self.rate_hz)
+            seen = camera.take(self._shader, self._T_world_camera, frame)
+            pictures.append(camera.observation(seen.picture, each, self._surveyed))
+        return pictures
+
+    def _own_truth(self, capture: Capture[Any], labels: Labels) -> dict[str, Any]:
+        intruders, picture = self._objects, capture.picture
+        contrast_k, to_noise = contrasts(
+            picture.radiance, capture.instance_id, intruders.instance_id, labels.box_xyxy, self._config.netd_k
+        )
+        poses = intruders.T_world_object
+        centres_m = poses[:, :3, 3] + 0.5 * intruders.size_m[:, 2:] * poses[:, :3, 2]
+        return {
+            "temperature_contrast_k": contrast_k,
+            "contrast_to_noise": to_noise,
+            "watched": intruders.present & is_watched(centres_m),
+            "tide_m": float(self._conditions.tide.above_mean_m(np.array(self._frame / self.rate_hz))),
+            "wave_height_m": self._conditions.days[-1].waves.significant_m,
+            "agc_gain": picture.settings.gain,
+            "agc_step": picture.settings.has_stepped,
+        }
+
+
+def _surveyed(T_world_camera: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
+    T = T_world_camera.copy()
+    T[:3, :3] = rotation_by(rng.normal(0.0, _SURVEY_RAD, 3)) @ T[:3, :3]
+    T[:3, 3] += rng.normal(0.0, _SURVEY_M, 3)
+    return T
+
+
+HARBOUR = Scenario(
+    id="harbour-v1",
+    summary="a harbour through a thermal camera; people, cars and boats come and go",
+    start=(
         "pictures of three earlier days without intruders, the surveyed pose of the camera, and the survey of the "
         "site: quay, mean water, watched volume"
-    )
-    target: str = TARGET
-    truth: type[HarbourTruth] = HarbourTruth
-    classes: Mapping[str, str] = field(default_factory=lambda: {kind: kind for kind in ("person", "car", "boat")})
-    carrier: Carrier = HEAD
-    pictureless: None = None
-    presets: dict[str, Harbour] = field(default_factory=lambda: dict(PRESETS))
-
-    def episode(
-        self,
-        preset: str | Harbour,
-        seed: int,
-        *,
-        renderer: RendererName = "raster",
-        closed_loop: bool | None = None,
-        truth: TruthExtent = "all",
-    ) -> HarbourEpisode:
-        """Build one episode.
-
-        Args:
-            seed: any whole number >= 0; 10,000 to 19,999 is the test split.
-            closed_loop: whether commands steer the second camera, which follows the first of ``patrols``, of whom there
-                then is at least one; None = as in the preset.
-            truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
-
-        Raises:
-            ValueError: for an unknown preset or renderer, or a negative seed.
-        """
-        configuration = preset_of(self, preset)
-        looped = configuration.closed_loop if closed_loop is None else closed_loop
-        if looped:
-            # A camera that follows needs someone to follow from the first picture on.
-            configuration = replace(configuration, patrols=max(configuration.patrols, 1))
-        return HarbourEpisode(configuration, episode_seed(seed, self.id, 0), renderer, looped, truth)
-
-
-HARBOUR = HarbourScenario()
+    ),
+    stage=HarbourEpisode,
+    presets=PRESETS,
+    classes={kind: kind for kind in ("person", "car", "boat")},
+    carrier=HEAD,
+    truth=HarbourTruth,
+    target="person-0",
+)

@@ -17,8 +17,8 @@ from sim.world import Body, World
 
 _SHADOW_REACH_M = 75.0
 _STEP_S = 30.0
-"""Temperatures are set anew this often, but those of what an engine heats on every frame. Meanwhile no other changes by
-more than the noise of a pixel, and what never moves is not drawn anew."""
+"""Interval between updates of the temperatures. Parts that an engine heats are updated on every frame; others change by
+less than the noise of a pixel within the interval, so that static bodies need not be drawn again."""
 _AIR_STEP_H = 1.0 / 6.0
 """Air and sky change in steps of this length."""
 _SUN_STEP_H = 1.0 / 6.0
@@ -66,7 +66,7 @@ class Thermals:
         """
         every = max(round(_STEP_S * self._rate_hz), 1)
         step = frame // every * every
-        here = frozenset(np.flatnonzero(self._intruders.present[frame]).tolist())
+        here = frozenset(np.flatnonzero(self._intruders.presence[frame]).tolist())
         self._seas[DAYS_BEFORE].waves.time_s = frame / self._rate_hz
         is_new = (step, here) != self._shown
         if self._shown is None or self._shown[0] != step:

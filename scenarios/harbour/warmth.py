@@ -34,7 +34,7 @@ _MEMORY_H = np.arange(0.0, 13.01, 0.2)
 """How long ago the tide is looked up; longer than from one high water to the next."""
 _WORN_EMISSIVITY = 0.96
 _UPRIGHT_VIEW = 0.5
-"""Share of sky that who walks, or flies low, sees; the rest is ground."""
+"""Share of sky in the surroundings of people and of low birds; the rest is ground."""
 
 
 class DayWarmth:

@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.paper_sheet.sheet import LOWER_EDGE_M, Rooms, sheet_mesh
-from scenarios.preset_checks import check_length, check_size
+from scenarios.scenario import check_length, check_size
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera
 from scenarios.stereo_follow.floor_plan import Area
-from scenarios.stereo_follow.indoors import grained, panel, plain
-from scenarios.stereo_follow.panels import SHINING, Panel, add_panel, bright_area, new_panel
+from scenarios.stereo_follow.panels import SHINING, Panel, add_panel, bright_area, grained, new_panel, panel, plain
 from sim.checks import check_types
 from sim.pose import pose_on_ground
 from sim.rng import generator

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from scenarios.paper_sheet.sheet import LOWER_EDGE_M, Rooms, illuminance_on_sheet_lx, sheet_mesh
-from scenarios.preset_checks import check_size
+from scenarios.scenario import check_size
 from scenarios.stereo_follow.camera import camera
 from scenarios.stereo_follow.floor_plan import Area
-from scenarios.stereo_follow.indoors import grained
-from scenarios.stereo_follow.panels import add_panel, new_panel
+from scenarios.stereo_follow.panels import add_panel, grained, new_panel
 from sim.checks import check, check_types
 from sim.rng import generator
 from sim.shaders.lamps import Lamp, LampShader, Surroundings

@@ -5,69 +5,97 @@ Camera, rig, odometry, panels and light events are those of ``stereo-follow``: t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+
+from scenarios.objects import JointedObjects, Labels
 from scenarios.paper_sheet.carried_sheet import CarriedSheet
 from scenarios.paper_sheet.dimmed_sheet import DimmedSheet
-from scenarios.paper_sheet.episode import SheetEpisode
-from scenarios.scenario import Pictureless, RendererName, preset_of
+from scenarios.paper_sheet.sheet import SHEET_M, Rooms, illuminance_on_sheet_lx
+from scenarios.scenario import Scenario, Setup
+from scenarios.stereo_follow.camera import camera_pose
+from scenarios.stereo_follow.rig import LightEvents, StereoStage
 from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.truth import StereoTruth
-from scenarios.truth import TruthExtent
 from sim.checks import check
-from sim.rng import episode_seed
-from trackers.types import Carrier
+from sim.render.pipeline import Capture
 
-Preset = DimmedSheet | CarriedSheet
+_SIZE_M = np.array([[0.0, *SHEET_M]])
+_OF_SIZE = np.empty((0, 2, 3))
+"""``Truth.bounds_m`` that follow from ``size_m``."""
+
+
+@dataclass(frozen=True, slots=True)
+class SheetMap:
+    """The map of a sheet's world: its walls."""
+
+    plan: Rooms
+
+
+class SheetEpisode(StereoStage):
+    """See ``scenarios.scenario.Episode``. The camera follows a set path.
+
+    Truth holds the sheet alone. The sheet's origin is the middle of its lower edge, not a place on the ground, and its
+    illuminance is the mean over its surface.
+    """
+
+    _objects: JointedObjects
+
+    def __init__(self, setup: Setup) -> None:
+        expected = "None or False, since the camera follows a set path"
+        check("closed_loop", not setup.closed_loop, expected, setup.closed_loop)
+        self._scene = scene = setup.preset.scene(setup.seed)
+        frames, rate_hz = setup.preset.frame_count, setup.preset.rate_hz
+        super().__init__(
+            setup,
+            JointedObjects(scene.world, ["target"], ["sheet"], [[scene.sheet]], _SIZE_M),
+            LightEvents([scene.place] * frames, [None] * frames, rate_hz),
+        )
+
+    def hold(self, *, exposure: bool, white_balance: bool) -> None:
+        """Hold the camera's exposure or white balance from now on, or let them follow the light again."""
+        self._camera.hold(exposure=exposure, white_balance=white_balance)
+
+    def map_of(self) -> SheetMap:
+        """Return the map of the walls."""
+        return SheetMap(self._scene.plan)
+
+    def _move_to(self, frame: int) -> None:
+        scene, sheet = self._scene, self._objects
+        scene.move_to(frame)
+        sheet.T_world_object, sheet.speed_mps = scene.T_world_sheet[None], np.array([scene.speed_mps])
+        sheet.part_poses = [sheet.T_world_object]
+        self._shader = scene.shader
+        self._robot_place = scene.place_m, scene.heading_rad
+        self._T_world_camera = camera_pose(*self._robot_place)
+
+    def _capture(self, frame: int) -> Capture[Any]:
+        if self._scene.settling_steps:
+            self._camera.settle(self._shader, self._T_world_camera, self._scene.settling_steps)
+        return super()._capture(frame)
+
+    def _own_truth(self, capture: Capture[Any], labels: Labels) -> dict[str, Any]:
+        lux = illuminance_on_sheet_lx(self._scene.shader, self._scene.T_world_sheet)
+        return {"bounds_m": _OF_SIZE, **self._pair_truth(capture, self._scene.place, np.array([lux]))}
+
 
 _SEEDED_AS = "stereo-follow-v1"
 """The presets once belonged to this scenario, which is deleted: seeds still derive from its id, so that the pictures
 of published figures stay the same.
 """
-
-
-@dataclass(frozen=True)
-class PaperSheetScenario:
-    """See ``scenarios.scenario.Scenario``."""
-
-    id: str = "paper-sheet-v1"
-    summary: str = "a green sheet of paper before a stereo camera, under light that changes"
-    start: str = "the first pair and the sheet's box in the left picture; the camera's settings; odometry"
-    target: str = "target"
-    truth: type[StereoTruth] = StereoTruth
-    classes: Mapping[str, str] = field(default_factory=lambda: {"sheet": "sheet"})
-    carrier: Carrier = ROBOT
-    pictureless: Pictureless | None = None
-    presets: dict[str, Preset] = field(
-        default_factory=lambda: {
-            "paper-b1": DimmedSheet("the paper's first: a sheet on a wall, a picture at each of nine illuminances"),
-            "paper-b2": CarriedSheet("the paper's second: a sheet carried before the camera through corridors"),
-        }
-    )
-
-    def episode(
-        self,
-        preset: str | Preset,
-        seed: int,
-        *,
-        renderer: RendererName = "raster",
-        closed_loop: bool | None = None,
-        truth: TruthExtent = "all",
-    ) -> SheetEpisode:
-        """Build one episode.
-
-        Args:
-            seed: any whole number >= 0; 10,000 to 19,999 is the test split.
-            closed_loop: None or False, since the camera follows a set path.
-            truth: both extents are the same, since the sheet is the only object.
-
-        Raises:
-            ValueError: for an unknown preset or renderer, a negative seed, or a closed loop.
-        """
-        check("closed_loop", not closed_loop, f"None or False, since {preset} follows a set path", closed_loop)
-        own_seed = episode_seed(seed, _SEEDED_AS, 0)
-        return SheetEpisode(preset_of(self, preset).scene(own_seed), own_seed, renderer)
-
-
-PAPER_SHEET = PaperSheetScenario()
+PAPER_SHEET = Scenario(
+    id="paper-sheet-v1",
+    summary="a green sheet of paper before a stereo camera, under light that changes",
+    start="the first pair and the sheet's box in the left picture; the camera's settings; odometry",
+    stage=SheetEpisode,
+    presets={
+        "paper-b1": DimmedSheet("the paper's first: a sheet on a wall, a picture at each of nine illuminances"),
+        "paper-b2": CarriedSheet("the paper's second: a sheet carried before the camera through corridors"),
+    },
+    classes={"sheet": "sheet"},
+    carrier=ROBOT,
+    truth=StereoTruth,
+    seeded_as=_SEEDED_AS,
+)

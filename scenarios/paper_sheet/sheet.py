@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M
 from scenarios.stereo_follow.floor_plan import Area
-from scenarios.stereo_follow.indoors import grained, panel
+from scenarios.stereo_follow.panels import grained, panel
 from sim.mesh import TexturedMesh
-from sim.optics import PinholeCamera, project
+from sim.optics import project
 from sim.shaders.colour import LUMINANCE_WEIGHTS
 from sim.shaders.lamps import LampShader
 from sim.world import Body, World
+from trackers.types import CameraModel
 
 SHEET_M = (0.54, 0.38)
 """Width and height."""
@@ -54,7 +55,7 @@ class SheetScene(Protocol):
     frame_count: int
     rate_hz: float
     settling_steps: int
-    camera: PinholeCamera
+    camera: CameraModel
     world: World
     sheet: Body
     shader: LampShader
@@ -87,7 +88,7 @@ def illuminance_on_sheet_lx(shader: LampShader, T_world_sheet: NDArray[np.float6
 
 
 def region_of_sheet(
-    camera: PinholeCamera, T_world_camera: NDArray[np.float64], T_world_sheet: NDArray[np.float64]
+    camera: CameraModel, T_world_camera: NDArray[np.float64], T_world_sheet: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the rectangle (4,), pixels, that lies within the picture of the sheet's inner part."""
     y, z = 0.5 * _INNER * SHEET_M[0], 0.5 * _INNER * SHEET_M[1]

@@ -6,9 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.road_town.canvas import rectangle
+from scenarios.road_town.canvas import FLAT_ROOFS, ROOFS, WALLS, pick, rectangle
 from scenarios.road_town.layout import Building, CarPark, Layout, RoadGraph, Tree
-from scenarios.road_town.palette import FLAT_ROOFS, ROOFS, WALLS, pick
 
 PAVEMENT_WIDTH_M = 2.0
 CAR_PARK_SETBACK_M = 2.5

@@ -1,4 +1,4 @@
-"""The helicopter's flight: rough air, gusts that lose the car on purpose, the closed loop."""
+"""The flight of the helicopter: its air, how it is steered, and the instruments that measure its pose."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.road_town.oblique import gust_angles_rad, pitched_forward
-from scenarios.road_town.presets import ALTITUDE_RANGE_M, RoadTown
-from scenarios.road_town.smooth import smooth_step
-from sim.optics import PinholeCamera, look_down_pose
-from trackers.types import CameraCommand, Carrier, CommandAxis
+from scenarios.road_town.presets import ALTITUDE_RANGE_M, EgoErrors, RoadTown
+from scenarios.road_town.swing_geometry import gust_angles_rad, pitched_forward, smooth_step
+from sim.optics import look_down_pose
+from sim.pose import rotation_by
+from trackers.types import CameraCommand, CameraModel, Carrier, CommandAxis
 
 MAXIMUM_SPEED_MPS = 25.0
 MAXIMUM_CLIMB_MPS = 5.0
@@ -194,7 +194,7 @@ class Helicopter:
         return pitched_forward(level, self._air.mount_rad)
 
 
-def swing_out(camera: PinholeCamera, altitude_m: float, direction_rad: float, margin_m: float) -> tuple[float, float]:
+def swing_out(camera: CameraModel, altitude_m: float, direction_rad: float, margin_m: float) -> tuple[float, float]:
     """Return the aim's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
 
     ``direction_rad`` is that of the displacement, 0 = ahead, counter-clockwise.
@@ -221,3 +221,22 @@ def coloured_noise(
     smooth = lfilter([1.0], np.convolve([1, -pole], [1, -pole]), white, axis=0)[warm_up:]
     # Variance of a second-order autoregression with the double pole p: (1 + p²) / (1 - p²)³.
     return smooth / np.sqrt((1 + pole**2) / (1 - pole**2) ** 3)
+
+
+class Instruments:
+    """Measures poses with white noise and a constant bias. The errors do not depend on the pose."""
+
+    def __init__(self, errors: EgoErrors, rng: np.random.Generator) -> None:
+        self._errors = errors
+        self._rng = rng
+        self._position_bias_m = rng.normal(0.0, 1.0, 3) * errors.position_bias_m
+        self._attitude_bias_deg = rng.normal(0.0, 1.0, 3) * errors.attitude_bias_deg
+
+    def measure(self, T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the measured T_world_camera (4, 4); the attitude error is a rotation about the camera's axes."""
+        noise = self._rng.normal(0.0, 1.0, (2, 3))
+        turn_deg = self._attitude_bias_deg + self._errors.attitude_noise_deg * noise[1]
+        measured = T_world_camera.copy()
+        measured[:3, :3] @= rotation_by(np.deg2rad(turn_deg))
+        measured[:3, 3] += self._position_bias_m + self._errors.position_noise_m * noise[0]
+        return measured

@@ -1,7 +1,4 @@
-"""A pilot who follows a car by eye and, where it is out of sight, flies by what had been seen.
-
-Places and velocities on the ground are complex numbers, ``x + i y`` in the world frame, in metres and m/s.
-"""
+"""The flight of an episode: the pilot who follows the car, the set path that he flies, and its frame-outs."""
 
 from __future__ import annotations
 
@@ -16,10 +13,42 @@ from numpy.typing import NDArray
 from scenarios.road_town.flight import (
     MAXIMUM_CLIMB_MPS,
     AirState,
+    Helicopter,
+    Pulse,
     coloured_noise,
+    draw_air,
 )
-from scenarios.road_town.presets import ALTITUDE_RANGE_M, RoadTown
-from trackers.types import CameraCommand
+from scenarios.road_town.layout import Layout
+from scenarios.road_town.line_of_sight import LineOfSight
+from scenarios.road_town.presets import ALTITUDE_RANGE_M, SETTLE_FRAMES, RoadTown
+from scenarios.road_town.swings import begun_at, draw_swings
+from sim.rng import generator
+from trackers.types import CameraCommand, CameraModel
+
+IN, PARTIAL, OUT = 0, 1, 2
+
+
+def picture_states(
+    camera: CameraModel, poses: NDArray[np.float64], corners_world_m: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Return IN, PARTIAL or OUT for the box around ``corners_world_m`` (T, K, 3) in each frame (T,)."""
+    points_camera = np.einsum("tkj,tji->tki", corners_world_m - poses[:, None, :3, 3], poses[:, :3, :3])
+    behind = (points_camera[..., 2] <= 1e-6).any(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        pixels = camera.focal_px * points_camera[..., :2] / points_camera[..., 2:] + camera.centre_px
+    low, high = pixels.min(axis=1), pixels.max(axis=1)
+    size = (camera.width_px, camera.height_px)
+    out = behind | (high <= 0).any(axis=1) | (low >= size).any(axis=1)
+    whole = (low >= 0).all(axis=1) & (high <= size).all(axis=1)
+    return np.where(out, OUT, np.where(whole, IN, PARTIAL))
+
+
+def frame_out_spans(states: NDArray[np.int64]) -> list[tuple[int, int]]:
+    """Return (first frame out, first frame after it that is not out) of every stretch of OUT."""
+    out = np.concatenate([[False], states == OUT, [False]])
+    edges = np.flatnonzero(out[1:] != out[:-1])
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
 
 REACTION_S = 0.3
 _SIGHTING_ERROR_M, _HEADING_ERROR_RAD, _ERROR_TIME_S = 0.7, 0.08, 0.6
@@ -42,7 +71,7 @@ _CLIMB_GAIN_PER_S = 0.4
 
 @dataclass(frozen=True, slots=True)
 class Sighting:
-    """What the pilot sees of the car: its place and heading."""
+    """Place and heading of the car as the pilot sees them."""
 
     place_m: complex
     heading_rad: float
@@ -185,3 +214,124 @@ class Pilot:
         fastest = _OBLIQUE_YAW_RATE_RAD_S if self._air.mount_rad > 0.0 else _YAW_RATE_RAD_S
         left_rad = math.remainder(self._heading_rad + self._nose_rad - yaw_rad, 2 * math.pi)
         return min(max(_YAW_GAIN_PER_S * left_rad, -fastest), fastest)
+
+
+@dataclass(frozen=True, eq=False)
+class Drive:
+    """Motion of the car that is followed, over T frames.
+
+    Attributes:
+        position_m: (T, 2). heading_rad, speed_mps: (T,). corners_m: (T, 8, 3) of its box. size_m: (3,).
+    """
+
+    position_m: NDArray[np.float64]
+    heading_rad: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+    corners_m: NDArray[np.float64]
+    size_m: NDArray[np.float64]
+
+    def sighting(self, frame: int) -> Sighting:
+        """Return what there is to see of the car on a frame."""
+        return Sighting(complex(*self.position_m[frame]), float(self.heading_rad[frame]))
+
+
+class _Swings:
+    """The scheduled swings: each begins when it is due and the car has long been seen, and ends by its own clock."""
+
+    def __init__(self, scheduled: list[Pulse], frame_count: int) -> None:
+        self._waiting, self._frame_count = list(scheduled), frame_count
+        self.begun: list[Pulse] = []
+        self._seen_frames = 0
+
+    def start(self, frame: int, is_seen_whole: bool) -> Pulse | None:
+        """Return the swing that begins on a frame, if any, given whether the car is in sight and whole in the picture.
+
+        Nothing else of the car counts: the start of a swing shall not tell of a car that is hidden.
+        """
+        self._seen_frames = self._seen_frames + 1 if is_seen_whole else 0
+        due = self._waiting and self._waiting[0].start_frame <= frame
+        if not due or self._seen_frames < SETTLE_FRAMES or self.going_on(frame):
+            return None
+        swing = begun_at(self._waiting.pop(0), frame, self._frame_count)
+        self.begun += [swing] if swing else []
+        return swing
+
+    def going_on(self, frame: int) -> bool:
+        """Return whether a swing is going on."""
+        return bool(self.begun) and frame < self.begun[-1].end_frame
+
+
+def fly_after(
+    preset: RoadTown,
+    camera: CameraModel,
+    air: AirState,
+    scheduled: list[Pulse],
+    drive: Drive,
+    sight: LineOfSight,
+    rng: np.random.Generator,
+) -> tuple[NDArray[np.float64], list[Pulse]]:
+    """Fly after a car; return T_world_camera (T, 4, 4) and the swings that took place.
+
+    The pilot gets the car's place only on frames on which it is at least partly in the picture and in sight.
+    """
+    frames = len(drive.position_m)
+    first = drive.sighting(0)
+    pilot = Pilot(preset, air, draw_errors(frames, preset.rate_hz, rng), first, float(drive.speed_mps[0]))
+    helicopter = Helicopter(preset, air, [], drive.position_m[0] + air.wander_m[0] - _standoff_m(air))
+    helicopter.fly_at(drive.speed_mps[0] * np.array([np.cos(first.heading_rad), np.sin(first.heading_rad)]))
+    swings, poses = _Swings(scheduled, frames), np.empty((frames, 4, 4))
+    drift_m = drift_mps = np.zeros(frames, complex)
+    for frame in range(frames):
+        pose = poses[frame] = helicopter.pose(frame)
+        state = int(picture_states(camera, pose[None], drive.corners_m[frame : frame + 1])[0])
+        place_m, heading_rad = drive.position_m[frame], float(drive.heading_rad[frame])
+        seen = state != OUT and not sight.is_hidden(pose[:3, 3], place_m, heading_rad, drive.size_m)
+        begun = swings.start(frame, seen and state == IN)
+        if begun is not None and begun.tilts:
+            helicopter.meet([begun])
+        elif begun is not None:
+            drift_m = begun.share(frames) * complex(*begun.offset_m) * cmath.rect(1.0, helicopter.yaw_rad)
+            drift_mps = np.gradient(drift_m) * preset.rate_hz
+        pilot.look(frame, drive.sighting(frame) if seen else None, not swings.going_on(frame))
+        place = helicopter.position_m, helicopter.yaw_rad
+        helicopter.fly(pilot.command(frame, *place, drift_m[frame], drift_mps[frame]))
+    return poses, swings.begun
+
+
+def _standoff_m(air: AirState) -> NDArray[np.float64]:
+    """Return how far (2,) the helicopter keeps from the car at the start, against its nose."""
+    yaw = air.yaw_rad
+    return air.altitude_m * np.tan(air.mount_rad) * np.array([np.cos(yaw), np.sin(yaw)])
+
+
+@dataclass(frozen=True, eq=False)
+class FlightPlan:
+    """Attributes are those of ``Plan``."""
+
+    air: AirState
+    pulses: list[Pulse]
+    camera_poses: NDArray[np.float64]
+
+
+def plan_flight(
+    preset: RoadTown,
+    camera: CameraModel,
+    layout: Layout,
+    drive: Drive,
+    events: dict[str, list[int]],
+    closed_loop: bool,
+    seed: int,
+) -> FlightPlan:
+    """Draw air and swings, and fly the set path.
+
+    A pilot flies the set path. In closed loop the swings are those scheduled, and the pilot's path only says where
+    pictureless flights may begin.
+
+    Args:
+        events: frames at which the car starts a ``turn`` or an ``excursion``.
+    """
+    rng = generator(seed, "air")
+    air = draw_air(preset, float(drive.heading_rad[0]), rng)
+    swings = draw_swings(preset, camera, air, events, closed_loop, rng)
+    poses, begun = fly_after(preset, camera, air, swings, drive, LineOfSight(layout), generator(seed, "pilot"))
+    return FlightPlan(air, swings if closed_loop else begun, poses)

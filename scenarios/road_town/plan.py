@@ -11,19 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.road_town.blocks import fill_blocks
-from scenarios.road_town.excursion import Excursion, with_excursion
+from scenarios.road_town.canvas import draw_paint
 from scenarios.road_town.flight import AirState, Pulse
-from scenarios.road_town.flight_plan import plan_flight
 from scenarios.road_town.layout import Layout
-from scenarios.road_town.palette import draw_paint
 from scenarios.road_town.patterns import make_streets
-from scenarios.road_town.piloted_flight import Drive
+from scenarios.road_town.pilot import Drive, plan_flight
 from scenarios.road_town.presets import RoadTown
-from scenarios.road_town.route import Route, random_route
+from scenarios.road_town.route import Excursion, Route, random_route, with_excursion
 from scenarios.road_town.traffic import Driver, Motion, simulate
 from sim.meshes.vehicle import VEHICLES, vehicle
-from sim.optics import PinholeCamera
 from sim.rng import generator
+from trackers.types import CameraModel
 
 TARGET = 0
 """Index of the target among the cars."""
@@ -61,7 +59,7 @@ class Plan:
     preset: RoadTown
     seed: int
     closed_loop: bool
-    camera: PinholeCamera
+    camera: CameraModel
     layout: Layout
     looks: tuple[Look, ...]
     sizes_m: NDArray[np.float64]
@@ -108,7 +106,7 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | 
     looks = _draw_looks(preset, len(drivers) - 1, streams["looks"])
     sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
     motion = simulate(drivers, preset.frame_count, preset.rate_hz, preset.driver)
-    camera = PinholeCamera.from_field_of_view(
+    camera = CameraModel.from_field_of_view(
         preset.width_px, preset.height_px, float(np.deg2rad(preset.field_of_view_deg))
     )
     events = _events(target.route, excursions, motion)

@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from scenarios.preset_checks import MOST_FRAMES, check_length, check_size
-from scenarios.road_town.oblique import SHORT_OF_NADIR_RAD
 from scenarios.road_town.patterns import SMALLEST_EXTENT_M, STREET_PATTERNS
-from scenarios.road_town.smooth import PEAK_SPEED
+from scenarios.road_town.swing_geometry import PEAK_SPEED, SHORT_OF_NADIR_RAD
+from scenarios.scenario import MOST_FRAMES, check_length, check_size
 from sim.checks import check, check_types, check_within
 
 SETTLE_FRAMES = 25

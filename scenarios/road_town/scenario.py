@@ -2,89 +2,150 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from typing import Any
 
-from scenarios.kept_world import KeptWorld
-from scenarios.road_town.episode import RoadTownEpisode
-from scenarios.road_town.flight import HELICOPTER
+import numpy as np
+
+from scenarios.objects import Labels, Objects
+from scenarios.road_town.flight import HELICOPTER, Helicopter, Instruments
+from scenarios.road_town.layout import Layout
 from scenarios.road_town.pictureless.bank import RoadPictureless
-from scenarios.road_town.plan import draw_layout, make_plan
+from scenarios.road_town.plan import TARGET, Plan, draw_layout, make_plan
 from scenarios.road_town.presets import ABLATIONS, PRESETS, RoadTown
-from scenarios.road_town.town import build_town
-from scenarios.road_town.truth import RoadTruth
-from scenarios.scenario import Pictureless, RendererName, preset_of
-from scenarios.truth import TruthExtent
+from scenarios.road_town.road_map import RoadMap
+from scenarios.road_town.town import add_vehicle, build_town, parked_cars, town_of
+from scenarios.road_town.truth import Light, RoadTruth
+from scenarios.scenario import KeptWorld, Scenario, Setup
+from scenarios.stage import SceneCamera, Stage
+from sim.labels import backward_flow, ground_homography
 from sim.meshes.vehicle import VEHICLES
-from sim.rng import episode_seed, generator
-from trackers.types import Carrier
+from sim.optics import CameraMotion
+from sim.render.pipeline import Capture
+from sim.shaders.daylight import DaylightShader, Sun
+from trackers.types import CameraCommand, EgoPose
+
+SUN_ILLUMINANCE_LX = 90_000.0
+SKY_ILLUMINANCE_LX = 18_000.0
+_NO_POSES = np.empty((0, 4, 4))
+_NO_FLOW = np.empty((0, 0, 2), np.float32)
 
 
-@dataclass(frozen=True)
-class RoadTownScenario:
-    """See ``scenarios.scenario.Scenario``."""
+class RoadTownEpisode(Stage):
+    """See ``scenarios.scenario.Episode``."""
 
-    id: str = "road-town-v2"
-    summary: str = "a car in a town, seen from a helicopter that often loses it from view"
-    start: str = "the first picture and the car's box in it; measured ego pose where the preset has instruments"
-    target: str = "target"
-    truth: type[RoadTruth] = RoadTruth
-    carrier: Carrier = HELICOPTER
-    pictureless: Pictureless | None = field(default_factory=RoadPictureless)
-    presets: dict[str, RoadTown] = field(default_factory=lambda: PRESETS | ABLATIONS)
-    world_fields: tuple[str, ...] = ("street_patterns", "extent_m", "traffic_side")
+    def __init__(self, setup: Setup) -> None:
+        kept = setup.kept
+        plan = make_plan(
+            setup.preset, setup.seed, closed_loop=setup.closed_loop, kept=None if kept is None else kept.content
+        )
+        world = town_of(plan.seed, plan.layout) if kept is None else kept.vacated()
+        cars = [
+            add_vehicle(world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
+            for car, look in enumerate(plan.looks)
+        ]
+        self.plan = plan
+        self._light = _light(plan)
+        self._shader = DaylightShader(world, Sun(self._light.sun_direction, SUN_ILLUMINANCE_LX), SKY_ILLUMINANCE_LX)
+        self._on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
+        ego, self._set_path = plan.preset.ego, plan.camera_poses
+        self._instruments = None if ego is None else Instruments(ego, setup.rng("instruments"))
+        start = self._set_path[0, :2, 3]
+        self._helicopter = Helicopter(plan.preset, plan.air, list(plan.pulses), start) if plan.closed_loop else None
+        self._T_world_camera = np.eye(4)
+        super().__init__(
+            setup,
+            Objects(world, cars, kinds=[look.model for look in plan.looks], size_m=plan.sizes_m),
+            SceneCamera(setup, world, plan.camera),
+            standing=parked_cars(world),
+        )
 
     @property
-    def classes(self) -> Mapping[str, str]:
-        """All models of vehicles, also those registered later; see ``Scenario``."""
-        return dict.fromkeys(VEHICLES, "car")
+    def preset(self) -> RoadTown:
+        """The configuration of the episode."""
+        return self.plan.preset
 
-    def episode(
-        self,
-        preset: str | RoadTown,
-        seed: int,
-        *,
-        renderer: RendererName = "raster",
-        closed_loop: bool | None = None,
-        truth: TruthExtent = "all",
-    ) -> RoadTownEpisode:
-        """Build one episode.
+    def map_of(self) -> Layout:
+        """Return the town's layout."""
+        return self.plan.layout
 
-        Args:
-            seed: any whole number >= 0; 10,000 to 19,999 is the test split.
-            closed_loop: whether commands steer the camera; None = as in the preset.
-            truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
+    def _obey(self, command: CameraCommand) -> None:
+        assert self._helicopter is not None
+        self._helicopter.obey(command, self._frame)
 
-        Raises:
-            ValueError: for an unknown preset or renderer, or a negative seed.
-        """
-        configuration = preset_of(self, preset)
-        looped = configuration.closed_loop if closed_loop is None else closed_loop
-        plan = make_plan(configuration, episode_seed(seed, self.id, 0), closed_loop=looped)
-        return RoadTownEpisode(plan, renderer, truth)
+    def _move_to(self, frame: int) -> None:
+        # Before the first frame, all poses are those of frame 0.
+        self._T_world_camera_before = self._T_world_camera
+        self._body_poses_before = self.world.poses.copy() if self._setup.covers_all else _NO_POSES
+        motion = self.plan.motion
+        self._objects.move(motion.T_world_car[frame], motion.speed_mps[frame])
+        self._T_world_camera = self._set_path[frame] if self._helicopter is None else self._helicopter.pose(frame)
 
-    def keep_world(self, preset: RoadTown, seed: int) -> KeptWorld:
-        """Build the town of the seed's episode; see ``KeepsWorlds``."""
-        seed = episode_seed(seed, self.id, 0)
-        layout = draw_layout(preset, seed)
-        world = build_town(layout, generator(seed, "town"))
-        return KeptWorld(world, len(world.bodies), layout)
+    def _capture(self, frame: int) -> Capture[Any]:
+        camera, T_world_camera = self.plan.camera, self._T_world_camera
+        self._background_motion = ground_homography(camera, self._T_world_camera_before, T_world_camera)
+        motion = CameraMotion(self._background_motion, 1.0 / self.rate_hz)
+        return self._camera.take(self._shader, T_world_camera, frame, motion=motion)
 
-    def episode_in(
-        self,
-        kept: KeptWorld,
-        preset: RoadTown,
-        seed: int,
-        *,
-        renderer: RendererName = "raster",
-        truth: TruthExtent = "all",
-    ) -> RoadTownEpisode:
-        """Build the seed's episode in another town: target, traffic, flight and day; see ``KeepsWorlds``.
+    def _ego(self) -> EgoPose | None:
+        return None if self._instruments is None else EgoPose(self._instruments.measure(self._T_world_camera))
 
-        Excursions lead only where nothing stands.
-        """
-        plan = make_plan(preset, episode_seed(seed, self.id, 0), closed_loop=True, kept=kept.content)
-        return RoadTownEpisode(plan, renderer, truth, kept)
+    def _own_truth(self, capture: Capture[Any], labels: Labels) -> dict[str, Any]:
+        plan, frame, flow_px = self.plan, self._frame, _NO_FLOW
+        if self._setup.covers_all:
+            poses = self.world.poses
+            flow_px = backward_flow(
+                capture, plan.camera, self._T_world_camera, self._T_world_camera_before, poses, self._body_poses_before
+            )
+        return {
+            "on_road": bool(self._on_road[frame]),
+            "turning": plan.turning(frame),
+            "flow_px": flow_px,
+            "background_motion": self._background_motion,
+            "light": self._light,
+        }
 
 
-ROAD_TOWN = RoadTownScenario()
+def _light(plan: Plan) -> Light:
+    c = np.cos(plan.sun_elevation_rad)
+    direction = np.array(
+        [c * np.cos(plan.sun_azimuth_rad), c * np.sin(plan.sun_azimuth_rad), np.sin(plan.sun_elevation_rad)]
+    )
+    return Light(direction, SUN_ILLUMINANCE_LX, SKY_ILLUMINANCE_LX)
+
+
+def keep_town(setup: Setup) -> KeptWorld:
+    """Build the town of an episode. Excursions of others there lead only where nothing stands."""
+    layout = draw_layout(setup.preset, setup.seed)
+    world = build_town(layout, setup.rng("town"))
+    return KeptWorld(world, len(world.bodies), layout)
+
+
+class _Vehicles(Mapping[str, str]):
+    """All models of vehicles, also those registered later, as cars."""
+
+    def __getitem__(self, model: str) -> str:
+        if model not in VEHICLES:
+            raise KeyError(model)
+        return "car"
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(VEHICLES)
+
+    def __len__(self) -> int:
+        return len(VEHICLES)
+
+
+ROAD_TOWN = Scenario(
+    id="road-town-v2",
+    summary="a car in a town, seen from a helicopter that often loses it from view",
+    start="the first picture and the car's box in it; measured ego pose where the preset has instruments",
+    stage=RoadTownEpisode,
+    presets=PRESETS | ABLATIONS,
+    classes=_Vehicles(),
+    carrier=HELICOPTER,
+    truth=RoadTruth,
+    pictureless=RoadPictureless(),
+    new_world=keep_town,
+    world_fields=("street_patterns", "extent_m", "traffic_side"),
+)

@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.road_town.blocks import CAR_PARK_SETBACK_M, PAVEMENT_WIDTH_M
-from scenarios.road_town.canvas import Canvas, rectangle
+from scenarios.road_town.canvas import ASPHALT, KERB, MARKING, PAVEMENT, Canvas, Rgb, pick, rectangle
 from scenarios.road_town.layout import CarPark, RoadGraph, Street
-from scenarios.road_town.palette import ASPHALT, KERB, MARKING, PAVEMENT, Rgb, pick
 from scenarios.road_town.road_map import road_area
 
 CROSSING_CLEAR_M = 10.0

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.road_town.frame_outs import OUT, frame_out_spans, picture_states
+from scenarios.road_town.pilot import OUT, frame_out_spans, picture_states
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.road_map import RoadMap

@@ -8,10 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.stereo_follow import surfaces
 from scenarios.stereo_follow.floor_plan import WALL_M, Area, FloorPlan
-from scenarios.stereo_follow.indoors import RGB, grained, plain
-from scenarios.stereo_follow.panels import SHINING, Panel, box, new_panel, wall
+from scenarios.stereo_follow.panels import (
+    RGB,
+    SHINING,
+    Panel,
+    box,
+    door_leaf,
+    grained,
+    leafy,
+    new_panel,
+    pane,
+    plain,
+    poster,
+    stained,
+    tiled,
+    wall,
+)
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.tree import tree
 from sim.pose import pose_on_ground
@@ -128,7 +141,7 @@ def _along_corridor(
     while at_m < length_m - 1.5:
         is_door = rng.random() < 0.6
         size_m = _DOOR_M if is_door else (rng.uniform(0.5, 1.3), rng.uniform(0.5, 0.95))
-        texture = surfaces.door_leaf(doors_rgb, rng) if is_door else surfaces.poster(size_m, rng)
+        texture = door_leaf(doors_rgb, rng) if is_door else poster(size_m, rng)
         low_m = 0.0 if is_door else rng.uniform(1.0, 1.3)
         corner_m = (start_m[0] + sign * at_m, start_m[1] + sign * _PROUD_M * -1.0, low_m)
         yield new_panel(
@@ -144,7 +157,7 @@ def _along_corridor(
 def _hall(plan: FloorPlan, sky: Sky, rng: np.random.Generator) -> Iterator[Panel]:
     area, height_m = plan.hall, plan.hall_height_m
     plaster = grained(_choice(_WALLS_RGB, rng), rng)
-    floor = surfaces.tiled(_choice(_FLOORS_RGB, rng), (area.x1, area.y1), _TILE_M, rng, unlike=0.015)
+    floor = tiled(_choice(_FLOORS_RGB, rng), (area.x1, area.y1), _TILE_M, rng, unlike=0.015)
     yield from _floor_and_ceiling("hall", area, height_m, floor, rng)
     sides = (
         ("hall right wall", (area.x1, 0.0), (0.0, 0.0), None),
@@ -196,7 +209,7 @@ def _hall_furniture(area: Area, windowed_left: bool, rng: np.random.Generator) -
         yield from box("bench", (x_m, window_y_m), (1.6, 0.45, 0.45), wood)
     for x_m in np.arange(1.6, area.x1 - 1.2, rng.uniform(2.5, 4.0)):
         if rng.random() < 0.4:
-            yield from box("machine", (x_m, other_y_m), (0.9, 0.75, 1.8), surfaces.poster((0.9, 1.8), rng))
+            yield from box("machine", (x_m, other_y_m), (0.9, 0.75, 1.8), poster((0.9, 1.8), rng))
         else:
             size_m = (rng.uniform(0.9, 1.6), rng.uniform(0.8, 1.1))
             sign = -1.0 if windowed_left else 1.0
@@ -206,7 +219,7 @@ def _hall_furniture(area: Area, windowed_left: bool, rng: np.random.Generator) -
                 (x_m - 0.5 * sign * size_m[0], y_m, 1.05),
                 (sign * size_m[0], 0.0, 0.0),
                 (0.0, 0.0, size_m[1]),
-                surfaces.poster(size_m, rng),
+                poster(size_m, rng),
             )
 
 
@@ -224,14 +237,14 @@ def _doorway(plan: FloorPlan, rng: np.random.Generator) -> Iterator[Panel]:
 def _yard(plan: FloorPlan, rng: np.random.Generator) -> Iterator[Panel]:
     area = plan.yard
     size_m = (area.x1 - area.x0, area.y1 - area.y0)
-    paving = surfaces.tiled((150, 146, 138), size_m, _SLAB_M, rng)
+    paving = tiled((150, 146, 138), size_m, _SLAB_M, rng)
     yield new_panel("paving", (area.x0, area.y0, 0.0), (size_m[0], 0.0, 0.0), (0.0, size_m[1], 0.0), paving)
     near_size_m, far_size_m = (size_m[1], plan.facade_height_m), (size_m[1], plan.far_height_m)
-    bricks = surfaces.tiled(_choice(_FACADES_RGB, rng), near_size_m, _BRICK_M, rng, unlike=0.06)
+    bricks = tiled(_choice(_FACADES_RGB, rng), near_size_m, _BRICK_M, rng, unlike=0.06)
     door = (plan.door.y0 - area.y0, plan.door.y1 - area.y0, plan.opening_height_m)
     yield from wall("facade", (area.x0, area.y0), (area.x0, area.y1), plan.facade_height_m, bricks, door)
     yield from _facade_windows("facade", (area.x0, area.y0), 1.0, size_m[1], plan.facade_height_m, door, rng)
-    across = surfaces.stained(_choice(_FACADES_RGB, rng), far_size_m, rng)
+    across = stained(_choice(_FACADES_RGB, rng), far_size_m, rng)
     yield from wall("far facade", (area.x1, area.y1), (area.x1, area.y0), plan.far_height_m, across)
     yield from _facade_windows("far facade", (area.x1, area.y1), -1.0, size_m[1], plan.far_height_m, None, rng)
     for name, start_m, end_m in (
@@ -239,7 +252,7 @@ def _yard(plan: FloorPlan, rng: np.random.Generator) -> Iterator[Panel]:
         ("left hedge", (area.x0, area.y1), (area.x1, area.y1)),
     ):
         height_m = rng.uniform(1.6, 3.0)
-        green = surfaces.leafy(_HEDGE_RGB, (size_m[0], height_m), rng)
+        green = leafy(_HEDGE_RGB, (size_m[0], height_m), rng)
         yield from wall(name, start_m, end_m, height_m, green)
     wood = grained(_choice(_FURNITURE_RGB, rng), rng)
     for x_m in np.arange(area.x0 + 3.0, area.x1 - 2.0, rng.uniform(3.5, 6.0)):
@@ -256,7 +269,7 @@ def _facade_windows(
     rng: np.random.Generator,
 ) -> Iterator[Panel]:
     """Yield dark panes on a facade along y that faces the right of ``sign * y``."""
-    glass, width_m = surfaces.pane(rng), rng.uniform(1.1, 1.6)
+    glass, width_m = pane(rng), rng.uniform(1.1, 1.6)
     for low_m in np.arange(1.0, height_m - 1.6, 2.9):
         for at_m in np.arange(1.2, length_m - 2.5, rng.uniform(2.6, 3.4)):
             beside_door = door is None or low_m > door[2] or at_m + width_m < door[0] - 0.2 or at_m > door[1] + 0.2

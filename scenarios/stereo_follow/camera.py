@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from sim.optics import PinholeCamera, look_down_pose
+from sim.optics import look_down_pose
 from sim.sensors.config import SensorConfig, SensorSettings
 from trackers.types import CameraModel, CameraRegisters
 
@@ -43,14 +43,9 @@ SENSOR = SensorConfig(
 """A small CCD behind a fast lens: on a white wall the exposure is at its longest below about 200 lx."""
 
 
-def camera(width_px: int, height_px: int) -> PinholeCamera:
-    """Return the camera, with a horizontal field of view of 66 degrees, for a picture size."""
-    return PinholeCamera.from_field_of_view(width_px, height_px, 2.0 * HALF_VIEW_RAD)
-
-
-def camera_model(camera: PinholeCamera) -> CameraModel:
-    """Return the model of the stereo camera for trackers."""
-    return CameraModel(camera.width_px, camera.height_px, camera.focal_px, BASELINE_M)
+def camera(width_px: int, height_px: int) -> CameraModel:
+    """Return the stereo camera, with a horizontal field of view of 66 degrees, for a picture size."""
+    return CameraModel.from_field_of_view(width_px, height_px, 2.0 * HALF_VIEW_RAD, baseline_m=BASELINE_M)
 
 
 def registers(settings: SensorSettings) -> CameraRegisters:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from scenarios.preset_checks import check_length, check_size
+from scenarios.scenario import check_length, check_size
 from sim.checks import check_types, check_within
 
 LEAST_LEG_M = 0.7

@@ -159,3 +159,11 @@ def swatch_uv(index: int, count: int) -> tuple[float, float]:
 
 SWATCH_TEXELS = 4
 """Side of a swatch: nearest sampling at its centre is then two texels away from the next colour."""
+
+
+def painted_box(size_m: tuple[float, float, float], rgb: tuple[int, int, int]) -> TexturedMesh:
+    """Return a box of one colour (sRGB, 0-255) whose lower side is centred on the origin."""
+    facets = Facets()
+    x_m, y_m, z_m = size_m
+    facets.box((-x_m / 2, -y_m / 2, 0.0), (x_m / 2, y_m / 2, z_m), swatch_uv(0, 1))
+    return facets.mesh(palette([rgb]))

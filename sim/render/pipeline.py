@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
-from sim.optics import CameraMotion, PinholeCamera
+from sim.optics import Camera, CameraMotion
 from sim.render.protocol import Renderer
 from sim.render.row_stages import RowStage, finish_rows
 
@@ -32,7 +32,7 @@ class RowRenderer(Renderer, Protocol):
 
     resolving: RowStage
 
-    def visible(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> Any:
+    def visible(self, camera: Camera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> Any:
         """Return a NamedTuple that the stage's kernel reads; arguments as for ``gbuffer``.
 
         It has ``depth_m`` (H, W) float32, and ``instance_id`` (H, W) int32, which the kernel writes.
@@ -43,9 +43,7 @@ class RowRenderer(Renderer, Protocol):
 class Shader(Protocol):
     """Lights views of one world."""
 
-    def shade(
-        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def shade(self, gbuffer: GBuffer, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return the radiance (H, C, W) float32: of R, G and B in cd/m², or of one band."""
         ...
 
@@ -59,9 +57,7 @@ class RowShader(Shader, Protocol):
 
     lighting: RowStage
 
-    def row_light(
-        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> Any:
+    def row_light(self, depth_m: NDArray[np.float32], camera: Camera, T_world_camera: NDArray[np.float64]) -> Any:
         """Return the light of the world as it is now, a NamedTuple that the stage's kernel reads.
 
         Args:
@@ -74,7 +70,7 @@ class Sensor(Protocol[_Picture]):
     """Makes pictures of radiance with as many channels as the shader's."""
 
     def expose(
-        self, radiance: NDArray[np.float32], camera: PinholeCamera, frame: int, motion: CameraMotion | None = None
+        self, radiance: NDArray[np.float32], camera: Camera, frame: int, motion: CameraMotion | None = None
     ) -> _Picture:
         """Take the picture of a frame, then let the sensor's loops take one step.
 
@@ -89,7 +85,7 @@ class Sensor(Protocol[_Picture]):
     def develop(
         self,
         radiance: NDArray[np.float32],
-        camera: PinholeCamera,
+        camera: Camera,
         frame: int,
         settings: Any,
         motion: CameraMotion | None = None,
@@ -113,12 +109,12 @@ class RowSensor(Sensor[_Picture], Protocol[_Picture]):
         """Return scratch for a radiance (rows, C, width)."""
         ...
 
-    def needs_whole(self, camera: PinholeCamera, settings: Any, motion: CameraMotion | None) -> bool:
+    def needs_whole(self, camera: Camera, settings: Any, motion: CameraMotion | None) -> bool:
         """Return whether no row of the next picture can be developed before all are lit."""
         ...
 
     def develop_first(
-        self, radiance: NDArray[np.float32], rows: NDArray[np.int64], camera: PinholeCamera, frame: int, settings: Any
+        self, radiance: NDArray[np.float32], rows: NDArray[np.int64], camera: Camera, frame: int, settings: Any
     ) -> tuple[_Picture, Any]:
         """Begin a picture by its metered rows (R,), of radiance (R, C, W).
 
@@ -149,7 +145,7 @@ def capture(
     renderer: Renderer,
     shader: Shader,
     sensor: Sensor[_Picture],
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     frame: int,
     *,
@@ -175,7 +171,7 @@ def capture(
 class _Shot(NamedTuple):
     """How one picture is taken: the arguments of ``capture``."""
 
-    camera: PinholeCamera
+    camera: Camera
     T_world_camera: NDArray[np.float64]
     frame: int
     settings: Any

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera
+from sim.optics import Camera
 from sim.render.pybullet import PybulletRenderer
 from sim.render.raster import Raster
 from sim.world import World
@@ -18,9 +18,7 @@ from sim.world import World
 class Renderer(Protocol):
     """Draws one world as it is at the time of the call."""
 
-    def gbuffer(
-        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
-    ) -> GBuffer:
+    def gbuffer(self, camera: Camera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> GBuffer:
         """Return the visible surfaces, in fresh arrays.
 
         Args:
@@ -29,7 +27,7 @@ class Renderer(Protocol):
         """
         ...
 
-    def normals(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+    def normals(self, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return ``normal_world`` of the ``gbuffer``, in a fresh array."""
         ...
 

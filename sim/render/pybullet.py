@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from sim.bullet import TinyRenderer
 from sim.gbuffer import SKY, GBuffer
-from sim.optics import PinholeCamera
+from sim.optics import Camera, intrinsic_matrix
 from sim.render.visibility import NEAR_M
 from sim.world import World
 
@@ -25,9 +25,7 @@ class PybulletRenderer:
     def __init__(self, world: World) -> None:
         self._drawing = TinyRenderer(world)
 
-    def gbuffer(
-        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
-    ) -> GBuffer:
+    def gbuffer(self, camera: Camera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> GBuffer:
         """Draw the world as it is now; see ``sim.render.protocol.Renderer``."""
         near_m, far_m = NEAR_M, _FAR_M
         colour_rgb, buffer, instance_id = self._drawing.camera_image(
@@ -39,12 +37,12 @@ class PybulletRenderer:
         depth_m[nothing] = np.inf
         colour_rgb[nothing] = 0
         normal_world = np.empty((*depth_m.shape, 3), np.float32)
-        K_inverse = np.linalg.inv(camera.intrinsic_matrix)
+        K_inverse = np.linalg.inv(intrinsic_matrix(camera))
         K_inverse[:, 2] += pixel_offset * (K_inverse[:, 0] + K_inverse[:, 1])
         normals_from_depth(depth_m, instance_id, T_world_camera[:3, :3] @ K_inverse, normal_world)
         return GBuffer(colour_rgb, depth_m.astype(np.float32), instance_id, normal_world)
 
-    def normals(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+    def normals(self, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """See ``Renderer``."""
         return self.gbuffer(camera, T_world_camera).normal_world
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera
+from sim.optics import Camera
 from sim.render.attributes import Drawn, Visible, new_resolve_scratch, normals_of, resolve_picture, resolve_row
 from sim.render.compilation import announce_compilation
 from sim.render.row_stages import RowStage
@@ -143,9 +143,7 @@ class Raster:
         self._textures: TexturePool
         announce_compilation(draw_bodies)
 
-    def gbuffer(
-        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
-    ) -> GBuffer:
+    def gbuffer(self, camera: Camera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> GBuffer:
         """Draw the world as it is now.
 
         Args:
@@ -161,16 +159,14 @@ class Raster:
         resolve_picture(seen, base_colour_rgb, normal_world)
         return GBuffer(base_colour_rgb, seen.depth_m, seen.instance_id, normal_world)
 
-    def normals(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+    def normals(self, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return the normals of ``gbuffer`` alone, in a fresh array."""
         drawn = self.draw(camera, T_world_camera)
         normal_world = np.empty((*drawn.triangle.shape, 3), np.float32)
         normals_of(drawn, normal_world)
         return normal_world
 
-    def visible(
-        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
-    ) -> Visible:
+    def visible(self, camera: Camera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> Visible:
         """Find the nearest triangle of every pixel, the first half of ``gbuffer``.
 
         Returns:
@@ -185,7 +181,7 @@ class Raster:
 
     def draw(
         self,
-        camera: PinholeCamera,
+        camera: Camera,
         T_world_camera: NDArray[np.float64],
         *,
         pixel_offset: float = 0.5,

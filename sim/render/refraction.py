@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from sim.checks import check
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera, project, ray_of_pixel
+from sim.optics import Camera, intrinsic_matrix, project, ray_of_pixel
 from sim.render.compilation import announce_compilation
 from sim.render.protocol import Renderer
 from sim.render.raster import Canvas, Raster
@@ -48,9 +48,7 @@ class ThroughWater:
         self._ends = new_endings(0, 0, np.empty((0, 0), np.float32))
         announce_compilation(bend_rays)
 
-    def gbuffer(
-        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
-    ) -> GBuffer:
+    def gbuffer(self, camera: Camera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> GBuffer:
         """Return what is really seen, see ``Renderer``: depth, id and normal are those of the point on the bent ray.
 
         Places that the inner renderer hides behind a body, though the bent ray passes it, are filled with the surface
@@ -78,13 +76,11 @@ class ThroughWater:
         )
         return GBuffer(colour, ends.depth_m, instance_id, normal)
 
-    def normals(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+    def normals(self, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """See ``Renderer``."""
         return self.gbuffer(camera, T_world_camera).normal_world
 
-    def visible(
-        self, camera: PinholeCamera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5
-    ) -> Refracted:
+    def visible(self, camera: Camera, T_world_camera: NDArray[np.float64], *, pixel_offset: float = 0.5) -> Refracted:
         """Trace the rays of all pixels, the first half of ``gbuffer``, through what ``raster`` draws.
 
         Returns:
@@ -96,7 +92,7 @@ class ThroughWater:
         ends = self._trace(camera, T_world_camera, pixel_offset, eye, straight.nearness, inner.nearness)
         return Refracted(straight, inner, ends, ends.depth_m, np.empty(ends.depth_m.shape, np.int32))
 
-    def _eye(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> Eye:
+    def _eye(self, camera: Camera, T_world_camera: NDArray[np.float64]) -> Eye:
         body = _water_body(self.surface, T_world_camera)
         rectangle_m = (*body.low_m.tolist(), *body.high_m.tolist())
         pose = np.ascontiguousarray(T_world_camera, dtype=float).tobytes()
@@ -104,7 +100,7 @@ class ThroughWater:
 
     def _trace(
         self,
-        camera: PinholeCamera,
+        camera: Camera,
         T_world_camera: NDArray[np.float64],
         pixel_offset: float,
         eye: Eye,
@@ -126,7 +122,7 @@ def _flat(picture: NDArray[Any]) -> NDArray[Any]:
 
 
 def water_rays(
-    surface: RippledSurface, camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixel_offset: float = 0.5
+    surface: RippledSurface, camera: Camera, T_world_camera: NDArray[np.float64], pixel_offset: float = 0.5
 ) -> WaterRays:
     """Return the bent rays of a picture, not to be written to. The latest ones of a surface are kept.
 
@@ -148,7 +144,7 @@ def water_rays(
 
 
 def project_through(
-    surface: RippledSurface, camera: PinholeCamera, T_world_camera: NDArray[np.float64], points_m: NDArray[np.float64]
+    surface: RippledSurface, camera: Camera, T_world_camera: NDArray[np.float64], points_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the pixels (N, 2) at which a camera above the water sees points (N, 3), as ``sim.optics.project``.
 
@@ -187,11 +183,11 @@ def _water_body(surface: RippledSurface, T_world_camera: NDArray[np.float64]) ->
     return WaterBody(surface.low_m, surface.high_m, surface.level_m, surface.depth_m, surface.refractive_index)
 
 
-def _matrix(camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+def _matrix(camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (3, 3) from (x, y, 1) of a pixel to its ray at unit camera depth, world frame."""
     return np.ascontiguousarray(T_world_camera[:3, :3] @ ray_of_pixel(camera), dtype=float)
 
 
-def _projection(camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+def _projection(camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return (3, 3) from a world direction to its homogeneous pixel."""
-    return np.ascontiguousarray(camera.intrinsic_matrix @ T_world_camera[:3, :3].T, dtype=float)
+    return np.ascontiguousarray(intrinsic_matrix(camera) @ T_world_camera[:3, :3].T, dtype=float)

@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera, invert_pose
+from sim.optics import Camera, invert_pose, principal_point
 
 
 @njit(cache=True)
@@ -221,13 +221,13 @@ def row_span(edges: NDArray[np.float64], edge_count: int, row: int, width: int) 
     return int(np.ceil(left)), int(np.ceil(right))
 
 
-def camera_view(camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixel_offset: float) -> NDArray[np.float64]:
+def camera_view(camera: Camera, T_world_camera: NDArray[np.float64], pixel_offset: float) -> NDArray[np.float64]:
     """Return the (4, 4) view matrix of a camera that samples pixel (i, j) at ``(j, i) + pixel_offset``.
 
     ``q_x = f x + (c_x - offset) z``, ``q_y = f y + (c_y - offset) z``, ``q_w = z``, ``g = 1`` for a point
     (x, y, z) of the camera frame.
     """
-    centre_x, centre_y = camera.centre_px - pixel_offset
+    centre_x, centre_y = principal_point(camera) - pixel_offset
     matrix = np.array(
         [
             [camera.focal_px, 0.0, centre_x, 0.0],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import CameraMotion, PinholeCamera
+from sim.optics import Camera, CameraMotion
 from sim.render.compilation import announce_compilation
 from sim.render.row_stages import RowStage
 from sim.sensors.automatic import (
@@ -45,7 +45,7 @@ class CameraSensor:
         self._exposure_held, self._white_balance_held = exposure, white_balance
 
     def expose(
-        self, radiance: NDArray[np.float32], camera: PinholeCamera, frame: int, motion: CameraMotion | None = None
+        self, radiance: NDArray[np.float32], camera: Camera, frame: int, motion: CameraMotion | None = None
     ) -> Picture:
         """Take the picture of a frame from its radiance (H, 3, W) in cd/m², see ``Sensor``."""
         metered = metered_radiance(radiance)
@@ -80,7 +80,7 @@ class CameraSensor:
     def develop(
         self,
         radiance: NDArray[np.float32],
-        camera: PinholeCamera,
+        camera: Camera,
         frame: int,
         settings: SensorSettings,
         motion: CameraMotion | None = None,
@@ -91,7 +91,7 @@ class CameraSensor:
         rows = np.arange(len(radiance))
         return self._develop_rows(radiance, rows, len(rows), metered_radiance(radiance), settings, frame)[0]
 
-    def needs_whole(self, camera: PinholeCamera, settings: SensorSettings | None, motion: CameraMotion | None) -> bool:
+    def needs_whole(self, camera: Camera, settings: SensorSettings | None, motion: CameraMotion | None) -> bool:
         """Return whether it is the first picture, or motion brings light from one pixel to others."""
         settings = self._settings if settings is None else settings
         if settings is None:
@@ -105,7 +105,7 @@ class CameraSensor:
         self,
         radiance: NDArray[np.float32],
         rows: NDArray[np.int64],
-        camera: PinholeCamera,
+        camera: Camera,
         frame: int,
         settings: SensorSettings | None,
     ) -> tuple[Picture, Development]:

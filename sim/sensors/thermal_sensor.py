@@ -23,7 +23,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.checks import check_types, check_within
-from sim.optics import CameraMotion, PinholeCamera
+from sim.optics import Camera, CameraMotion
 from sim.render.compilation import announce_compilation, row_kernel
 from sim.sensors.noise import NORMAL, TEN_BITS, frame_keys, hash_row
 from sim.thermal.radiance import apparent_temperature_k, band_radiance, band_slope
@@ -270,7 +270,7 @@ class ThermalSensor:
         announce_compilation(count_picture)
 
     def expose(
-        self, radiance: NDArray[np.float32], camera: PinholeCamera, frame: int, motion: CameraMotion | None = None
+        self, radiance: NDArray[np.float32], camera: Camera, frame: int, motion: CameraMotion | None = None
     ) -> ThermalPicture:
         """Take the picture of a frame from its radiance (H, 1, W) in W/(m² sr), see ``Sensor``.
 
@@ -289,7 +289,7 @@ class ThermalSensor:
     def develop(
         self,
         radiance: NDArray[np.float32],
-        camera: PinholeCamera,
+        camera: Camera,
         frame: int,
         settings: ThermalSettings,
         motion: CameraMotion | None = None,

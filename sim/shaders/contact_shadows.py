@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.mesh import TexturedMesh
-from sim.optics import PinholeCamera
+from sim.optics import Camera
 from sim.render.triangles import camera_view
 from sim.render.visibility import NEAR_M
 from sim.shaders.baked.light_grid import HEIGHTS_M, Grid
@@ -39,7 +39,7 @@ class ContactShadows:
         self._changed = np.zeros((len(spheres), 4), np.int64)
 
     def columns(
-        self, heights_m: NDArray[np.float64], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+        self, heights_m: NDArray[np.float64], camera: Camera, T_world_camera: NDArray[np.float64]
     ) -> NDArray[np.int32]:
         """Return the columns (H, 2), first and after the last, of each row where the ground may be darkened.
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from sim.checks import check
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera, ray_of_pixel
+from sim.optics import Camera, ray_of_pixel
 from sim.render.attributes import SurfaceRow
 from sim.render.compilation import row_kernel
 from sim.render.row_stages import RowStage, light_picture
@@ -354,16 +354,14 @@ class DaylightShader:
             bounce_lx.astype(np.float32),
         )
 
-    def shade(
-        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def shade(self, gbuffer: GBuffer, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at
         pixel centres.
         """
         return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer)
 
     def row_light(
-        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+        self, depth_m: NDArray[np.float32], camera: Camera, T_world_camera: NDArray[np.float64]
     ) -> DaylightArrays:
         """Return the present light in one camera's picture, for the row kernel.
 
@@ -374,7 +372,7 @@ class DaylightShader:
 
 
 def shadows_in_view(
-    caster: ShadowCaster, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+    caster: ShadowCaster, depth_m: NDArray[np.float32], camera: Camera, T_world_camera: NDArray[np.float64]
 ) -> ShadowArrays:
     """Return the shadows in a camera's present view.
 

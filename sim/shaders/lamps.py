@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sim.checks import check
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera, rays
+from sim.optics import Camera, rays
 from sim.render.compilation import announce_compilation
 from sim.shaders.colour import black_body_rgb, srgb_to_linear
 
@@ -127,9 +127,7 @@ class LampShader:
         _illuminate(points_m.astype(float), normals.astype(float), self._sources, self._indirect_lx, result)
         return result
 
-    def shade(
-        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def shade(self, gbuffer: GBuffer, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at pixel centres.
 
         ``L = rho E / pi``; 0 without a surface; bright areas have their own.

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from sim.checks import check, check_types, check_within
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera
+from sim.optics import Camera
 from sim.render.attributes import SurfaceRow
 from sim.render.compilation import row_kernel
 from sim.render.refraction import water_rays
@@ -465,14 +465,12 @@ class WaterShader:
         self._mirrored = (ambient_lx * black_body_rgb(ambient_temperature_k) / np.pi).astype(np.float32)
         self._panels = _panel_arrays(panels)
 
-    def shade(
-        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def shade(self, gbuffer: GBuffer, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at centres."""
         return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer)
 
     def row_light(
-        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+        self, depth_m: NDArray[np.float32], camera: Camera, T_world_camera: NDArray[np.float64]
     ) -> WaterLight:
         """Return the light of the present moment, see ``RowShader``."""
         rays = water_rays(self._surface, camera, T_world_camera)

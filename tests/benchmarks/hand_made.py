@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
-from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
+from sim.optics import intersect_plane, look_down_pose, project
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(100, 80, 100.0)
+CAMERA = CameraModel(100, 80, 100.0)
 CAR_M = np.array([4.0, 2.0, 1.5])
 IN_VIEW_OR_NOT = st.lists(st.booleans(), min_size=2, max_size=80).map(lambda flags: np.array([True, *flags]))
 POSE = look_down_pose(np.array([0.0, 0.0, 50.0]), 0.0, 0.0, 0.0)

@@ -44,11 +44,10 @@ from benchmarks.run.selection import trackers_of
 from scenarios import catalog
 from scenarios.catalog import unversioned
 from scenarios.command_link import LINKS, episode_link
-from scenarios.kept_world import KeptWorld
 from scenarios.loop import Contestant, Loop, ManyContestant, tracker_stream
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.road_town.town import forget_town
-from scenarios.scenario import Frame
+from scenarios.scenario import Frame, KeptWorld
 from scenarios.stage import Stage
 from scenarios.truth import Truth, meanings
 from sim.checks import check
@@ -128,7 +127,7 @@ def _scenes() -> Iterator[Canary]:
             yield Canary(
                 f"scene {name} {preset}",
                 preset_edition(name, preset),
-                f"the version in the id of {type(scenario).__module__}",
+                f"the version in the id of {name}",
                 lambda name=name, preset=preset: digest_of_scene(name, preset),
                 scenario.presets[preset],
             )
@@ -137,7 +136,7 @@ def _scenes() -> Iterator[Canary]:
             yield Canary(
                 f"scene {name} steered",
                 preset_edition(name, "quick"),
-                f"the version in the id of {type(scenario).__module__}",
+                f"the version in the id of {name}",
                 lambda name=name: digest_of_scene(name, "quick", closed_loop=True),
             )
 
@@ -214,7 +213,7 @@ def digest_of_scene(name: str, preset: str, closed_loop: bool | None = None) -> 
     tiny = _tiny(scenario.presets[preset])
     make = partial(scenario.episode, closed_loop=closed_loop)
     if name == ROAD_TOWN.id and preset in _IN_THE_SAME_TOWN:
-        make = partial(ROAD_TOWN.episode_in, _town())
+        make = partial(ROAD_TOWN.episode, closed_loop=True, kept=_town())
     with closing(make(tiny, 0)) as episode:
         commands = [_COMMAND if k and episode.closed_loop else None for k in range(_FRAMES)]
         seen = [episode.step(command) for command in commands]

@@ -55,7 +55,7 @@ def test_everything_that_is_shipped_has_a_digest() -> None:
 CONSTANTS = {
     "scenarios.road_town.street_paint.EDGE_LINE_INSET_M": (0.6, "scene road-town-v2 quick"),
     "scenarios.stereo_follow.camera._GAIN_DIFFERENCE": (0.02, "scene stereo-follow-v2 quick"),
-    "scenarios.fish_tank.episode._AMBIENT_LX": (255.0, "scene fish-tank-v1 quick"),
+    "scenarios.fish_tank.scenario._AMBIENT_LX": (255.0, "scene fish-tank-v1 quick"),
     "scenarios.harbour.moorings._ROPE_M": (0.3, "scene harbour-v1 quick"),
     "trackers.mosaic_graph.registration._CORNER_DISTANCE_PX": (12, "tracker mosaic_graph_pf"),
     "trackers.light_adaptive_stereo.person_kalman._WALKING_MPS": (2.0, "tracker stereo_wb"),

@@ -13,7 +13,7 @@ from gymnasium.utils.env_checker import check_env
 
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import Scene, add_metric, add_scene, register_suite, suite
-from scenarios import catalog
+from scenarios import catalog, objects
 from scenarios.loop import Loop
 from scenarios.truth import check_truth
 
@@ -64,9 +64,9 @@ def test_a_camera_at_rest_has_an_env_with_nothing_to_command_and_no_controllers_
 
 
 def test_a_truth_that_is_not_what_it_says_ends_the_run(
-    belt: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(belt, "visible_fraction", lambda *seen: 3.0)
+    monkeypatch.setattr(objects, "visible_fraction", lambda *seen: 3.0)
     assert main(["bench", "belt", *MODULES, "--workers", "0", "--out", str(tmp_path)]) == 2
     assert "visible_fraction: expected numbers from 0 to 1, got 3 to 3" in capsys.readouterr().err
 

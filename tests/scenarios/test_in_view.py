@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scenarios.in_view import centring, is_in_view, length_px
-from sim.optics import PinholeCamera
+from scenarios.visibility import centring, is_in_view, length_px
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(200, 100, 100.0)
+CAMERA = CameraModel(200, 100, 100.0)
 TARGET = 1
 
 

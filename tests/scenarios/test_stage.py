@@ -2,88 +2,100 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scenarios.scenario import Frame
-from scenarios.stage import Stage, covers_all
-from scenarios.truth import Truth, check_truth
-from sim.optics import PinholeCamera
+from scenarios.objects import Labels, Objects
+from scenarios.scenario import Scenario, Setup
+from scenarios.stage import SceneCamera, Stage
+from scenarios.truth import check_truth
 from sim.render.pipeline import Capture
+from sim.rng import episode_seed
 from sim.sensors.config import Picture, SensorSettings
 from sim.world import World
-from trackers.types import CameraCommand, CameraModel, Observation, Start
+from trackers.types import CameraCommand, CameraModel, Carrier
 
-CAMERA = PinholeCamera(16, 12, 14.0)
-MODEL = CameraModel(16, 12, 14.0)
+CAMERA = CameraModel(16, 12, 14.0)
 FRAMES, RATE_HZ = 4, 10.0
 AHEAD = CameraCommand(forward_mps=1.0)
+PRESET = SimpleNamespace(frame_count=FRAMES, rate_hz=RATE_HZ, closed_loop=False)
 
 
-class FakeRig:
-    """Records the requests for larger views."""
+class FakeCamera(SceneCamera):
+    """Takes blank pictures."""
 
-    camera = CAMERA
+    def __init__(self) -> None:
+        self.model = CAMERA
+
+    def take(self, shader: Any, T_world_camera: NDArray[np.float64], frame: int, **exposing: Any) -> Capture[Any]:
+        """See ``SceneCamera``."""
+        picture = Picture(np.zeros((12, 16, 3), np.uint8), SensorSettings(0.01, 2.0))
+        return Capture(picture, np.ones((12, 16), np.float32), np.zeros((12, 16), np.int32))
 
     def larger_view(self, shader: Any, T_world_camera: NDArray[np.float64], scale: float) -> Any:
-        """See ``Rig``."""
+        """See ``SceneCamera``."""
         return shader, T_world_camera.copy(), scale
+
+
+class Ball(Objects):
+    """A ball on its way out of the picture, with a place on each frame."""
+
+    def __init__(self) -> None:
+        self.world, self.size_m, self.instance_id = World(), np.ones((1, 3)), np.array([7])
+        self._set_names(("ball",), ("ball",))
+
+    def bounds_m(self) -> NDArray[np.float64]:
+        """See ``Objects``."""
+        return np.zeros((1, 2, 3))
+
+    def labels(self, camera: Any, T_world_camera: Any, seen: Any = None, in_full: Any = None) -> Labels:
+        """See ``Objects``."""
+        right_px = 4.0 * self.T_world_object[0, 0, 3]
+        box = np.array([[8.0, 4.0, 12.0, 8.0]]) + np.array([1.0, 0.0, 1.0, 0.0]) * right_px
+        centres_px = self._centres_px(camera, T_world_camera)
+        return Labels(centres_px, box, np.array([0.4]), np.array([-1]), np.zeros(1))
 
 
 class BallStage(Stage):
     """Records its calls."""
 
-    def __init__(self, closed_loop: bool) -> None:
+    def __init__(self, setup: Setup) -> None:
         self.done: list[Any] = []
-        super().__init__(World(), FakeRig(), frame_count=FRAMES, rate_hz=RATE_HZ, closed_loop=closed_loop)
-        self.poses = np.eye(4)[None].copy()
-
-    @property
-    def start(self) -> Start:
-        """A start without a box."""
-        return Start(MODEL)
-
-    @property
-    def _shader(self) -> Any:
-        return "shader"
-
-    def map_of(self) -> None:
-        """There is none."""
+        self._shader: Any = "shader"
+        super().__init__(setup, Ball(), FakeCamera())
+        assert self.done == ["move to 0"]
+        self.done.clear()
 
     def _obey(self, command: CameraCommand) -> None:
         self.done.append(command)
 
     def _move_to(self, frame: int) -> None:
         self.done.append(f"move to {frame}")
-        self.poses[0, :3, 3] = frame, 0.0, 5.0
+        self._objects.T_world_object[0, :3, 3] = frame, 0.0, 5.0
         self._T_world_camera = np.eye(4)
 
-    def _take(self, frame: int) -> Frame:
+    def _capture(self, frame: int) -> Capture[Any]:
         self.done.append(f"take {frame}")
-        picture = Picture(np.zeros((12, 16, 3), np.uint8), SensorSettings(0.01, 2.0))
-        capture = Capture(picture, np.ones((12, 16), np.float32), np.zeros((12, 16), np.int32))
-        box = np.array([[8.0, 4.0, 12.0, 8.0]]) + np.array([4.0, 0.0, 4.0, 0.0]) * frame
-        truth = Truth(
-            **self._seen(
-                capture,
-                T_world_object=self.poses,
-                size_m=np.ones((1, 3)),
-                box_xyxy=box,
-                visible_fraction=np.array([0.4]),
-            ),
-            names=("ball",),
-            kinds=("ball",),
-            instance_id=np.array([7]),
-            speed_mps=np.array([10.0]),
-        )
-        return Frame(Observation(picture.image_rgb, truth.time_s, MODEL), truth)
+        return super()._capture(frame)
+
+
+BALL = Scenario(
+    "ball-v1", "a ball", "", BallStage, {"only": PRESET}, {"ball": "ball"}, Carrier("", (), "down"), target="ball"
+)
+
+
+def ball(closed_loop: bool) -> BallStage:
+    """Return an episode."""
+    return BALL.episode("only", 0, closed_loop=closed_loop)
 
 
 def test_on_a_set_path_it_moves_and_takes_frame_after_frame_until_the_last() -> None:
-    stage = BallStage(closed_loop=False)
+    stage = ball(closed_loop=False)
     assert [stage.step().truth.frame for _ in range(FRAMES)] == list(range(FRAMES))
     assert stage.done == [f"{act} {frame}" for frame in range(FRAMES) for act in ("move to", "take")]
     with pytest.raises(StopIteration, match=f"episode: expected at most {FRAMES} steps"):
@@ -93,7 +105,7 @@ def test_on_a_set_path_it_moves_and_takes_frame_after_frame_until_the_last() -> 
 
 @pytest.mark.parametrize("frame", [0, 1])
 def test_a_command_on_a_set_path_is_refused_and_nothing_is_stepped(frame: int) -> None:
-    stage = BallStage(closed_loop=False)
+    stage = ball(closed_loop=False)
     for _ in range(frame):
         stage.step()
     done = list(stage.done)
@@ -104,7 +116,7 @@ def test_a_command_on_a_set_path_is_refused_and_nothing_is_stepped(frame: int) -
 
 
 def test_in_closed_loop_the_carrier_obeys_before_all_moves_but_not_on_the_way_to_frame_0() -> None:
-    stage = BallStage(closed_loop=True)
+    stage = ball(closed_loop=True)
     stage.step(AHEAD)
     assert stage.done == ["move to 0", "take 0"]
     stage.step(AHEAD)
@@ -112,7 +124,7 @@ def test_in_closed_loop_the_carrier_obeys_before_all_moves_but_not_on_the_way_to
 
 
 def test_in_closed_loop_a_missing_command_is_refused_and_nothing_is_stepped() -> None:
-    stage = BallStage(closed_loop=True)
+    stage = ball(closed_loop=True)
     stage.step()
     with pytest.raises(
         ValueError, match="command: expected a CameraCommand, since this episode is in closed loop, got"
@@ -124,8 +136,8 @@ def test_in_closed_loop_a_missing_command_is_refused_and_nothing_is_stepped() ->
         stage.step(AHEAD)
 
 
-def test_truth_that_all_scenes_share_is_told_of_the_frame_just_taken() -> None:
-    stage = BallStage(closed_loop=False)
+def test_truth_that_all_scenes_share_is_of_the_frame_just_taken() -> None:
+    stage = ball(closed_loop=False)
     truths = [stage.step().truth for _ in range(FRAMES)]
     for k, truth in enumerate(truths):
         check_truth(truth)
@@ -140,7 +152,7 @@ def test_truth_that_all_scenes_share_is_told_of_the_frame_just_taken() -> None:
 
 
 def test_larger_views_are_of_the_present_instant() -> None:
-    stage = BallStage(closed_loop=False)
+    stage = ball(closed_loop=False)
     stage.step()
     view: Any = stage.larger_view(1.5)
     assert view[0] == "shader"
@@ -148,8 +160,22 @@ def test_larger_views_are_of_the_present_instant() -> None:
     assert view[2] == 1.5
 
 
-def test_how_much_truth_is_asked_for_is_a_word() -> None:
-    assert covers_all("all")
-    assert not covers_all("target")
+def test_a_scenario_resolves_preset_seed_loop_and_extent_of_truth_once() -> None:
+    setups: list[Setup] = []
+    scenario = replace(BALL, stage=setups.append)
+    scenario.episode("only", 3)
+    scenario.episode(PRESET, 3, closed_loop=True, truth="target", renderer="pybullet")
+    assert [each.seed for each in setups] == [episode_seed(3, "ball-v1", 0)] * 2
+    assert [each.preset for each in setups] == [PRESET, PRESET]
+    assert [(each.renderer, each.closed_loop, each.covers_all) for each in setups] == [
+        ("raster", False, True),
+        ("pybullet", True, False),
+    ]
+    replace(scenario, seeded_as="other-v1").episode("only", 3)
+    assert setups[-1].seed == episode_seed(3, "other-v1", 0)
     with pytest.raises(ValueError, match=r"^truth: expected 'all' or 'target', got some"):
-        covers_all("some")  # type: ignore[arg-type]
+        scenario.episode("only", 3, truth="some")  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match=r"^preset: expected one of only; got 'nix'"):
+        scenario.episode("nix", 3)
+    with pytest.raises(ValueError, match=r"^scenario: expected one that keeps worlds, got ball-v1"):
+        scenario.keep_world("only", 3)

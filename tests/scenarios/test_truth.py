@@ -26,8 +26,7 @@ from scenarios.truth import (
     without_standing,
 )
 from scenarios.visibility import states_of
-from sim.optics import PinholeCamera
-from trackers.types import CameraCommand, Estimate
+from trackers.types import CameraCommand, CameraModel, Estimate
 
 FRAMES, SEED = 24, 3
 
@@ -211,7 +210,7 @@ def test_another_camera_has_nothing_that_stands_about() -> None:
 
 def test_what_is_in_is_at_least_half_seen_and_whole_within_the_borders() -> None:
     boxes = np.array([[0.0, 0.0, 10.0, 10.0]] * 3 + [[-1.0, 0.0, 10.0, 10.0]])
-    camera = PinholeCamera(64, 48, 60.0)
+    camera = CameraModel(64, 48, 60.0)
     states = states_of(camera, boxes, np.array([1.0, 0.51, 0.49, 1.0]))
     assert states.tolist() == ["in", "in", "occluded", "partial"]
 

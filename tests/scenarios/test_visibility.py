@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 
 from scenarios.truth import VisibilityState
 from scenarios.visibility import MOSTLY_SEEN, Exits, centres_px, states_of
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import look_down_pose, project
 from sim.pose import pose_on_ground
+from trackers.types import CameraModel
 
 WIDTH, HEIGHT = 40, 30
-CAMERA = PinholeCamera(WIDTH, HEIGHT, 35.0)
+CAMERA = CameraModel(WIDTH, HEIGHT, 35.0)
 # Whole numbers, so that boxes often touch a border exactly.
 X, Y = st.integers(-12, WIDTH + 12), st.integers(-12, HEIGHT + 12)
 SHARES = st.sampled_from([0.0, np.nextafter(MOSTLY_SEEN, 0), MOSTLY_SEEN, 1.0, np.nan])

@@ -16,11 +16,12 @@ from scipy.spatial.transform import Rotation
 from sim import bullet
 from sim.bullet import TinyRenderer, to_bullet
 from sim.mesh import Texture, TexturedMesh
-from sim.optics import PinholeCamera, look_down_pose
+from sim.optics import look_down_pose
 from sim.world import World
 from tests.sim.squares import block, square
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(160, 120, 1.0)
+CAMERA = CameraModel.from_field_of_view(160, 120, 1.0)
 DOWN = look_down_pose(np.array([0, 0, 30.0]), 0, 0, 0)
 
 

@@ -15,9 +15,10 @@ from sim.jointed_labels import SeenBody, enclosing_bounds, joined, merge_parts, 
 from sim.labels import amodal_box, visible_fraction
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.facets import Facets
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import look_down_pose, project
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(64, 48, 60.0)
+CAMERA = CameraModel(64, 48, 60.0)
 POSE = look_down_pose(np.array([0.0, 0.0, 1.0]), 0.0, 0.5 * np.pi, 0.0)
 OWN, NEAR, FAR = 5, 7, 9
 

@@ -18,11 +18,12 @@ from sim.labels import (
 )
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.vehicle import VEHICLES, vehicle
-from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
+from sim.optics import intersect_plane, look_down_pose, project
 from sim.render.raster import Raster
 from sim.world import World
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(320, 240, np.deg2rad(50.0))
+CAMERA = CameraModel.from_field_of_view(320, 240, np.deg2rad(50.0))
 GREY = Texture(np.full((2, 2, 3), 128, dtype=np.uint8))
 
 
@@ -124,7 +125,7 @@ def test_fraction_is_that_of_drawing_it_alone_on_a_large_picture():
     pose = look_down_pose(np.array([0, 0, 40.0]), 0.2, 0.1, 0.1)
     place = _pose(12.5, 10, 0.5)
     _, car, gbuffer = _drawn(place, pose, [_pose(10, 11.5, 1.4)])
-    large = PinholeCamera(3 * 320, 3 * 240, CAMERA.focal_px)
+    large = CameraModel(3 * 320, 3 * 240, CAMERA.focal_px)
     world_alone, car_alone, _ = _drawn(place, pose)
     alone = Raster(world_alone).gbuffer(large, pose)
     expected = (gbuffer.instance_id == car.index).sum() / (alone.instance_id == car_alone.index).sum()

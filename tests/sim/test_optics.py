@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from sim.optics import PinholeCamera, intersect_plane, invert_pose, look_down_pose, project, rays
+from sim.optics import intersect_plane, intrinsic_matrix, invert_pose, look_down_pose, project, rays
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50.0))
+CAMERA = CameraModel.from_field_of_view(640, 480, np.deg2rad(50.0))
 angles = st.floats(-0.6, 0.6)
 
 
@@ -23,7 +24,7 @@ def test_projection_is_opencvs(pitch, roll, yaw, seed):
     pixels, depth = project(CAMERA, T, points)
     T_camera_world = invert_pose(T)
     # OpenCV counts pixel centres as whole numbers; here they are at halves.
-    K = CAMERA.intrinsic_matrix
+    K = intrinsic_matrix(CAMERA)
     # Looking down is a half turn; near it OpenCV's rotation vector of a matrix loses digits, SciPy's does not.
     turn = Rotation.from_matrix(T_camera_world[:3, :3]).as_rotvec()
     expected, _ = cv2.projectPoints(points, turn, T_camera_world[:3, 3], K, None)

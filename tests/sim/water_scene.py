@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from sim.meshes.facets import Facets, palette, swatch_uv
-from sim.optics import PinholeCamera
 from sim.water_surface import RippledSurface, Ripples, draw_waves
 from sim.world import World
+from trackers.types import CameraModel
 
 LOW_M, HIGH_M, LEVEL_M, RIM_M = (-0.3, -0.21), (0.3, 0.21), 0.12, 0.15
 FLOOR, WALLS = 0, 1
@@ -57,4 +57,4 @@ def looking(angle_deg, focal_px=1200.0, distance_m=1.1, width_px=640, height_px=
     T_world_camera = np.eye(4)
     T_world_camera[:3, :3] = np.column_stack([right, np.cross(ahead, right), ahead])
     T_world_camera[:3, 3] = position
-    return PinholeCamera(width_px, height_px, focal_px), T_world_camera
+    return CameraModel(width_px, height_px, focal_px), T_world_camera

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.mesh import Texture, TexturedMesh
-from sim.optics import PinholeCamera
 from sim.pose import pose_on_ground
 from sim.shaders.thermal.sea import Sea
 from sim.shaders.thermal.shader import ThermalShader
@@ -15,8 +14,9 @@ from sim.thermal.waves import SeaState, SeaWaves
 from sim.thermal.weather import Weather
 from sim.world import Body, World
 from tests.sim.demo_scene import box, ground
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(384, 288, 770.0)
+CAMERA = CameraModel(384, 288, 770.0)
 SEA_LEVEL_M, WALL_X_M = -1.8, -15.0
 LOOKS = {"quay": "concrete", "shed": "brick", "roof": "roof felt", "hull": "fibreglass", "car": "dark paint"}
 

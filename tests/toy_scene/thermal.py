@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera
 from sim.sensors.config import SensorSettings
+from trackers.types import CameraModel
 
 GROUND_K, BODY_K, SKY_K = 285.0, 303.0, 250.0
 _COUNTS_PER_K, _COLDEST_K, _NOISE_COUNTS = 40.0, 200.0, 2.0
@@ -24,9 +24,7 @@ class Warmth:
     def __init__(self, temperature_k: NDArray[np.float64]) -> None:
         self._temperature_k = np.append(temperature_k, SKY_K).astype(np.float32)
 
-    def shade(
-        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def shade(self, gbuffer: GBuffer, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return (H, 1, W) float32, kelvin."""
         return self._temperature_k[gbuffer.instance_id][:, None, :]
 
@@ -49,9 +47,7 @@ class ThermalSensor:
         self._key = int(rng.integers(1 << 31))
         self._low = 0.0
 
-    def expose(
-        self, radiance: NDArray[np.float32], camera: PinholeCamera, frame: int, **exposing: Any
-    ) -> ThermalPicture:
+    def expose(self, radiance: NDArray[np.float32], camera: CameraModel, frame: int, **exposing: Any) -> ThermalPicture:
         """Take the picture of a frame."""
         self._low, high = np.percentile(self._counts(radiance, frame), (0.5, 99.5))
         gain = 255.0 / max(float(high - self._low), 1.0)
@@ -60,7 +56,7 @@ class ThermalSensor:
     def develop(
         self,
         radiance: NDArray[np.float32],
-        camera: PinholeCamera,
+        camera: CameraModel,
         frame: int,
         settings: SensorSettings,
         **exposing: Any,

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
+from sim.optics import intersect_plane, look_down_pose, project
 from trackers.types import CameraModel, EgoPose, Observation
 
 METRES_PER_TEXEL = 0.125
@@ -69,7 +69,7 @@ def _street(texture: NDArray[np.float32], centre_m: float, axis: int) -> None:
 
 def draw_car(
     picture: NDArray[np.uint8],
-    camera: PinholeCamera,
+    camera: CameraModel,
     T_world_camera: NDArray[np.float64],
     xy_m: NDArray[np.float64],
     heading_rad: float,
@@ -84,7 +84,7 @@ def draw_car(
 
 
 def _project_local(
-    camera: PinholeCamera,
+    camera: CameraModel,
     T_world_camera: NDArray[np.float64],
     xy_m: NDArray[np.float64],
     heading_rad: float,
@@ -117,7 +117,7 @@ def film(
     It drives east on the lane at ``lane_y_m``, by default on the right.
     """
     rng = np.random.default_rng(seed)
-    camera = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
+    camera = CameraModel.from_field_of_view(640, 480, np.deg2rad(50))
     texture = ground_texture(rng)
     path = drive(frames, 15.0, lane_y_m)
     jump = np.where(np.arange(frames) < sum(out) // 2, 0.0, jump_m)
@@ -151,7 +151,7 @@ def film(
 
 
 def _picture(
-    texture: NDArray[np.uint8], camera: PinholeCamera, pose: NDArray[np.float64], rng: np.random.Generator
+    texture: NDArray[np.uint8], camera: CameraModel, pose: NDArray[np.float64], rng: np.random.Generator
 ) -> NDArray[np.uint8]:
     corners_px = np.array([[0, 0], [640, 0], [640, 480], [0, 480]], float)
     ground = intersect_plane(camera, pose, corners_px, 0.0)

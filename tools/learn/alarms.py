@@ -17,7 +17,6 @@ from benchmarks.judges.harbour.matching import RADIUS_M, Matcher
 from benchmarks.judges.harbour.streaks import streaks
 from scenarios.harbour.scenario import HARBOUR
 from scenarios.harbour.truth import HarbourTruth
-from sim.optics import PinholeCamera
 from trackers.baselines.ground_linker import CONFIDENCE_FILE, EVIDENCE
 from trackers.blind.harbour_blind import PLACES_FILE
 from trackers.eigen_swarm.learnt_confidence import NAME as SWARM
@@ -87,7 +86,7 @@ def episode_samples(preset: str, seed: int, names: Sequence[str]) -> EpisodeSamp
     assert isinstance(pose, EgoPose)
     assert start.site is not None
     volume = place(start.site, start.camera, pose.T_world_camera)
-    camera = PinholeCamera(start.camera.width_px, start.camera.height_px, start.camera.focal_px)
+    camera = start.camera
     matchers = [Matcher() for _ in trackers]
     whose, evidence, found, identity = [], [], [], []
     stays, intruder, frames = [], [], []

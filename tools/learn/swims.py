@@ -17,8 +17,7 @@ from scipy.optimize import minimize
 
 from benchmarks.judges.fish.measured import Measurement
 from scenarios import catalog
-from scenarios.fish_tank.character import AYU, ZEBRAFISH, Character
-from scenarios.fish_tank.presets import PRESETS
+from scenarios.fish_tank.presets import AYU, PRESETS, ZEBRAFISH, Character
 from scenarios.fish_tank.shoal import Swims, swim
 from scenarios.fish_tank.truth import FishTruth
 from sim.motion.swim import swim_pose

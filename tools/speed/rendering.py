@@ -122,11 +122,10 @@ def _time_pictures(episode: Any) -> list[float]:
     It stays empty for an episode that is no ``scenarios.stage.Stage``.
     """
     taken_s: list[float] = []
-    rig = getattr(episode, "_rig", None)
-    if rig is None:
+    camera = getattr(episode, "_camera", None)
+    if camera is None:
         return taken_s
-    name = "take_pair" if hasattr(rig, "take_pair") else "take"
-    take = getattr(rig, name)
+    take = camera.take
 
     def timed_take(*args: Any, **options: Any) -> Any:
         began = time.thread_time()
@@ -134,7 +133,7 @@ def _time_pictures(episode: Any) -> list[float]:
         taken_s.append(time.thread_time() - began)
         return taken
 
-    setattr(rig, name, timed_take)
+    camera.take = timed_take
     return taken_s
 
 

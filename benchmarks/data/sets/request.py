@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from benchmarks.data.sets.channels import CODINGS, channels_of, value_of
 from scenarios import catalog
-from scenarios.scenario import Episode, RendererName, preset_of
+from scenarios.scenario import Episode, RendererName
 from sim.checks import check
 
 FORMAT = 3
@@ -62,7 +62,7 @@ class Request:
 
     def configuration(self) -> Any:
         """Return the preset with the changes asked for. Raises ValueError for changes that it cannot take."""
-        preset = preset_of(catalog.scenario(self.scenario), self.preset)
+        preset = catalog.scenario(self.scenario).configuration(self.preset)
         size = self.size_px or (None, None)
         wanted = {
             "width_px": size[0],

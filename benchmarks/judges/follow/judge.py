@@ -12,9 +12,9 @@ from benchmarks.contract.judging import Ending, Score
 from benchmarks.judges import in_view
 from benchmarks.judges.follow.metrics import following
 from benchmarks.judges.view_time import find_losses, view_scores
-from scenarios.in_view import centring, is_in_view
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.truth import Truth
+from scenarios.visibility import centring, is_in_view
 from trackers.belief.features import shares_of
 from trackers.belief.kernel import SEEN_PROBABILITY
 from trackers.types import CameraCommand, Estimate
@@ -25,7 +25,7 @@ class _Seen:
     """Values of the frames so far, a list entry a frame; see ``scenarios.truth.Truth``.
 
     Attributes:
-        position_px: of the target. is_in_view, centring: see ``scenarios.in_view``.
+        position_px: of the target. is_in_view, centring: see ``scenarios.visibility``.
         visible: of the target. watched_state, watched_visible: the same of the camera that the tracker watches.
         shares: of the command that led to the frame; none for frame 0.
         distance_m: on the ground, from a camera that looks ahead to the target.

@@ -18,11 +18,11 @@ from benchmarks.judges.frame_out.metrics.series import (
     truth_series,
 )
 from benchmarks.judges.view_time import view_scores
-from scenarios.in_view import is_in_view
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.truth import RoadTruth
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.truth import without_pixels
+from scenarios.visibility import is_in_view
 from sim.optics import intersect_plane
 from trackers.types import CameraCommand, CameraModel, Estimate
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from benchmarks.judges.frame_out.oracle_routes import fan_of_routes
 from scenarios.loop import given
-from scenarios.road_town.excursion import aside_share
 from scenarios.road_town.plan import EXCURSION_ALONG_M, EXCURSION_ASIDE_M, STOP_S
 from scenarios.road_town.presets import STANDARD
 from scenarios.road_town.road_map import RoadMap
+from scenarios.road_town.route import aside_share
 from scenarios.road_town.traffic import (
     ACCELERATION_MPS2,
     BRAKING_MPS2,

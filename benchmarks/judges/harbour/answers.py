@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from scenarios.harbour.truth import HarbourTruth
 from scenarios.visibility import MOSTLY_SEEN
-from sim.optics import PinholeCamera, rays
-from trackers.types import Track
+from sim.optics import rays
+from trackers.types import CameraModel, Track
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,7 +63,7 @@ class Objects:
     distance_m: NDArray[np.float64]
 
 
-def answers_of(tracks: Sequence[Track], camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> Answers:
+def answers_of(tracks: Sequence[Track], camera: CameraModel, T_world_camera: NDArray[np.float64]) -> Answers:
     """Return the tracks whose position is not NaN, in their order."""
     said = [track for track in tracks if np.isfinite(track.estimate.position_px).all()]
     count = len(said)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numba import njit
+from numpy.typing import NDArray
 
-from scenarios.command_link import LINK_FIELDS
+from scenarios.command_link import LINK_FIELDS, LinkLimits
 
 LATENTS = 8
 ALONG, ACROSS, SPREAD, DENSEST_ALONG, DENSEST_ACROSS, DENSEST_SHARE, PROBABILITY, LENGTH = range(LATENTS)
@@ -70,3 +72,58 @@ def state_dtype(*fields: Any) -> np.dtype[Any]:
 
 
 EPISODE_STATE = state_dtype()
+
+
+class KernelWorld:
+    """Simulates B episodes at a time without pictures; their states (B,) are records of ``state_dtype``.
+
+    A scene supplies the kernels and their data.
+
+    Attributes:
+        state_dtype: see ``state_dtype``.
+        camera: focal length, half width, half height (3,), pixels. interval_s: between frames.
+        begin_kernel: called with the arguments of ``begin``, the data before the sightings.
+        move_kernel: called with the arguments of ``move``, link and data before the sightings.
+    """
+
+    state_dtype: np.dtype[Any]
+    begin_kernel: Any
+    move_kernel: Any
+
+    def __init__(self, data: Any, link: LinkLimits) -> None:
+        """``data`` is a named tuple of all that the kernels read, with ``camera`` and ``interval_s``."""
+        self.camera: NDArray[np.float64] = data.camera
+        self.interval_s: float = data.interval_s
+        self._data, self._link = data, link
+
+    def begin(self, states: Any, which: Any, episodes: Any, at_frame_outs: bool, sightings: Any, rng: Any) -> None:
+        """Begin ``episodes`` (K,) of the bank in the rows ``which`` (K,) of ``states``; write their first sightings."""
+        self.begin_kernel(states, which, episodes, at_frame_outs, self._data, sightings, rng)
+
+    def move(self, states: Any, wanted: Any, waiting: Any, sightings: Any, rng: Any) -> None:
+        """Advance all episodes by a frame under the commands ``wanted`` (B, 4); ``waiting`` (B, D, 4) are delayed."""
+        self.move_kernel(states, wanted, waiting, self._link, self._data, sightings, rng)
+
+
+LEAD_FRAMES = (20, 40)
+"""Range of the time before a likely loss: within it the belief, which starts without motion, learns it from the
+tracker's answers."""
+
+
+@njit(cache=True)
+def begin_state(state: Any, episode: int, onsets: Any, before_onset: bool, rng: np.random.Generator) -> int:
+    """Set a state to frame 0 of an episode, or to a frame before one of its ``onsets`` (N,); return the frame."""
+    frame = frame_before(onsets, rng) if before_onset else 0
+    state.episode, state.frame, state.steps, state.frames_out = episode, frame, 0, 0
+    return frame
+
+
+@njit(cache=True)
+def frame_before(onsets: Any, rng: np.random.Generator) -> int:
+    """Draw one of the frames ``onsets`` (N,), -1 for none, and return a frame 20 to 40 frames earlier, at least 0."""
+    count = 0
+    for k in range(len(onsets)):
+        count += onsets[k] >= 0.0
+    onset = int(onsets[int(rng.random() * count)]) if count > 0 else 0
+    lead = LEAD_FRAMES[0] + int(rng.random() * (LEAD_FRAMES[1] - LEAD_FRAMES[0]))
+    return max(onset - lead, 0)

@@ -6,10 +6,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
+from trackers.types import CameraModel
 
 
-def camera_numbers(camera: PinholeCamera) -> NDArray[np.float64]:
+def camera_numbers(camera: CameraModel) -> NDArray[np.float64]:
     """Return focal length, half width, half height (3,), pixels."""
     return np.array([camera.focal_px, 0.5 * camera.width_px, 0.5 * camera.height_px])
 

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from scenarios.envs.pictureless.poses import ground_depth_m, in_camera, on_ground
-from scenarios.in_view import SHORTEST_LENGTH_PX
+from scenarios.visibility import SHORTEST_LENGTH_PX
 from trackers.belief.sighting import ASSUMED_DISTANCE_M, FARTHEST_M
 
 _NEAREST_M = 1e-6

@@ -2,30 +2,150 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal, Protocol, get_args
 
 import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
+from numba import njit
 from numpy.typing import NDArray
 
 from scenarios import catalog
 from scenarios.command_link import link_limits
 from scenarios.envs.actions import checked_actions
 from scenarios.envs.pictureless.bank import EpisodeBank, episode_bank, pictureless_of
+from scenarios.envs.pictureless.episode_state import KernelWorld
 from scenarios.envs.pictureless.error_kernel import error_record
 from scenarios.envs.pictureless.error_model import ErrorModel, error_model
-from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
-from scenarios.envs.pictureless.vector_controllers import VectorController, vector_controller
-from scenarios.envs.reward import TERMS
+from scenarios.envs.reward import TERMS, Reward
 from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import COMMANDS
-from scenarios.scenario import World
+from scenarios.visibility import SHORTEST_LENGTH_PX
 from sim.checks import check, check_choice
 from trackers.belief.features import FEATURES, features_of
 from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, update_beliefs
+from trackers.controllers.catalogue import Kernel, controller_entry
+from trackers.protocols import Controller
+from trackers.types import BODY_COMMANDS, CameraModel, Carrier, EgoPose, Estimate, Observation
+
+IN_VIEW, CENTRED, SIZE, EFFORT, LOSS, LENGTH_SHARE = range(6)
+
+
+def weights_of(reward: Reward) -> NDArray[np.float64]:
+    """Return the weights (6,) of a reward as ``terms_of`` reads them."""
+    return np.array([reward.in_view, reward.centred, reward.size, reward.effort, reward.loss, reward.length_share])
+
+
+@njit(cache=True)
+def terms_of(
+    states: Any,
+    weights: NDArray[np.float64],
+    loss_frames: int,
+    width_px: float,
+    limits: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Write the weighted terms (B, 5) of a step, in the order of ``scenarios.envs.reward.TERMS``."""
+    for k in range(len(states)):
+        state = states[k]
+        effort, axes = 0.0, 0
+        for axis in range(len(limits)):
+            if limits[axis] > 0.0:
+                effort += min((state.obeyed[axis] / limits[axis]) ** 2, 1.0)
+                axes += 1
+        length = max(state.length_px, SHORTEST_LENGTH_PX) / (weights[LENGTH_SHARE] * width_px)
+        out[k, 0] = weights[IN_VIEW] * state.in_view
+        out[k, 1] = weights[CENTRED] * np.tanh(4.0 * state.centring**3)
+        out[k, 2] = weights[SIZE] * np.exp(-0.5 * np.log(length) ** 2) * state.in_view
+        out[k, 3] = -weights[EFFORT] * np.sqrt(effort / axes)
+        out[k, 4] = -weights[LOSS] if state.frames_out == loss_frames else 0.0
+
+
+class VectorController(Protocol):
+    """Gives the commands of B envs."""
+
+    def begin(self, which: NDArray[np.int64]) -> None:
+        """Note that episodes begin in the envs ``which`` (K,)."""
+        ...
+
+    def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
+        """Write commands (B, 4): forward, right, climb, yaw rate."""
+        ...
+
+
+class VectorKernelController:
+    """A controller with a kernel over beliefs."""
+
+    def __init__(self, parameters: Any, kernel: Kernel, interval_s: float, count: int) -> None:
+        self._parameters = kernel.record(parameters)
+        self._memory = np.zeros(count, kernel.memory)
+        self._steer, self._interval_s = kernel.steer, interval_s
+
+    def begin(self, which: NDArray[np.int64]) -> None:
+        """See ``VectorController``."""
+        self._memory[which] = np.zeros(1, self._memory.dtype)
+
+    def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
+        """See ``VectorController``."""
+        self._steer(beliefs, self._parameters, self._memory, states["steps"] * self._interval_s, out)
+
+
+class SeparateControllers:
+    """Any other controller: one object per env, called one after another, which is slow.
+
+    It gets posteriors as Gaussians, which is less than the particles of the rendered env.
+    """
+
+    def __init__(self, create: Callable[[], Controller], carrier: Carrier, world: KernelWorld, count: int) -> None:
+        self._create, self._world, self._down = create, world, carrier.looks == "down"
+        self._controllers = [create() for _ in range(count)]
+        self._picture = np.zeros((*(2 * world.camera[:0:-1]).astype(int), 3), np.uint8)
+
+    def begin(self, which: NDArray[np.int64]) -> None:
+        """See ``VectorController``."""
+        for k in which:
+            self._controllers[k] = self._create()
+
+    def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
+        """See ``VectorController``."""
+        for k, controller in enumerate(self._controllers):
+            given = controller.command(self.observation(states[k]), self.estimate(states[k]))
+            out[k] = [getattr(given, name) for name in BODY_COMMANDS]
+
+    def observation(self, state: Any) -> Observation:
+        """Return what a controller is given of an env's state: time, camera and measured pose; the picture is black."""
+        focal_px, half_width_px, half_height_px = self._world.camera
+        T_world_camera = np.eye(4)
+        T_world_camera[:3, :3], T_world_camera[:3, 3] = state["R_measured"], state["camera_measured_m"]
+        camera = CameraModel(round(2 * half_width_px), round(2 * half_height_px), float(focal_px))
+        time_s = float(state["steps"] * self._world.interval_s)
+        return Observation(self._picture, time_s, camera, ego=EgoPose(T_world_camera))
+
+    def estimate(self, state: Any) -> Estimate:
+        """Return the tracker's answer in an env's state."""
+        if state["known"] == 0.0:
+            return Estimate(np.full(2, np.nan), in_view_probability=0.0)
+        place_px = state["estimate_px"].copy()
+        half_px = float(state["length_share"] * self._world.camera[1])
+        spread_px = float(state["spread_m"]) * self._world.camera[0] / float(state["depth_m"])
+        return Estimate(
+            place_px,
+            box_xyxy=np.concatenate([place_px - half_px, place_px + half_px]),
+            in_view_probability=float(state["probability"]),
+            covariance_px=np.eye(2) * spread_px**2 if self._down else None,
+            depth_m=None if self._down else float(state["depth_m"]),
+        )
+
+
+def vector_controller(settings: FollowSettings, carrier: Carrier, world: KernelWorld, count: int) -> VectorController:
+    """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name or value."""
+    entry, values = controller_entry(settings.controller, carrier.name), settings.controller_values
+    if entry.kernel is not None:
+        return VectorKernelController(entry.parameters(**values), entry.kernel, world.interval_s, count)
+    return SeparateControllers(lambda: entry.create(**values), carrier, world, count)
+
 
 Starts = Literal["episodes", "frame-outs"]
 _OWN = ("max_episode_steps", "autoreset_mode", "starts", "seeds", "cache", "bank", "model")
@@ -97,7 +217,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self._at_frame_outs = starts == "frame-outs"
         self._most_steps = max_episode_steps or bank.frame_count
         link = link_limits(self.carrier, preset.rate_hz, self.settings.link_settings)
-        self._world: World = pictureless_of(scenario).world(preset, bank.arrays, link, error_record(model))
+        self._world: KernelWorld = pictureless_of(scenario).world(preset, bank.arrays, link, error_record(model))
         self._limits = link.limits
         self._controller: VectorController | None = None
         if self.settings.action == "correction":

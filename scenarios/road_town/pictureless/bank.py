@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.command_link import LinkLimits
-from scenarios.envs.pictureless.starts import LEAD_FRAMES
+from scenarios.envs.pictureless.episode_state import LEAD_FRAMES
 from scenarios.road_town.flight import Pulse, gust_attitude_rad
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown
-from scenarios.scenario import TrackerRuns, World
+from scenarios.scenario import Pictureless, TrackerRuns
 
 _MOST_GUSTS = 8
 
 
-class RoadPictureless:
+class RoadPictureless(Pictureless):
     """See ``scenarios.scenario.Pictureless``."""
 
     version = 4
+    world_place = "scenarios.road_town.pictureless.world:RoadWorld"
     runs = TrackerRuns(
         ("centre", "disturbed:centre", "centre", "disturbed:centre", "hold"), wrong_from_m=3.0, jump_m=4.0
     )
@@ -53,15 +53,6 @@ class RoadPictureless:
             "yaw_rad": np.array([air.yaw_rad]),
             "onsets": onsets,
         }
-
-    def world(
-        self, preset: RoadTown, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
-    ) -> World:
-        """Return the helicopters' world."""
-        # Imported on use: its kernels take seconds to load.
-        from scenarios.road_town.pictureless.world import RoadWorld
-
-        return RoadWorld(preset, arrays, link, errors)
 
 
 def _after_calm(gusts: tuple[Pulse, ...]) -> list[int]:

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.command_link import LinkLimits
-from scenarios.scenario import TrackerRuns, World
+from scenarios.scenario import Pictureless, TrackerRuns
 from scenarios.stereo_follow.plan import TARGET, make_plan
 from scenarios.stereo_follow.presets import StereoFollow
 from sim.meshes.person import person_size_m
@@ -21,10 +20,11 @@ _LOST_RAD, _BEFORE_M = np.deg2rad(28.0), 0.35
 second."""
 
 
-class StereoPictureless:
+class StereoPictureless(Pictureless):
     """See ``scenarios.scenario.Pictureless``."""
 
     version = 2
+    world_place = "scenarios.stereo_follow.pictureless.world:StereoWorld"
     runs = TrackerRuns(
         ("reentry", "disturbed:reentry", "centre", "disturbed:reentry", "search", "hold"), wrong_from_m=0.8, jump_m=0.8
     )
@@ -57,15 +57,6 @@ class StereoPictureless:
             "yaw_rad": crowd.robot_heading_rad,
             "onsets": _onsets(crowd.walks[TARGET].place_m, others, crowd.robot_m, crowd.robot_heading_rad),
         }
-
-    def world(
-        self, preset: StereoFollow, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
-    ) -> World:
-        """Return the robots' world."""
-        # Imported on use: its kernels take seconds to load.
-        from scenarios.stereo_follow.pictureless.world import StereoWorld
-
-        return StereoWorld(preset, arrays, link, errors)
 
 
 def _onsets(

@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera, project, rays
+from sim.optics import Camera, Intrinsics, intrinsic_matrix, project, rays
 from sim.render.compilation import row_kernel
 from sim.render.water.rays import ALONG_X as TOWARDS_X
 from sim.render.water.rays import ALONG_Y as TOWARDS_Y
@@ -60,13 +60,13 @@ _BESIDE = 0.05
 class Eye(NamedTuple):
     """The camera of the inner picture, and its pose (4, 4)."""
 
-    camera: PinholeCamera
+    camera: Camera
     T_world_camera: NDArray[np.float64]
 
 
 @lru_cache(maxsize=16)
 def eye_of(
-    camera: PinholeCamera, pose: bytes, rectangle_m: tuple[float, ...], level_m: float, depth_m: float, index: float
+    camera: Camera, pose: bytes, rectangle_m: tuple[float, ...], level_m: float, depth_m: float, index: float
 ) -> Eye:
     """Return the eye of a camera at a pose ``T_world_camera.tobytes()``; the camera itself if it sees no water.
 
@@ -93,16 +93,16 @@ def eye_of(
     right /= np.linalg.norm(right)
     T_world_eye[:3, :3], T_world_eye[:3, 3] = np.column_stack([right, np.cross(ahead, right), ahead]), place
     # As many pixels to the floor as the camera has.
-    unit = PinholeCamera(0, 0, 1.0)
+    unit = Intrinsics(0, 0, 1.0)
     shown, seen = project(unit, T_world_eye, np.stack([entries, ends]))[0], project(camera, T_world_camera, entries)[0]
     focal_px = float(np.linalg.norm(seen - seen.mean(axis=0)) / np.linalg.norm(shown[1] - shown[1].mean(axis=0)))
     half_px = np.abs(shown).max(axis=(0, 1)) * focal_px + _BORDER_PX
     width_px, height_px = (8 * int(np.ceil(half / 4.0)) for half in half_px)
-    return Eye(PinholeCamera(width_px, height_px, focal_px), T_world_eye)
+    return Eye(Intrinsics(width_px, height_px, focal_px), T_world_eye)
 
 
 def _entries(
-    camera: PinholeCamera,
+    camera: Camera,
     T_world_camera: NDArray[np.float64],
     low: NDArray[np.float64],
     high: NDArray[np.float64],
@@ -127,7 +127,7 @@ def _entries(
 def ways_of(rays: WaterRays, eye: Eye) -> NDArray[np.float32]:
     """Return the ways (7, R, C) float32 of the nodes' rays in the picture of an eye."""
     ways = np.empty((PLANES, *rays.nodes.shape[1:]), np.float32)
-    onto = np.ascontiguousarray(eye.camera.intrinsic_matrix @ eye.T_world_camera[:3, :3].T)
+    onto = np.ascontiguousarray(intrinsic_matrix(eye.camera) @ eye.T_world_camera[:3, :3].T)
     _lay_ways(rays, onto, np.ascontiguousarray(rays.position_m - eye.T_world_camera[:3, 3]), ways)
     return ways
 

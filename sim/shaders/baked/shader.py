@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from sim.checks import check
 from sim.gbuffer import GBuffer
-from sim.optics import PinholeCamera, rays
+from sim.optics import Camera, rays
 from sim.render.row_stages import RowStage, light_picture
 from sim.render.shadow_map import BLOCK, ShadowCaster
 from sim.shaders.baked.bake import BakedLight
@@ -154,9 +154,7 @@ class BakedLightShader:
         result: NDArray[np.float64] = np.pi * (lx + (share * facing)[:, None] * self._sun.astype(float))
         return result
 
-    def shade(
-        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def shade(self, gbuffer: GBuffer, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return the radiance (H, 3, W) float32, cd/m² for each of R, G and B, of a G-buffer sampled at pixel centres.
 
         Bright areas and the sky have their own.
@@ -164,7 +162,7 @@ class BakedLightShader:
         return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer)
 
     def row_light(
-        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+        self, depth_m: NDArray[np.float32], camera: Camera, T_world_camera: NDArray[np.float64]
     ) -> BakedArrays:
         """Return the present light in one camera's picture, for the row kernel.
 

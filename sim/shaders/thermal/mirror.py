@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera, ray_of_pixel
+from sim.optics import Camera, Intrinsics, principal_point, ray_of_pixel
 from sim.render.compilation import row_kernel
 
 _SHRINK = 3
@@ -58,11 +58,9 @@ NO_MIRROR = MirrorArrays(
 )
 
 
-def image_of(
-    camera: PinholeCamera, T_world_camera: NDArray[np.float64], level_m: float
-) -> tuple[PinholeCamera, NDArray[np.float64]]:
+def image_of(camera: Camera, T_world_camera: NDArray[np.float64], level_m: float) -> tuple[Camera, NDArray[np.float64]]:
     """Return a camera's image in the plane z = ``level_m``, with a third of its resolution, and its pose (4, 4)."""
-    small = PinholeCamera(camera.width_px // _SHRINK, camera.height_px // _SHRINK, camera.focal_px / _SHRINK)
+    small = Intrinsics(camera.width_px // _SHRINK, camera.height_px // _SHRINK, camera.focal_px / _SHRINK)
     T = T_world_camera.copy()
     T[2] *= -1.0
     T[2, 3] += 2.0 * level_m
@@ -72,7 +70,7 @@ def image_of(
 
 
 def rows_mirrored(
-    depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64], level_m: float
+    depth_m: NDArray[np.float32], camera: Camera, T_world_camera: NDArray[np.float64], level_m: float
 ) -> int:
     """Return how many rows of the image's picture, from the top, may be seen in level water.
 
@@ -91,13 +89,13 @@ def rows_mirrored(
 
 
 def mirror_arrays(
-    image: PinholeCamera, camera: PinholeCamera, depth_m: NDArray[np.float32], radiance: NDArray[np.float32]
+    image: Camera, camera: Camera, depth_m: NDArray[np.float32], radiance: NDArray[np.float32]
 ) -> MirrorArrays:
     """Return the upper rows (h, w) of a picture of the image of a camera."""
     shows = np.zeros((-(-len(depth_m) // CELL), -(-depth_m.shape[1] // CELL)), np.bool_)
     _find_shown(depth_m, int(np.ceil(image.focal_px * _FARTHEST_STIR / CELL)), shows)
     scale = 1.0 / _SHRINK
-    across, down = image.centre_px + scale * camera.centre_px * (-1.0, 1.0)
+    across, down = principal_point(image) + scale * principal_point(camera) * (-1.0, 1.0)
     numbers = (np.float32(each) for each in (image.focal_px, scale, across, down))
     return MirrorArrays(depth_m, radiance, shows, *numbers)
 

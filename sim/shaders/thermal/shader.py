@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from sim.checks import check
 from sim.gbuffer import SKY, GBuffer
-from sim.optics import PinholeCamera, ray_of_pixel
+from sim.optics import Camera, ray_of_pixel
 from sim.render.attributes import SurfaceRow
 from sim.render.compilation import row_kernel
 from sim.render.raster import Raster
@@ -317,7 +317,7 @@ class ThermalShader:
         self._world, self._suns = world, Suns(world, shadow_reach_m)
         self._raster = Raster(world)
         self.sea: Sea | None = None
-        self._kept: dict[tuple[PinholeCamera, bytes], KeptPicture] = {}
+        self._kept: dict[tuple[Camera, bytes], KeptPicture] = {}
         self._table_of: tuple[Air, float, float] | None = None
         self._table = NO_SEA.radiance
         self._parts = np.empty((3, 0, PARTS), np.float32)
@@ -371,14 +371,12 @@ class ThermalShader:
             self._kept.clear()
         self._version += 1
 
-    def shade(
-        self, gbuffer: GBuffer, camera: PinholeCamera, T_world_camera: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def shade(self, gbuffer: GBuffer, camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return the radiance (H, 1, W) float32 in W/(m² sr) of a G-buffer sampled at pixel centres."""
         return light_picture(self.lighting, self.row_light(gbuffer.depth_m, camera, T_world_camera), gbuffer)
 
     def row_light(
-        self, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+        self, depth_m: NDArray[np.float32], camera: Camera, T_world_camera: NDArray[np.float64]
     ) -> ThermalArrays:
         """Return the present temperatures in one camera's picture, for the row kernel."""
         light = self._dry_light(camera, T_world_camera)
@@ -390,7 +388,7 @@ class ThermalShader:
         return light._replace(sea=sea_arrays(self.sea, self._sea_table(self.sea), mirror, sun))
 
     def _mirror(
-        self, sea: Sea, depth_m: NDArray[np.float32], camera: PinholeCamera, T_world_camera: NDArray[np.float64]
+        self, sea: Sea, depth_m: NDArray[np.float32], camera: Camera, T_world_camera: NDArray[np.float64]
     ) -> MirrorArrays:
         """Return what the sea mirrors."""
         tide_m = float(self._world.poses[sea.body.index, 2, 3])
@@ -406,7 +404,7 @@ class ThermalShader:
         finish_rows(self._raster.resolving, seen, np.arange(rows), self.lighting, light, radiance)
         return mirror_arrays(image, camera, seen.depth_m[:rows], radiance[:, 0])
 
-    def _dry_light(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> ThermalArrays:
+    def _dry_light(self, camera: Camera, T_world_camera: NDArray[np.float64]) -> ThermalArrays:
         """Return ``row_light`` of a world without a sea."""
         self._make_room()
         shaded_k, warmth_k, emissivity = self._parts.reshape(3, -1)
@@ -438,7 +436,7 @@ class ThermalShader:
             self._moves = np.array([body.movable for body in self._world.bodies])
             self._kept.clear()
 
-    def _kept_picture(self, camera: PinholeCamera, T_world_camera: NDArray[np.float64]) -> KeptPicture:
+    def _kept_picture(self, camera: Camera, T_world_camera: NDArray[np.float64]) -> KeptPicture:
         key = camera, T_world_camera.tobytes()
         if key not in self._kept:
             if len(self._kept) >= _VIEWS_KEPT:

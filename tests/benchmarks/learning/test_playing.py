@@ -15,8 +15,8 @@ from benchmarks.learning.playing import Play, key_combinations, play
 from benchmarks.statistics.summary import write_summary
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.fish_tank import head as tank_head
-from scenarios.harbour import head as harbour_head
+from scenarios.fish_tank.scenario import HEAD as TANK_HEAD
+from scenarios.harbour.scenario import HEAD as HARBOUR_HEAD
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.stereo_follow.robot import ROBOT
 from tests.scenarios.envs.stand_in import IDS, stand_in  # noqa: F401
@@ -29,7 +29,7 @@ def test_keys_together_are_an_action() -> None:
     np.testing.assert_array_equal(air["safe"], [-1, -1, -1, -1])
     assert len(ground) == 3**2 - 1
     np.testing.assert_array_equal(ground["wa"], [1, 1])
-    for head in (tank_head.HEAD, harbour_head.HEAD):
+    for head in (TANK_HEAD, HARBOUR_HEAD):
         turned = dict(key_combinations(head))
         assert len(turned) == 3**3 - 1
         np.testing.assert_array_equal(turned["jiu"], [0.25, 0.25, 0.25])

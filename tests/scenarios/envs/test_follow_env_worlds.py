@@ -11,7 +11,6 @@ from gymnasium.vector import SyncVectorEnv
 
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.kept_world import KeepsWorlds
 from tests.scenarios.envs.compared import assert_same
 from trackers.types import CameraCommand
 
@@ -29,7 +28,7 @@ def keywords(env_id: str) -> dict[str, Any]:
     changes = {"width_px": 84, "height_px": 84}
     scenario = catalog.envs()[env_id][0]
     # An episode that is asked for is the catalogue's in spite of a bank of worlds.
-    worlds = int(isinstance(catalog.scenario(scenario), KeepsWorlds))
+    worlds = int(catalog.scenario(scenario).new_world is not None)
     common = {"preset": "quick", "changes": changes, "observation": "both", "worlds": worlds}
     return {"scenario": scenario, "tracker": TRACKERS[env_id]} | common
 

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenarios.envs.reward import TERMS, Reward, Rewarder, reward_of
-from sim.optics import PinholeCamera
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(200, 100, 100.0)
+CAMERA = CameraModel(200, 100, 100.0)
 RATE_HZ = 10.0
 TARGET = 0
 

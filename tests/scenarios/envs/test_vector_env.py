@@ -17,7 +17,6 @@ import pytest
 
 from benchmarks.cli import main as cli
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.ids import register_envs
 from scenarios.envs.processes import EnvProcesses
 from scenarios.envs.truth_info import INFO, truth_keys
 from tests.fakes_trackers import NoParameters, Still
@@ -29,7 +28,6 @@ __all__ = ["stand_in"]
 
 COUNT, LAST_FRAME = 2, 11
 ROOT = Path(__file__).parents[3]
-register_envs()
 
 
 def keywords() -> dict[str, Any]:

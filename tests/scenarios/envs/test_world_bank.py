@@ -13,10 +13,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scenarios import catalog
-from scenarios.envs.follow_env import FollowEnv
+from scenarios.envs.follow_env import FollowEnv, WorldBank
 from scenarios.envs.truth_info import OWN_WORLD
-from scenarios.envs.world_bank import WorldBank
-from scenarios.kept_world import KeepsWorlds, KeptWorld
+from scenarios.scenario import KeptWorld
 from sim.world import World
 from tests.scenarios.envs.compared import assert_same
 
@@ -44,9 +43,6 @@ class Keeper:
     @property
     def open(self) -> list[int]:
         return sorted(self.alive)
-
-    def episode_in(self, kept: KeptWorld, preset: Any, seed: int, **options: Any) -> Any:
-        raise NotImplementedError
 
 
 PRESET = SimpleNamespace(size=1)
@@ -147,5 +143,5 @@ def test_an_episode_in_a_used_world_is_the_one_in_a_world_built_for_it(scenario)
 
 
 def test_the_scenes_of_this_test_are_all_that_keep_worlds():
-    able = {name for name in catalog.names() if isinstance(catalog.scenario(name), KeepsWorlds)}
+    able = {name for name in catalog.names() if catalog.scenario(name).new_world is not None}
     assert {catalog.unversioned(name) for name in able} == {catalog.unversioned(name) for name in SCENES}

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenarios.fish_tank import episode as tank_episode
-from scenarios.fish_tank.episode import FishTankEpisode
+from scenarios.fish_tank import scenario as tank_scenario
 from scenarios.fish_tank.presets import PRESETS
-from scenarios.fish_tank.scenario import FISH_TANK
+from scenarios.fish_tank.scenario import FISH_TANK, FishTankEpisode
 from scenarios.fish_tank.shoal import Swims, swim
 from tests.scenarios.handed import (
     Handed,
@@ -39,7 +38,7 @@ def fish_elsewhere() -> Iterator[None]:
         return swims
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tank_episode, "swim", changed)
+        patch.setattr(tank_scenario, "swim", changed)
         yield
 
 
@@ -71,7 +70,7 @@ def test_a_head_that_knows_where_its_fish_is_is_found_out(monkeypatch: pytest.Mo
 
     def told(self: FishTankEpisode, command: CameraCommand) -> None:
         own(self, command)
-        away_m = self._swims.position_m[self._frame + 1, 0] - self._head.T_world_camera[:3, 3]
+        away_m = self._objects._swims.position_m[self._frame + 1, 0] - self._head.T_world_camera[:3, 3]
         self._head.pan_rad = float(np.arctan2(-away_m[0], away_m[1]))
 
     monkeypatch.setattr(FishTankEpisode, "_obey", told)

@@ -10,15 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scenarios.fish_tank.character import ZEBRAFISH
-from scenarios.fish_tank.episode import TARGET, FishTankEpisode
-from scenarios.fish_tank.presets import PRESETS
-from scenarios.fish_tank.scenario import FISH_TANK
+from scenarios.fish_tank.presets import PRESETS, ZEBRAFISH
+from scenarios.fish_tank.scenario import FISH_TANK, FishTankEpisode
 from scenarios.fish_tank.tank import VOLUME_M
 from scenarios.fish_tank.truth import FishTruth
 from scenarios.scenario import Frame
 from scenarios.truth import check_truth, meanings
-from sim.optics import PinholeCamera
 from sim.render.refraction import project_through
 from sim.water_surface import RippledSurface, Ripples, Waves
 from trackers.types import CameraCommand
@@ -107,8 +104,7 @@ def test_truth_is_that_of_the_ripples_of_its_frame() -> None:
     off_px: dict[str, list[NDArray[np.float64]]] = {"own": [], "flat": [], "next": []}
     on_body: dict[str, list[float]] = {name: [] for name in off_px}
     for frame in frames(episode, 10):
-        truth, model, now = fish_truth(frame), frame.observation.camera, episode._surface
-        camera = PinholeCamera(model.width_px, model.height_px, model.focal_px)
+        truth, camera, now = fish_truth(frame), frame.camera, episode._surface
         still = now.waves._replace(amplitude_m=np.zeros_like(now.waves.amplitude_m))
         others = {
             "flat": surface_like(now, still, now.time_s),
@@ -193,7 +189,7 @@ def test_the_background_shows_the_tank_without_fish(seen: list[Frame]) -> None:
     is_fish = np.isin(truth.instance_map, truth.instance_id)
     assert np.abs(first - empty)[is_fish].mean() > 4 * np.abs(first - empty)[~is_fish].mean()
     assert start.box_xyxy is not None
-    np.testing.assert_array_equal(start.box_xyxy, truth.box_xyxy[truth.index_of(TARGET)])
+    np.testing.assert_array_equal(start.box_xyxy, truth.box_xyxy[truth.index_of(FISH_TANK.target)])
 
 
 def test_truth_of_the_target_alone_has_the_same_pictures() -> None:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from scenarios.fish_tank.character import AYU, CROWD, ZEBRAFISH, Character
+from scenarios.fish_tank.presets import AYU, CROWD, ZEBRAFISH, Character
 from scenarios.fish_tank.scenario import FISH_TANK
 from scenarios.fish_tank.shoal import Swims, swim
 from sim.meshes.fish import FishLook, fish_segments, half_size

@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenarios.harbour.episode import TARGET, HarbourEpisode
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.presets import PRESETS
-from scenarios.harbour.scenario import HARBOUR
+from scenarios.harbour.scenario import HARBOUR, HarbourEpisode
 from tests.scenarios.handed import (
     Handed,
     assert_at_rest,
@@ -37,7 +36,7 @@ def intruders_elsewhere() -> Iterator[None]:
 
     def changed(self: Intruders, *given: Any) -> None:
         own(self, *given)
-        later = self.T_world_object[CHANGED_FROM:]
+        later = self.course[CHANGED_FROM:]
         later[..., 1, 3] += ALONG_M
         later[..., :2, :2] *= -1.0
 
@@ -74,7 +73,7 @@ def test_a_head_that_knows_where_its_target_is_is_found_out(monkeypatch: pytest.
 
     def told(self: HarbourEpisode, command: CameraCommand) -> None:
         own(self, command)
-        target = self._intruders.T_world_object[self._frame + 1, self._intruders.names.index(TARGET), :3, 3]
+        target = self._objects.course[self._frame + 1, self._objects.names.index(HARBOUR.target), :3, 3]
         away_m = target - self._head.T_world_camera[:3, 3]
         self._head.pan_rad = float(np.arctan2(away_m[1], away_m[0]))
 

@@ -12,12 +12,11 @@ import pytest
 from scipy.ndimage import distance_transform_cdt
 from scipy.spatial.transform import Rotation
 
-from scenarios.camera_rig import SingleCamera
-from scenarios.harbour.episode import TARGET, HarbourEpisode
 from scenarios.harbour.presets import PRESETS
-from scenarios.harbour.scenario import HARBOUR
+from scenarios.harbour.scenario import HARBOUR, HarbourEpisode
 from scenarios.harbour.truth import HarbourTruth
 from scenarios.scenario import Frame
+from scenarios.stage import SceneCamera
 from scenarios.truth import check_truth, meanings
 from sim.optics import project
 from sim.render.pipeline import Capture
@@ -48,13 +47,13 @@ def captures() -> list[Capture[Any]]:
 def seen(captures: list[Capture[Any]]) -> Iterator[tuple[HarbourEpisode, list[Frame]]]:
     """Return the first frames of an episode; ``captures`` get what its camera took."""
     with pytest.MonkeyPatch.context() as patch:
-        own = SingleCamera.take
+        own = SceneCamera.take
 
-        def recorded(self: SingleCamera, *given: Any, **named: Any) -> Capture[Any]:
+        def recorded(self: SceneCamera, *given: Any, **named: Any) -> Capture[Any]:
             captures.append(own(self, *given, **named))
             return captures[-1]
 
-        patch.setattr(SingleCamera, "take", recorded)
+        patch.setattr(SceneCamera, "take", recorded)
         episode = HARBOUR.episode(SMALL, SEED)
         frames = list(take(episode, FRAMES))
         assert len(episode.start.background) == SMALL.background
@@ -116,7 +115,7 @@ def test_observations_are_those_of_a_thermal_camera(seen: Any) -> None:
 def test_a_person_a_car_and_a_boat_come(seen: Any) -> None:
     came = {truth.kinds[k] for _, truth, k in objects(seen[1]) if truth.state[k] == "in"}
     assert came == {"person", "car", "boat"}
-    assert TARGET in seen[1][0].truth.names
+    assert HARBOUR.target in seen[1][0].truth.names
 
 
 def test_boxes_are_where_the_pixels_are_and_3d_boxes_contain_them(seen: Any) -> None:
@@ -232,13 +231,13 @@ def test_the_days_before_are_without_intruders_and_differ(seen: Any, captures: l
 @pytest.mark.heavy
 def test_no_noise_of_a_long_episode_comes_again_on_the_days_before(monkeypatch: pytest.MonkeyPatch) -> None:
     taken: list[int] = []
-    own = SingleCamera.take
+    own = SceneCamera.take
 
-    def recorded(self: SingleCamera, shader: Any, T: Any, frame: int) -> Capture[Any]:
+    def recorded(self: SceneCamera, shader: Any, T: Any, frame: int) -> Capture[Any]:
         taken.append(frame)
         return own(self, shader, T, frame)
 
-    monkeypatch.setattr(SingleCamera, "take", recorded)
+    monkeypatch.setattr(SceneCamera, "take", recorded)
     for count in (100, 4200):
         episode = HARBOUR.episode(dataclasses.replace(SMALL, frame_count=count, background=2), SEED)
         assert len(episode.start.background) == len(taken) == 2

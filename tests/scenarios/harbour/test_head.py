@@ -7,10 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from scenarios.harbour.episode import TARGET, HarbourEpisode
-from scenarios.harbour.head import HEAD, LENS, MOUNT
 from scenarios.harbour.presets import PRESETS
-from scenarios.harbour.scenario import HARBOUR
+from scenarios.harbour.scenario import HARBOUR, HEAD, LENS, MOUNT, HarbourEpisode
 from scenarios.pan_tilt_zoom import Head
 from scenarios.truth import check_truth
 from scenarios.visibility import states_of
@@ -30,7 +28,7 @@ def episode():
 def aimed(episode: HarbourEpisode, gain: float) -> CameraCommand:
     """Return the command that turns the head towards the target, by truth."""
     head, frame = episode._head, max(episode._frame, 0)
-    target = episode._intruders.T_world_object[frame, episode._intruders.names.index(TARGET), :3, 3] + (0.0, 0.0, 0.9)
+    target = episode._objects.course[frame, episode._objects.names.index(HARBOUR.target), :3, 3] + (0.0, 0.0, 0.9)
     x, y, z = target - head.T_world_camera[:3, 3]
     return CameraCommand(
         pan_rad_s=gain * (np.arctan2(y, x) - head.pan_rad),
@@ -42,7 +40,7 @@ def aimed(episode: HarbourEpisode, gain: float) -> CameraCommand:
 def test_commands_keep_the_target_in_the_second_camera_and_its_truth_is_that_camera_s(episode) -> None:
     box = episode.start.box_xyxy
     frame = episode.step()
-    target = frame.truth.index_of(TARGET)
+    target = frame.truth.index_of(HARBOUR.target)
     np.testing.assert_array_equal(frame.truth.box_xyxy[target], box)
     for _ in range(14):
         frame = episode.step(aimed(episode, 0.45))
@@ -112,8 +110,8 @@ def test_a_head_obeys_within_its_limits() -> None:
 def test_in_closed_loop_there_is_always_someone_to_follow() -> None:
     preset = dataclasses.replace(PRESETS["standard"], frame_count=80)
     followed, apart = (HARBOUR.episode(preset, 1, closed_loop=looped) for looped in (True, False))
-    target = followed._intruders.names.index(TARGET)
-    assert followed._intruders.present[:, target].all()
-    assert not apart._intruders.present[:, apart._intruders.names.index(TARGET)].all()
+    target = followed._objects.names.index(HARBOUR.target)
+    assert followed._objects.presence[:, target].all()
+    assert not apart._objects.presence[:, apart._objects.names.index(HARBOUR.target)].all()
     followed.close()
     apart.close()

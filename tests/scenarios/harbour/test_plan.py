@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scenarios.harbour import routes
+from scenarios.harbour import plan as routes
 from scenarios.harbour.conditions import draw_conditions
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.layout import (
@@ -23,9 +23,8 @@ from scenarios.harbour.layout import (
     border_y_m,
     is_watched,
 )
-from scenarios.harbour.plan import Plan, Visit, draw_car, draw_person, draw_plan, names_of
+from scenarios.harbour.plan import Journey, Plan, Visit, draw_car, draw_person, draw_plan, names_of
 from scenarios.harbour.presets import PRESETS
-from scenarios.harbour.routes import Journey
 from sim.meshes.person import person_size_m
 from sim.meshes.thermal_paint import thermal_car
 from sim.world import World

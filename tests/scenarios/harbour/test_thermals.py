@@ -47,9 +47,9 @@ def test_what_an_engine_heats_changes_on_every_frame_and_stone_in_steps(monkeypa
         stone.append(shaded[scenery[1].body.index])
         for k, heat in excess.items():
             now = shaded.get(int(intruders.instance_id[k]))
-            if not intruders.present[frame, k] or now is None:
+            if not intruders.presence[frame, k] or now is None:
                 continue
-            if frame % 15 and intruders.present[frame - 1, k]:
+            if frame % 15 and intruders.presence[frame - 1, k]:
                 np.testing.assert_allclose(now - before[k], heat[frame] - heat[frame - 1], atol=1e-9)
                 assert np.ptp(now - before[k]) > 1e-3
                 checked += 1

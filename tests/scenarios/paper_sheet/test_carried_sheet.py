@@ -10,15 +10,14 @@ import cv2
 import numpy as np
 import pytest
 
-from scenarios.catalog import scenario
 from scenarios.paper_sheet import carried_sheet
-from scenarios.paper_sheet.episode import SheetEpisode
+from scenarios.paper_sheet.scenario import PAPER_SHEET, SheetEpisode
 from scenarios.paper_sheet.sheet import region_of_sheet
-from scenarios.scenario import Frame
+from scenarios.scenario import Frame, Setup
 from scenarios.stereo_follow.camera import camera, camera_pose
-from sim.optics import PinholeCamera
 from sim.render.protocol import create_renderer
 from sim.world import World
+from trackers.types import CameraModel
 
 FRAMES = 947
 
@@ -44,7 +43,7 @@ def world() -> Iterator[World]:
     return built
 
 
-def _views(count: int) -> Iterator[tuple[PinholeCamera, np.ndarray]]:
+def _views(count: int) -> Iterator[tuple[CameraModel, np.ndarray]]:
     """Views along the path, also to the sides."""
     way = list(carried_sheet._way(FRAMES))
     for k in np.linspace(0, len(way) - 1, count).astype(int):
@@ -71,8 +70,8 @@ def test_both_renderers_show_the_same_building(world):
 @pytest.fixture(scope="module")
 def some() -> list[Frame]:
     """Return every 20th frame of a drive with small pictures, until well past the corner."""
-    preset = replace(scenario("paper-sheet").presets["paper-b2"], width_px=160, height_px=120)
-    with closing(SheetEpisode(preset.scene(3), 3, "raster")) as episode:
+    preset = replace(PAPER_SHEET.presets["paper-b2"], width_px=160, height_px=120)
+    with closing(SheetEpisode(Setup(PAPER_SHEET, preset, 3))) as episode:
         return [frame for frame in (episode.step() for _ in range(620)) if frame.truth.frame % 20 == 0]
 
 

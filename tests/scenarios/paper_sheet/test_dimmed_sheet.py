@@ -8,13 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenarios.catalog import scenario
 from scenarios.paper_sheet.dimmed_sheet import DimmedSheet
-from scenarios.paper_sheet.episode import SheetEpisode
+from scenarios.paper_sheet.scenario import PAPER_SHEET, SheetEpisode
 from scenarios.paper_sheet.sheet import region_of_sheet
-from scenarios.scenario import Frame, RendererName
+from scenarios.scenario import Frame, RendererName, Setup
 
-PRESET = scenario("paper-sheet").presets["paper-b1"]
+PRESET = PAPER_SHEET.presets["paper-b1"]
 SEED = 7
 
 
@@ -22,7 +21,7 @@ def frames_of(
     preset: DimmedSheet = PRESET, seed: int = SEED, renderer: RendererName = "raster", **held: bool
 ) -> list[Frame]:
     """Return all frames; ``held`` settings stay as on the first one."""
-    with closing(SheetEpisode(preset.scene(seed), seed, renderer)) as episode:
+    with closing(SheetEpisode(Setup(PAPER_SHEET, preset, seed, renderer))) as episode:
         frames = []
         for _ in range(episode.frame_count):
             frames.append(episode.step())

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from scenarios.catalog import scenario
-from scenarios.paper_sheet.episode import SheetEpisode
+from scenarios.paper_sheet.scenario import SheetEpisode
 from scenarios.paper_sheet.sheet import SHEET_M
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.camera import BASELINE_M, LONGEST_EXPOSURE_S
@@ -127,7 +127,7 @@ def test_the_larger_view_holds_the_picture_in_its_middle(first):
 
 def test_nobody_steers(first):
     preset, _, _ = first
-    with pytest.raises(ValueError, match=f"closed_loop: expected None or False, since {preset} follows .*, got True"):
+    with pytest.raises(ValueError, match=r"closed_loop: expected None or False, since the camera follows .*, got True"):
         PAPER_SHEET.episode(preset, 0, closed_loop=True)
     with closing(PAPER_SHEET.episode(preset, 0)) as episode:
         with pytest.raises(ValueError, match="command: expected None, since this episode follows a set path"):

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.road_town.frame_outs import frame_out_spans, picture_states
-from sim.optics import PinholeCamera, intersect_plane
+from scenarios.road_town.pilot import frame_out_spans, picture_states
+from sim.optics import intersect_plane
+from trackers.types import CameraModel
 
 _RECENT_FRAMES = 5
 _LAGS_FRAMES = (5, 15, 30)
@@ -41,7 +42,7 @@ class Rows:
 
 def rows_of(
     episode: int,
-    camera: PinholeCamera,
+    camera: CameraModel,
     poses: NDArray[np.float64],
     position_m: NDArray[np.float64],
     corners_m: NDArray[np.float64],

@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.command_link import CommandLink, Link
-from scenarios.road_town.flight import HELICOPTER, Helicopter
-from scenarios.road_town.measurement import Instruments
+from scenarios.road_town.flight import HELICOPTER, Helicopter, Instruments
 from scenarios.road_town.plan import TARGET, Plan
 from sim.optics import project
 from sim.rng import generator
 from trackers.protocols import Controller
-from trackers.types import CameraCommand, CameraModel, EgoPose, Estimate, Observation
+from trackers.types import CameraCommand, EgoPose, Estimate, Observation
 
 
 def share_in_view(plan: Plan, controller: Controller) -> float:
@@ -24,7 +23,6 @@ def share_in_view(plan: Plan, controller: Controller) -> float:
     helicopter = Helicopter(preset, plan.air, list(plan.pulses), plan.camera_poses[0, :2, 3])
     instruments = Instruments(preset.ego, generator(plan.seed, "instruments"))
     link = CommandLink(HELICOPTER, preset.rate_hz, Link(), generator(plan.seed, "link"))
-    model = CameraModel(camera.width_px, camera.height_px, camera.focal_px)
     picture = np.zeros((camera.height_px, camera.width_px, 3), np.uint8)
     seen = []
     for frame in range(preset.frame_count):
@@ -35,7 +33,7 @@ def share_in_view(plan: Plan, controller: Controller) -> float:
         seen.append(bool(depth_m > 0.0 and inside))
         ego = EgoPose(instruments.measure(T_world_camera))
         command = controller.command(
-            Observation(picture, frame / preset.rate_hz, model, ego=ego), _truth(position_px, float(depth_m), seen[-1])
+            Observation(picture, frame / preset.rate_hz, camera, ego=ego), _truth(position_px, float(depth_m), seen[-1])
         )
         helicopter.obey(link.send(command), frame)
     return float(np.mean(seen[1:]))

@@ -11,18 +11,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scenarios.road_town import piloted_flight
-from scenarios.road_town.flight_plan import plan_flight
-from scenarios.road_town.frame_outs import IN, OUT, frame_out_spans, picture_states
+from scenarios.road_town import pilot
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.line_of_sight import LineOfSight
-from scenarios.road_town.pilot import Pilot, Sighting
-from scenarios.road_town.piloted_flight import Drive
+from scenarios.road_town.pilot import IN, OUT, Drive, Pilot, Sighting, frame_out_spans, picture_states, plan_flight
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import PRESETS, RoadTown
-from sim.optics import PinholeCamera
 from sim.rng import episode_seed
 from tests.scenarios.road_town.blind_regression import Rows, gain_and_upper_end, joined, rows_of
+from trackers.types import CameraModel
 
 SET_PATHS = ("standard", "hard", "oblique", "paper-a3", "quick")
 TELLING = ("standard", "hard")
@@ -79,9 +76,9 @@ def events_of(preset: RoadTown, drive: DriveAndEvents) -> dict[str, list[int]]:
     return {name: [frame for frame in starts if frame in frames] for name, starts in drive[1].items()}
 
 
-def camera_of(preset: RoadTown) -> PinholeCamera:
+def camera_of(preset: RoadTown) -> CameraModel:
     angle_rad = float(np.deg2rad(preset.field_of_view_deg))
-    return PinholeCamera.from_field_of_view(preset.width_px, preset.height_px, angle_rad)
+    return CameraModel.from_field_of_view(preset.width_px, preset.height_px, angle_rad)
 
 
 @contextmanager
@@ -93,7 +90,7 @@ def told(drive: Drive) -> Iterator[None]:
             super().look(frame, drive.sighting(frame), view_is_back)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(piloted_flight, "Pilot", Told)
+        patch.setattr(pilot, "Pilot", Told)
         yield
 
 
@@ -112,7 +109,7 @@ def flown(preset: RoadTown, towns: list[Town], cars: int, *, is_told: bool = Fal
     return joined(parts)
 
 
-def unseen_span(camera: PinholeCamera, poses: NDArray[np.float64], layout: Layout, drive: Drive) -> tuple[int, int]:
+def unseen_span(camera: CameraModel, poses: NDArray[np.float64], layout: Layout, drive: Drive) -> tuple[int, int]:
     """Return the first frame on which the car is unseen and the first one on which it is seen again."""
     states, sight = picture_states(camera, poses, drive.corners_m), LineOfSight(layout)
     unseen = np.array(

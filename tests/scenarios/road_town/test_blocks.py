@@ -9,10 +9,9 @@ import pytest
 import shapely
 
 from scenarios.road_town.blocks import fill_blocks
-from scenarios.road_town.excursion import with_excursion
 from scenarios.road_town.patterns import STREET_PATTERNS, make_streets
 from scenarios.road_town.road_map import RoadMap, road_area
-from scenarios.road_town.route import random_route
+from scenarios.road_town.route import random_route, with_excursion
 from sim.rng import generator
 
 EXTENT_M = 420.0

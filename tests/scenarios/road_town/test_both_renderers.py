@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from scenarios.catalog import scenario
-from sim.optics import PinholeCamera
 from sim.render.protocol import create_renderer
 from sim.render.visibility import NEAR_M
 from tests.sim.ray_casting import away_from_edges
+from trackers.types import CameraModel
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def views():
 @pytest.mark.parametrize("pixel_offset", [0.0, 0.5])
 def test_both_renderers_see_the_same_town(views, pixel_offset):
     world, poses = views
-    camera = PinholeCamera.from_field_of_view(320, 240, np.radians(50))
+    camera = CameraModel.from_field_of_view(320, 240, np.radians(50))
     differing, off_colour = [], []
     for T_world_camera in poses:
         raster, reference = (

@@ -9,7 +9,7 @@ import pytest
 
 from scenarios.road_town.plan import STARTS_BEFORE_TURN_M, Plan, make_plan
 from scenarios.road_town.presets import OUT_FROM_SHARE, PRESETS, RoadTown
-from scenarios.road_town.smooth import smooth_step
+from scenarios.road_town.swing_geometry import smooth_step
 from tests.scenarios.road_town.steered import AtRandom, shares_in_view
 from trackers.controllers.catalogue import controller_entry
 from trackers.protocols import Controller

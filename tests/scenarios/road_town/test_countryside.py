@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenarios.road_town.countryside import HILLS_M, TO_CREST_M, Hills, add_countryside
 from scenarios.road_town.presets import ALTITUDE_RANGE_M
+from scenarios.road_town.town import HILLS_M, TO_CREST_M, Hills, add_countryside
 from sim.mesh import Texture
 from sim.meshes.ground import ground
-from sim.optics import PinholeCamera, look_down_pose
+from sim.optics import look_down_pose
 from sim.render.protocol import create_renderer
 from sim.rng import generator
 from sim.world import World
 from tests.sim.ray_casting import away_from_edges
+from trackers.types import CameraModel
 
 EXTENT_M = 420.0
-CAMERA = PinholeCamera.from_field_of_view(64, 48, np.deg2rad(50))
+CAMERA = CameraModel.from_field_of_view(64, 48, np.deg2rad(50))
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +67,7 @@ def test_woods_and_hedges_keep_out_of_the_town(world):
 
 
 def test_both_renderers_see_the_same_land(world):
-    camera = PinholeCamera.from_field_of_view(160, 120, np.deg2rad(50))
+    camera = CameraModel.from_field_of_view(160, 120, np.deg2rad(50))
     for yaw in (0.3, 2.4):
         T_world_camera = look_down_pose(np.array([60.0, -40.0, 90.0]), yaw, np.deg2rad(72.0), 0.05)
         raster, reference = (create_renderer(n, world).gbuffer(camera, T_world_camera) for n in ("raster", "pybullet"))

@@ -13,7 +13,7 @@ from benchmarks.data.sets.request import Request
 from benchmarks.learning.training import Training
 from scenarios.catalog import SUCCESSORS, envs, names, scenario
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.road_town.frame_outs import OUT, picture_states
+from scenarios.road_town.pilot import OUT, picture_states
 from scenarios.road_town.plan import TARGET
 from scenarios.road_town.presets import PRESETS, FrameOuts, RoadTown
 from scenarios.road_town.town import forget_town

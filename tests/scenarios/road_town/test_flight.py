@@ -12,14 +12,14 @@ from scenarios.road_town.flight import (
     draw_air,
     gust_attitude_rad,
 )
-from scenarios.road_town.frame_outs import IN, OUT, PARTIAL, frame_out_spans, picture_states
+from scenarios.road_town.pilot import IN, OUT, PARTIAL, frame_out_spans, picture_states
 from scenarios.road_town.presets import PRESETS
-from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
+from sim.optics import intersect_plane, look_down_pose, project
 from sim.rng import generator
-from trackers.types import CameraCommand
+from trackers.types import CameraCommand, CameraModel
 
 PRESET = PRESETS["standard"]
-CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50.0))
+CAMERA = CameraModel.from_field_of_view(640, 480, np.deg2rad(50.0))
 
 
 def _calm(frames: int, yaw_rad: float = 0.0) -> AirState:

@@ -8,9 +8,9 @@ import shapely
 
 from scenarios.road_town.blocks import PAVEMENT_WIDTH_M, fill_blocks
 from scenarios.road_town.canvas import Canvas, rectangle
+from scenarios.road_town.ground import DECK_M, MARGIN_M, paint_pool, place_pools
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.patterns import make_streets
-from scenarios.road_town.pools import DECK_M, MARGIN_M, paint_pool, place_pools
 from scenarios.road_town.road_map import road_area
 from sim.rng import generator
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from scenarios.road_town.flight import AirState, Pulse, draw_air, gust_attitude_rad
-from scenarios.road_town.frame_outs import frame_out_spans, picture_states
+from scenarios.road_town.pilot import frame_out_spans, picture_states
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import (
     APART_FRAMES,
@@ -24,10 +24,24 @@ from scenarios.road_town.presets import (
     RoadTown,
 )
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.smooth import smooth_step
+from scenarios.road_town.swing_geometry import smooth_step
 from scenarios.road_town.swings import draw_swings
-from sim.optics import PinholeCamera
 from sim.rng import episode_seed, generator
+from trackers.types import CameraModel
+
+
+def test_a_smooth_step_goes_from_rest_to_rest() -> None:
+    t, dt = np.linspace(-0.5, 1.5, 20_001, retstep=True)
+    place = smooth_step(t)
+    speed = np.gradient(place, dt)
+    acceleration = np.gradient(speed, dt)
+    assert (place[t <= 0] == 0).all()
+    assert (place[t >= 1] == 1).all()
+    assert (speed >= 0).all()
+    # Speed 1.875 in the middle is the polynomial's; neither it nor the acceleration jumps.
+    assert abs(speed.max() - 1.875) < 1e-6
+    assert np.abs(np.diff(acceleration)).max() < 0.01
+
 
 STEERABLE = ["standard", "hard", "quick", "oblique"]
 
@@ -39,7 +53,7 @@ def _drawn(preset: RoadTown, closed_loop: bool) -> list[tuple[AirState, Pulse]]:
 
 def _episodes(preset: RoadTown, closed_loop: bool, count: int) -> list[tuple[AirState, list[Pulse]]]:
     """Return the air and the swings of each episode."""
-    camera = PinholeCamera.from_field_of_view(640, 480, math.radians(preset.field_of_view_deg))
+    camera = CameraModel.from_field_of_view(640, 480, math.radians(preset.field_of_view_deg))
     episodes = []
     for seed in range(count):
         rng = generator(seed, "air")
@@ -128,7 +142,7 @@ def test_a_length_that_is_allowed_has_room_for_the_frame_outs_of_every_seed(
     """An excursion in the middle of 150 frames left room for no two frame-outs, so the third episode was an error."""
     preset = replace(PRESETS[name], rate_hz=rate_hz)
     shortest = preset.frame_outs.fewest_frames(preset.apart_frames(closed_loop))
-    camera = PinholeCamera.from_field_of_view(640, 480, math.radians(preset.field_of_view_deg))
+    camera = CameraModel.from_field_of_view(640, 480, math.radians(preset.field_of_view_deg))
     for frame_count, excursion in itertools.product((shortest, shortest + 7, 1.4 * shortest), (50, 65, 90)):
         asked = replace(preset, frame_count=int(frame_count))
         air = draw_air(asked, 0.0, generator(1, "air"))

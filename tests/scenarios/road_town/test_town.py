@@ -11,20 +11,21 @@ import shapely
 
 from scenarios.road_town import town
 from scenarios.road_town.blocks import fill_blocks
+from scenarios.road_town.canvas import KERB
 from scenarios.road_town.ground import class_map
 from scenarios.road_town.layout import BUILDING, ROAD, Layout
-from scenarios.road_town.palette import KERB
 from scenarios.road_town.patterns import make_streets
 from scenarios.road_town.road_map import RoadMap, road_area
 from scenarios.road_town.town import add_kerbs, add_vehicle, build_town
 from sim.mesh import Texture
 from sim.meshes.ground import ground
-from sim.optics import PinholeCamera, intersect_plane, look_down_pose
+from sim.optics import intersect_plane, look_down_pose
 from sim.pose import pose_on_ground
 from sim.render.raster import Raster
 from sim.rng import generator
 from sim.shaders.daylight import DaylightShader, Sun
 from sim.world import World
+from trackers.types import CameraModel
 
 PLAIN = Texture(np.full((4, 4, 3), KERB, np.uint8))
 
@@ -115,7 +116,7 @@ def test_no_dark_dots_along_kerbs(layout, monkeypatch):
 
 def _darkest(world: World, shader: DaylightShader, middle_m: np.ndarray) -> float:
     """Return the darkest pixel of a picture from 60 m above, as a share of the median."""
-    camera = PinholeCamera.from_field_of_view(320, 240, np.deg2rad(25))
+    camera = CameraModel.from_field_of_view(320, 240, np.deg2rad(25))
     T_world_camera = look_down_pose(np.array([*middle_m, 60.0]), 0.4, 0.15, 0.1)
     seen = Raster(world).gbuffer(camera, T_world_camera)
     kerbs = [body.index for body in world.bodies if body.category == "kerb"]
@@ -140,7 +141,7 @@ def _park_corners(park) -> np.ndarray:
 
 def test_seen_from_above_classes_and_pictures_agree(world, layout):
     """A view straight down shows houses where the class map has buildings, and asphalt where it has road."""
-    camera = PinholeCamera.from_field_of_view(320, 240, np.deg2rad(50))
+    camera = CameraModel.from_field_of_view(320, 240, np.deg2rad(50))
     classes = class_map(layout, 0.25)
     inside = cv2.erode((classes == BUILDING).astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
     low_ids = [body.index for body in world.bodies if body.category in ("ground", "kerb", "vehicle")]

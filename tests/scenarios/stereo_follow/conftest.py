@@ -9,7 +9,7 @@ import pytest
 
 from scenarios.catalog import scenario
 from scenarios.scenario import Frame
-from scenarios.stereo_follow.episode import StereoFollowEpisode
+from scenarios.stereo_follow.scenario import StereoFollowEpisode
 
 FRAMES = 60
 SEED = 163

@@ -20,7 +20,7 @@ def test_both_renderers_see_the_same_people_in_the_same_building(recorded: Recor
     episode = recorded.episode
     differing, off_colour = [], []
     for frame in recorded.frames[8::24]:
-        episode._people.move_to(frame.truth.frame)
+        episode._objects.move_to(frame.truth.frame)
         for pose in (frame.truth.T_world_camera, frame.truth.T_world_right):
             raster, reference = (
                 create_renderer(name, episode.world).gbuffer(frame.camera, pose, pixel_offset=pixel_offset)

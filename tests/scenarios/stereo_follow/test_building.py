@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from scenarios.catalog import scenario
-from scenarios.stereo_follow import surfaces
+from scenarios.stereo_follow import panels
 from scenarios.stereo_follow.building import (
     CORRIDOR_LIGHTS,
     HALL_LIGHTS,
@@ -25,9 +25,8 @@ from scenarios.stereo_follow.building import (
 )
 from scenarios.stereo_follow.floor_plan import Area, draw_floor_plan
 from scenarios.stereo_follow.panels import Panel, box, wall
-from scenarios.stereo_follow.plan import make_plan
+from scenarios.stereo_follow.plan import draw_looks, make_plan
 from scenarios.stereo_follow.presets import PRESETS
-from scenarios.stereo_follow.wardrobe import draw_looks
 from sim.mesh import Texture
 
 GREY = Texture(np.full((4, 4, 3), 128, np.uint8))
@@ -152,15 +151,15 @@ def test_nothing_stands_where_people_go(seed):
 def test_surfaces_are_textures_of_the_colour_asked_for():
     rng = np.random.default_rng(0)
     for texture in (
-        surfaces.tiled((120, 90, 60), (4.0, 2.0), (0.5, 0.25), rng),
-        surfaces.stained((120, 90, 60), (4.0, 2.0), rng),
-        surfaces.leafy((120, 90, 60), (4.0, 2.0), rng),
+        panels.tiled((120, 90, 60), (4.0, 2.0), (0.5, 0.25), rng),
+        panels.stained((120, 90, 60), (4.0, 2.0), rng),
+        panels.leafy((120, 90, 60), (4.0, 2.0), rng),
     ):
         rows, columns = texture.rgb.shape[:2]
         assert columns == pytest.approx(2 * rows, abs=2)
         assert texture.rgb.reshape(-1, 3).mean(axis=0) == pytest.approx([120, 90, 60], rel=0.15)
         assert texture.rgb.std(axis=(0, 1)).min() > 1.0
-    for texture in (surfaces.poster((0.8, 0.5), rng), surfaces.door_leaf((90, 80, 70), rng), surfaces.pane(rng)):
+    for texture in (panels.poster((0.8, 0.5), rng), panels.door_leaf((90, 80, 70), rng), panels.pane(rng)):
         assert texture.rgb.dtype == np.uint8
 
 

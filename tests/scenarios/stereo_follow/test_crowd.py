@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from scenarios.stereo_follow.crowd import Crowd, draw_crowd
 from scenarios.stereo_follow.floor_plan import FloorPlan, draw_floor_plan
-from scenarios.stereo_follow.odometry import Odometry
 from scenarios.stereo_follow.presets import PRESETS
+from scenarios.stereo_follow.rig import Odometry
 from scenarios.stereo_follow.robot import FASTEST_MPS, FASTEST_TURN_RAD_S, Robot
 from scenarios.stereo_follow.sight import seen_frames
 from scenarios.stereo_follow.walks import STEP_M, at_distance, rounded_way, sideways, walk_of

@@ -10,17 +10,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scenarios.catalog import scenario
-from scenarios.scenario import Frame
+from scenarios.scenario import Frame, Setup
 from scenarios.stereo_follow import camera
 from scenarios.stereo_follow.building import CORRIDOR_LIGHTS, HALL_LIGHTS, LIGHT_GROUPS
-from scenarios.stereo_follow.episode import StereoFollowEpisode
 from scenarios.stereo_follow.floor_plan import PLACES
-from scenarios.stereo_follow.light_plan import LightPlan
-from scenarios.stereo_follow.lighting import baked_light, illuminance_lx, set_light
+from scenarios.stereo_follow.lighting import LightPlan, baked_light, illuminance_lx, set_light
 from scenarios.stereo_follow.plan import TARGET, building_of, make_plan
 from scenarios.stereo_follow.presets import PRESETS
 from scenarios.stereo_follow.robot import FASTEST_MPS, FASTEST_TURN_RAD_S
+from scenarios.stereo_follow.scenario import STEREO_FOLLOW, StereoFollowEpisode
 from scenarios.stereo_follow.truth import PeopleTruth
 from sim.optics import invert_pose, project
 from sim.render.pipeline import capture
@@ -32,7 +30,6 @@ from trackers.light_adaptive_stereo.matching import StereoMatcher
 from trackers.registry import entry
 from trackers.types import CameraCommand
 
-STEREO_FOLLOW = scenario("stereo-follow")
 SMALL = replace(PRESETS["quick"], width_px=160, height_px=120, dropped_share=1.0, odometry=False)
 AHEAD = CameraCommand(forward_mps=0.8, yaw_rate_rad_s=0.4)
 
@@ -106,12 +103,12 @@ def test_the_target_is_drawn_at_its_true_place_with_its_visible_share(recorded: 
 def test_the_visible_share_is_that_of_the_pixels_without_other_people(recorded: Recorded):
     """Rendered again with all other people far away, the target's pixels give truth's visible share."""
     episode = recorded.episode
-    world, people = episode.world, episode._people
+    world, people = episode.world, episode._objects
     renderer = create_renderer("raster", world)
     for frame in recorded.frames[4::11]:
         t = frame.truth
         people.move_to(t.frame)
-        for k, bodies in enumerate(people._bodies):
+        for k, bodies in enumerate(people.parts):
             for body, pose in zip(bodies, people.part_poses[k], strict=True):
                 if k != TARGET:
                     world.move(body, pose + np.array([[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, -50.0], [0, 0, 0, 0]]))
@@ -249,7 +246,7 @@ def test_where_the_lamps_are_off_it_is_darker_and_the_shutter_stays_open_longer(
 @pytest.fixture(scope="module")
 def driven() -> Iterator[tuple[StereoFollowEpisode, list[Frame]]]:
     """Yield a small closed-loop episode of another seed, without odometry and with all right pictures lost."""
-    episode = StereoFollowEpisode(make_plan(SMALL, 9, closed_loop=True), "raster")
+    episode = StereoFollowEpisode(Setup(STEREO_FOLLOW, SMALL, 9, closed_loop=True))
     yield episode, [episode.step()] + [episode.step(AHEAD) for _ in range(15)]
     episode.close()
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from scenarios.stereo_follow.building import CORRIDOR_LIGHTS, HALL_LIGHTS, LIGHT_GROUPS, SKY, SUN, WINDOWS
 from scenarios.stereo_follow.camera import SENSOR
-from scenarios.stereo_follow.light_events import LightEvents
-from scenarios.stereo_follow.light_plan import draw_light_plan
+from scenarios.stereo_follow.lighting import draw_light_plan
 from scenarios.stereo_follow.presets import PRESETS, StereoFollow
+from scenarios.stereo_follow.rig import LightEvents
 from sim.sensors.config import Picture, SensorSettings
 
 SEEDS = st.integers(0, 10_000)

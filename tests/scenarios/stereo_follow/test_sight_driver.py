@@ -12,7 +12,7 @@ from scenarios.stereo_follow.pursuit import Drive, draw_pursuit, drive_by_sight
 from scenarios.stereo_follow.robot import Robot
 from scenarios.stereo_follow.sight import seen_frames
 from scenarios.stereo_follow.sight_driver import SightDriver
-from scenarios.stereo_follow.whims import draw_whims
+from scenarios.stereo_follow.walks import draw_whims
 from tests.scenarios.stereo_follow.blind_guess import RINGED, ring_around
 
 RATE_HZ, FRAMES = 15.0, 300

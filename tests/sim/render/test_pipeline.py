@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from sim.labels import ground_homography
-from sim.optics import CameraMotion, PinholeCamera, look_down_pose
+from sim.optics import CameraMotion, look_down_pose
 from sim.render.pipeline import capture
 from sim.render.protocol import create_renderer
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
 from sim.shaders.daylight import DaylightShader, Sun
 from sim.shaders.lamps import Lamp, LampShader, Surroundings
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(320, 240, np.radians(55))
+CAMERA = CameraModel.from_field_of_view(320, 240, np.radians(55))
 SUN = Sun((0.5, 0.3, 0.6), 80_000.0)
 PATH = [look_down_pose(np.array([2.0 * k, 8.0 - k, 60.0]), 0.3 + 0.02 * k, 0.05 * k, 0.3) for k in range(6)]
 

@@ -12,14 +12,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.optics import PinholeCamera, look_down_pose
+from sim.optics import look_down_pose
 from sim.render.protocol import create_renderer
 from sim.render.visibility import NEAR_M
 from sim.world import World
 from tests.sim.demo_scene import box, ground, ground_texture, palette
 from tests.sim.ray_casting import away_from_edges
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(320, 240, np.radians(55))
+CAMERA = CameraModel.from_field_of_view(320, 240, np.radians(55))
 VIEWS = {
     "down": (np.array([5.0, 8.0, 60.0]), 0.3, 0.0, 0.0),
     "tilted": (np.array([-30.0, 10.0, 45.0]), 2.0, 0.5, -0.3),

@@ -10,14 +10,15 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import SKY
 from sim.mesh import Texture
-from sim.optics import PinholeCamera, look_down_pose, project, rays
+from sim.optics import look_down_pose, project, rays
 from sim.pose import pose_on_ground
 from sim.render.raster import Raster
 from sim.world import World
 from tests.sim.demo_scene import box, cone, ground, palette, pose
 from tests.sim.ray_casting import RayCaster, away_from_edges
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(160, 120, np.radians(55))
+CAMERA = CameraModel.from_field_of_view(160, 120, np.radians(55))
 GREY = Texture(np.full((4, 4, 3), 128, np.uint8))
 VIEWS = {
     "down": (np.array([5.0, 8.0, 60.0]), 0.3, 0.0, 0.0),
@@ -67,7 +68,7 @@ def test_sky_has_no_depth_colour_or_normal_and_surfaces_have_unit_normals_toward
 @example((0.0, 0.0, 1.0), 0.0, 0.0, 0.0)  # a common edge runs exactly through pixel centres
 @settings(max_examples=120, deadline=None)
 def test_a_tiled_plane_has_no_cracks(tiled_plane, position_m, yaw, pitch, roll):
-    camera = PinholeCamera.from_field_of_view(64, 48, 1.2)
+    camera = CameraModel.from_field_of_view(64, 48, 1.2)
     T_world_camera = look_down_pose(np.array(position_m), yaw, pitch, roll)
     gbuffer = tiled_plane.gbuffer(camera, T_world_camera)
     pixels = np.stack(np.meshgrid(np.arange(64) + 0.5, np.arange(48) + 0.5), axis=-1)
@@ -91,7 +92,7 @@ def tiled_plane():
 
 def test_grid_lines_through_pixel_centres_leave_no_cracks(tiled_plane):
     # 50 m cells from 100 m with f = 100: every grid line falls exactly on pixel centres when shifted by half.
-    camera = PinholeCamera(101, 101, 100.0)
+    camera = CameraModel(101, 101, 100.0)
     gbuffer = tiled_plane.gbuffer(camera, look_down_pose(np.array([0, 0, 100.0]), 0, 0, 0))
     assert (gbuffer.instance_id == 0).all()
 
@@ -202,7 +203,7 @@ def test_bodies_may_be_added_and_moved_between_pictures():
     assert (moved == 0).any()
 
 
-SMALL_CAMERA = PinholeCamera(120, 90, 110.0)
+SMALL_CAMERA = CameraModel(120, 90, 110.0)
 RESTING_VIEWS = [look_down_pose(np.array([x, -2.0, 14.0]), 0.2, 0.3, 0.0) for x in (0.0, 0.4)]
 MOVERS = (1, 3, 4, 6)
 """Bodies that may move, between others that do not: the order of bodies decides between equally near surfaces."""
@@ -309,6 +310,6 @@ def test_bodies_that_are_added_are_drawn(world):
 
 def test_pictures_of_other_sizes_are_drawn_whole(world):
     raster = Raster(world)
-    for camera in (SMALL_CAMERA, SMALL_CAMERA, PinholeCamera(60, 45, 55.0), SMALL_CAMERA):
+    for camera in (SMALL_CAMERA, SMALL_CAMERA, CameraModel(60, 45, 55.0), SMALL_CAMERA):
         kept, whole = raster.gbuffer(camera, RESTING_VIEWS[0]), Raster(world).gbuffer(camera, RESTING_VIEWS[0])
         assert kept.depth_m.tobytes() == whole.depth_m.tobytes()

@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 
 import sim.render
 from sim.gbuffer import SKY
-from sim.optics import PinholeCamera, look_down_pose
+from sim.optics import look_down_pose
 from sim.render import row_stages
 from sim.render.compilation import row_kernel
 from sim.render.pipeline import capture
 from sim.render.raster import Raster
 from sim.render.row_stages import RowStage, light_picture
 from sim.shaders.daylight import shade_row
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(160, 120, np.radians(55))
+CAMERA = CameraModel.from_field_of_view(160, 120, np.radians(55))
 POSE = look_down_pose(np.array([2.0, 8.0, 60.0]), 0.3, 0.05, 0.3)
 SKY_K = np.float32(250.0)
 

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from sim.mesh import Texture, TexturedMesh
-from sim.optics import PinholeCamera, look_down_pose
+from sim.optics import look_down_pose
 from sim.render import textures
 from sim.render.protocol import create_renderer
 from sim.render.scene import pack_scene, pack_shapes
 from sim.world import World
 from tests.sim.demo_scene import box, cone, ground, pose
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(60, 40, 50.0)
+CAMERA = CameraModel(60, 40, 50.0)
 VIEW = look_down_pose(np.array([0.0, -1.0, 20.0]), 0.3, 0.1, -0.1)
 
 

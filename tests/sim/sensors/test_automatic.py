@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim.optics import PinholeCamera
 from sim.sensors.automatic import channel_gains, next_gains, right_gains
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
 from sim.shaders.colour import black_body_rgb, srgb_to_linear
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(160, 120, 150.0)
+CAMERA = CameraModel(160, 120, 150.0)
 
 
 def _card(temperature_k: float, luminance_nit: float) -> np.ndarray:

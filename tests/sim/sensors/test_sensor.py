@@ -8,15 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from sim.optics import PinholeCamera
 from sim.sensors.automatic import luminance_of, metered_radiance, right_exposure
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig, SensorSettings
 from sim.sensors.motion_blur import blur_by_motion
 from sim.sensors.noise import CODES, frame_keys, normal_deviates, scatter_row, veil
 from sim.shaders.colour import srgb_to_linear
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(320, 240, 300.0)
+CAMERA = CameraModel(320, 240, 300.0)
 
 
 def _even(luminance_nit: float, width: int = 320, height: int = 240) -> np.ndarray:

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
 from sim.sensors.thermal_sensor import (
     BIN_COUNTS,
     BINS,
@@ -22,8 +21,9 @@ from sim.sensors.thermal_sensor import (
     right_tone,
 )
 from sim.thermal.radiance import band_radiance, band_slope
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(96, 72, 200.0)
+CAMERA = CameraModel(96, 72, 200.0)
 QUIET = ThermalConfig(
     rate_hz=1.0, netd_k=0.0, fixed_pattern_k=0.0, drift_k=0.0, bowl_k=0.0, level_k=0.0, gain_spread=0.0, blur_px=0.0
 )

@@ -9,7 +9,7 @@ import pytest
 
 from sim.gbuffer import SKY
 from sim.mesh import Texture, TexturedMesh
-from sim.optics import PinholeCamera, look_down_pose, rays
+from sim.optics import look_down_pose, rays
 from sim.render.pipeline import capture
 from sim.render.raster import Raster
 from sim.sensors.camera_sensor import CameraSensor
@@ -21,8 +21,9 @@ from sim.shaders.daylight import Sun
 from sim.shaders.lamps import BrightArea, Lamp
 from sim.world import World
 from tests.sim.demo_scene import box, pose
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(160, 120, np.radians(70))
+CAMERA = CameraModel.from_field_of_view(160, 120, np.radians(70))
 GREY = Texture(np.full((4, 4, 3), 188, np.uint8), smooth=True)
 RHO = float(srgb_to_linear(np.array(188 / 255)))
 X, Y, Z = np.eye(3)

@@ -6,12 +6,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.optics import PinholeCamera, look_down_pose, rays
+from sim.optics import look_down_pose, rays
 from sim.render.triangles import camera_view
 from sim.render.visibility import NEAR_M
 from sim.shaders.contact_shadows import STEP_M, _columns_of
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(80, 60, np.radians(70))
+CAMERA = CameraModel.from_field_of_view(80, 60, np.radians(70))
 COLUMNS, ROWS = np.meshgrid(np.arange(80), np.arange(60))
 PIXELS = np.stack([COLUMNS, ROWS], axis=-1) + 0.5
 ORIGIN_M = np.array([-4.0, -4.0])

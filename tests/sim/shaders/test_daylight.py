@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sim.mesh import Texture
-from sim.optics import PinholeCamera, look_down_pose, rays
+from sim.optics import look_down_pose, rays
 from sim.render.raster import Raster
 from sim.render.shadow_map import BLOCK, NOTHING, TILE, ShadowCaster, bounds_across, light_axes
 from sim.shaders import daylight
@@ -15,8 +15,9 @@ from sim.shaders.daylight import DaylightShader, Sun
 from sim.world import World
 from tests.sim.demo_scene import box, build_town, ground, pose
 from tests.sim.ray_casting import RayCaster, away_from_edges
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(320, 240, np.radians(55))
+CAMERA = CameraModel.from_field_of_view(320, 240, np.radians(55))
 DOWN = look_down_pose(np.array([5.0, 8.0, 60.0]), 0.3, 0.2, 0.0)
 GREY = Texture(np.full((4, 4, 3), 188, np.uint8), smooth=True)
 REFLECTANCE = float(srgb_to_linear(np.array(188 / 255)))

@@ -8,12 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim.gbuffer import SKY, GBuffer
-from sim.optics import PinholeCamera, look_down_pose, rays
+from sim.optics import look_down_pose, rays
 from sim.shaders.colour import LUMINANCE_WEIGHTS, black_body_rgb, srgb_to_linear
 from sim.shaders.lamps import BrightArea, Lamp, LampShader, Surroundings
+from trackers.types import CameraModel
 
 BLACK_ROOM = Surroundings(surface_m2=100.0, reflectance=0.0)
-CAMERA = PinholeCamera(40, 30, 35.0)
+CAMERA = CameraModel(40, 30, 35.0)
 UP = np.array([[0.0, 0.0, 1.0]])
 
 

@@ -38,16 +38,10 @@ class FakeWorld:
 
 
 class FakeCamera:
-    """Takes pictures, of a pair as slowly as two."""
+    """Takes pictures."""
 
     def take(self) -> None:
         work(DRAWING_S)
-
-
-class FakePair(FakeCamera):
-    def take_pair(self) -> None:
-        self.take()
-        self.take()
 
 
 class Town(fake_episode.FakeEpisode):
@@ -59,11 +53,11 @@ class Town(fake_episode.FakeEpisode):
     def __init__(self) -> None:
         super().__init__(frame_count=40)
         self.world = FakeWorld()
-        self._rig = FakeCamera()
+        self._camera = FakeCamera()
         Town.built.append(self)
 
     def step(self, command: Any = None) -> Frame:
-        self._rig.take()
+        self._camera.take()
         work(TRUTH_S)
         if len(self.commands) == BLURRED_FRAME and not Town.compiled:
             work(COMPILING_S)
@@ -94,21 +88,6 @@ def test_pictures_and_bare_calls_without_shadows_are_timed_apart():
     assert frame_s / picture_s == pytest.approx((DRAWING_S + TRUTH_S) / DRAWING_S, rel=0.3)
     assert bare_s / shadowless_s == pytest.approx(2.0, rel=0.3)
     assert shadowless_s / picture_s == pytest.approx(10.0, rel=0.3)
-
-
-def test_both_pictures_of_a_pair_are_one_time():
-    class Pairs(Town):
-        def __init__(self) -> None:
-            super().__init__()
-            self._rig = FakePair()
-
-        def step(self, command: Any = None) -> Frame:
-            self._rig.take_pair()
-            return fake_episode.FakeEpisode.step(self, command)
-
-    sample = measure(Pairs, 8)  # type: ignore[arg-type]
-    assert len(sample.picture_s) == 8
-    assert np.median(sample.picture_s) == pytest.approx(2 * DRAWING_S, rel=0.3)
 
 
 @pytest.mark.parametrize("ours", [True, False])

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import look_down_pose, project
 from trackers.belief.features import FEATURES, FeatureFilter
 from trackers.belief.kernel import BELIEF, SECTORS, SIGHTING, TRAIL, TRAIL_STEP_M, densest_window, update_beliefs
 from trackers.belief.sighting import BeliefFilter, sighting_of
@@ -24,7 +24,7 @@ from trackers.types import (
 )
 
 HELICOPTER = Carrier("helicopter", (CommandAxis("forward_mps", 25.0, 40.0),), "down")
-CAMERA = PinholeCamera(640, 480, 700.0)
+CAMERA = CameraModel(640, 480, 700.0)
 MODEL = CameraModel(640, 480, 700.0)
 RATE_HZ = 15.0
 NOTHING = np.zeros((480, 640, 3), np.uint8)
@@ -221,7 +221,7 @@ def test_what_one_camera_sees_is_placed_in_the_picture_of_the_steered_one(
     np.testing.assert_allclose([sighting["x_m"], sighting["y_m"]], [x, y], atol=1e-6)
     np.testing.assert_allclose([sighting["carrier_x_m"], sighting["carrier_y_m"]], [-30.0, -20.0])
     assert sighting["height_m"] == 6.0
-    pixel = project(PinholeCamera(320, 240, 500.0), head, np.array([[x, y, 0.0]]))[0][0]
+    pixel = project(CameraModel(320, 240, 500.0), head, np.array([[x, y, 0.0]]))[0][0]
     np.testing.assert_allclose([sighting["picture_x"], sighting["picture_y"]], pixel / [160, 120] - 1, atol=1e-6)
     assert sighting["in_view_probability"] == 0.8
     box = np.array([300.0, 220.0, 317.5, 230.0])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import look_down_pose, project
 from trackers import registry
 from trackers.blind.dead_reckoning import (
     AheadParameters,
@@ -21,7 +21,7 @@ from trackers.light_adaptive_stereo.robot_frame import Mounting
 from trackers.protocols import TargetState
 from trackers.types import CameraModel, EgoPose, Observation
 
-CAMERA = PinholeCamera(160, 120, 140.0)
+CAMERA = CameraModel(160, 120, 140.0)
 RNG = np.random.default_rng(0)
 NO_PICTURE = np.empty((0, 0, 3), np.uint8)
 BOX = np.zeros(4)
@@ -29,8 +29,7 @@ PLACE_M, VELOCITY_MPS = np.array([7.0, -4.0, 0.7]), np.array([8.0, 3.0, 0.0])
 
 
 def seen_from(pose: NDArray[np.float64] | None, time_s: float) -> Observation:
-    model = CameraModel(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px)
-    return Observation(NO_PICTURE, time_s, model, ego=None if pose is None else EgoPose(pose))
+    return Observation(NO_PICTURE, time_s, CAMERA, ego=None if pose is None else EgoPose(pose))
 
 
 def state_from(pose: NDArray[np.float64]) -> TargetState:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import look_down_pose, project
 from trackers.controllers.centring import (
     CentreController,
     CentreParameters,
@@ -15,7 +15,7 @@ from trackers.controllers.centring import (
 )
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
-CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
+CAMERA = CameraModel.from_field_of_view(640, 480, np.deg2rad(50))
 
 
 CAMERA_M = np.array([5.0, -3.0, 50.0])

@@ -7,13 +7,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
+from sim.optics import intersect_plane, look_down_pose, project
 from trackers.belief.kernel import BELIEF
 from trackers.controllers.catalogue import controller_entry
 from trackers.controllers.reentry import ReentryController, ReentryParameters, nearest_seen
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
-CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))
+CAMERA = CameraModel.from_field_of_view(640, 480, np.deg2rad(50))
 HEIGHT_M = 41.0
 HALF_AHEAD_M, HALF_RIGHT_M = HEIGHT_M * 240 / CAMERA.focal_px, HEIGHT_M * 320 / CAMERA.focal_px
 MIRRORED = [name for name in BELIEF.names if "right" in name]

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import look_down_pose, project
 from trackers.kernels.ground_camera import GroundCamera, apply_homography, fit_pose, robust_normal_equations
 from trackers.types import CameraModel
 
@@ -21,7 +21,7 @@ def tilted(roll_rad: float = 0.1, pitch_rad: float = -0.15) -> GroundCamera:
 def test_without_a_bend_a_camera_projects_as_the_simulators() -> None:
     camera = GroundCamera(_MODEL, tilted().T_world_camera, np.zeros(2))
     points = np.random.default_rng(0).uniform(-30, 30, (10, 2))
-    pinhole = PinholeCamera(640, 480, 686.0)
+    pinhole = CameraModel(640, 480, 686.0)
     for height_m in (0.0, 0.7):
         world = np.column_stack([points, np.full(10, height_m)])
         expected = project(pinhole, camera.T_world_camera, world)[0]

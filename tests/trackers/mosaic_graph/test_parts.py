@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.optics import PinholeCamera, project
+from sim.optics import project
 from tests.trackers.drawn_town import film
 from trackers.kernels.ground_camera import GroundCamera, looking_down
 from trackers.mosaic_graph.detector import Likeness
@@ -29,7 +29,7 @@ def mark_errors_px(use_mosaic: bool) -> list[float]:
     mosaic.add(registration.first.small_rgb, registration.camera, _ALL_GROUND)
     marks_px = np.array([[150.0, 120.0], [500.0, 100.0], [320.0, 400.0]])
     on_map = registration.camera.to_map(marks_px)
-    pinhole = PinholeCamera(640, 480, first.observation.camera.focal_px)
+    pinhole = CameraModel(640, 480, first.observation.camera.focal_px)
     from_first = np.linalg.inv(GroundCamera(_MODEL, first.T_world_camera, np.zeros(2)).H_picture_map())
     world = np.column_stack([marks_px, np.ones(3)]) @ from_first.T
     world = world[:, :2] / world[:, 2:]

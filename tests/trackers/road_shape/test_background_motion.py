@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
+from sim.optics import intersect_plane, look_down_pose, project
 from trackers.particle_filter import Posterior
 from trackers.road_shape.background_motion import (
     STILL,
@@ -137,7 +137,7 @@ def test_a_picture_without_corners_leaves_the_walk_alone() -> None:
 
 
 CAMERA = CameraModel(320, 240, 400.0)
-PINHOLE = PinholeCamera(320, 240, 400.0)
+PINHOLE = CameraModel(320, 240, 400.0)
 
 
 def test_measured_motion_takes_ground_points_along() -> None:

@@ -67,7 +67,7 @@ def is_on_other(position_px: NDArray[np.float64], truth: Truth, target: int) -> 
 def dat_cumulative_reward(centring: NDArray[np.float64]) -> float:
     """Return ``CR = sum_k tanh(4 p_k^3)`` over the steps, in [0, 0.9993 (F - 1)]: it grows with the episode.
 
-    DAT_Benchmark (NeurIPS 2025). Its p (F,) in [0, 1] is ``scenarios.in_view.centring``: one minus the target's
+    DAT_Benchmark (NeurIPS 2025). Its p (F,) in [0, 1] is ``scenarios.visibility.centring``: one minus the target's
     distance from the picture's middle over that of the edge along the same ray; 0 outside. The target's size has no
     influence.
     """

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.special import chdtr
 
 from scenarios.truth import Truth
-from sim.optics import PinholeCamera, intersect_plane
-from trackers.types import Estimate
+from sim.optics import intersect_plane
+from trackers.types import CameraModel, Estimate
 
 _SMALLEST_BANDWIDTH_M = 0.1
 
@@ -41,7 +41,7 @@ def has_posterior(estimate: Estimate) -> bool:
     return estimate.particles_px is not None or estimate.covariance_px is not None
 
 
-def calibration(estimate: Estimate, truth: Truth, target: int, camera: PinholeCamera) -> Calibration:
+def calibration(estimate: Estimate, truth: Truth, target: int, camera: CameraModel) -> Calibration:
     """Judge the posterior of one frame: particles on the ground in metres, or a Gaussian in pixels.
 
     Particles are projected through the true camera to half the target's height; those above the horizon keep their

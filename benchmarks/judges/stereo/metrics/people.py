@@ -23,8 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.stereo_follow.truth import PeopleTruth, StereoTruth
-from sim.optics import PinholeCamera, rays
-from trackers.types import Estimate
+from sim.optics import rays
+from trackers.types import CameraModel, Estimate
 
 RIGHT_WITHIN_M = 0.5
 WORST_ERROR_M = 5.0
@@ -102,7 +102,7 @@ def answers(estimate: Estimate) -> bool:
     return bool(np.isfinite(estimate.position_px).all()) and (probability is None or probability >= ANSWERS_FROM)
 
 
-def answered_place_m(estimate: Estimate, truth: StereoTruth, camera: PinholeCamera) -> NDArray[np.float64]:
+def answered_place_m(estimate: Estimate, truth: StereoTruth, camera: CameraModel) -> NDArray[np.float64]:
     """Return the answer's place (2,) on the ground: ``c + depth * ray(position)`` without its height, or NaN.
 
     A tracker of one camera cannot measure depth. It gets the *true* depth of the surface at its position, so that only

@@ -6,10 +6,8 @@ frames and has no box there. Importing it adds ``painted-v1`` to the catalogue.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +18,7 @@ from benchmarks.data.sets.episode_writer import write_episode
 from benchmarks.data.sets.places import place_of
 from benchmarks.data.sets.request import Request
 from scenarios import catalog
-from scenarios.scenario import Frame, preset_of
+from scenarios.scenario import Frame, Scenario, Setup
 from scenarios.truth import Truth, truth_field
 from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Start
 
@@ -173,33 +171,34 @@ def truth_at(preset: Painted, frame: int, rate_hz: float) -> PaintedTruth:
     )
 
 
-@dataclass(frozen=True)
-class PaintedScenario:
-    """See ``scenarios.scenario.Scenario``."""
-
-    id: str = "painted-v1"
-    summary: str = "three painted rectangles"
-    start: str = "the car's box"
-    target: str = "target"
-    truth: type[Truth] = PaintedTruth
-    classes: Mapping[str, str] = field(default_factory=lambda: CLASSES)
-    carrier: Carrier = EASEL
-    pictureless: None = None
-    presets: dict[str, Painted] = field(
-        default_factory=lambda: {
-            "quick": Painted("two cameras"),
-            "single": Painted("one camera", baseline_m=None),
-            "late": Painted("the car is outside at first", first_x_px=50),
-            "parked": Painted("a van stands about", baseline_m=None, parks=True),
-            "lossy": Painted("a right picture is lost", lost=3),
-        }
-    )
-
-    def episode(self, preset: Any, seed: int, **_: Any) -> PaintedEpisode:
-        return PaintedEpisode(preset_of(self, preset), seed)
+def painted_episode(setup: Setup) -> PaintedEpisode:
+    """Build one episode."""
+    return PaintedEpisode(setup.preset, setup.seed)
 
 
-PAINTED = PaintedScenario()
+class PaintedScenario(Scenario):
+    """Gives its episodes the seeds as they are given."""
+
+    def _own(self, seed: int) -> int:
+        return seed
+
+
+PAINTED = PaintedScenario(
+    id="painted-v1",
+    summary="three painted rectangles",
+    start="the car's box",
+    stage=painted_episode,
+    presets={
+        "quick": Painted("two cameras"),
+        "single": Painted("one camera", baseline_m=None),
+        "late": Painted("the car is outside at first", first_x_px=50),
+        "parked": Painted("a van stands about", baseline_m=None, parks=True),
+        "lossy": Painted("a right picture is lost", lost=3),
+    },
+    classes=CLASSES,
+    carrier=EASEL,
+    truth=PaintedTruth,
+)
 catalog.register(catalog.Entry(PAINTED.id, "tests.benchmarks.data.exports.painted_scene:PAINTED"))
 
 

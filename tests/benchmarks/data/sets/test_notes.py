@@ -13,9 +13,10 @@ import pytest
 from benchmarks.data.exports.frames import sequence_name
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.notes import COORDINATES, hub_head, split_of, table_configs
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import look_down_pose, project
 from tests.benchmarks.data.sets.hub_head import head_of
 from tests.benchmarks.data.sets.small import made, tiny
+from trackers.types import CameraModel
 
 
 def test_the_card_begins_with_what_the_hub_reads(data: DataSet) -> None:
@@ -62,7 +63,7 @@ def test_sizes_are_powers_of_ten(data: DataSet, monkeypatch: pytest.MonkeyPatch,
 def test_the_card_says_where_axes_and_pixels_begin(data: DataSet) -> None:
     assert COORDINATES in (Path(data.root) / "README.md").read_text()
     # A point straight below a camera that looks down is in the middle, and one to its right is to the right.
-    camera = PinholeCamera(10, 8, 10.0)
+    camera = CameraModel(10, 8, 10.0)
     pose = look_down_pose(np.array([0.0, 0.0, 20.0]), 0.0, 0.0, 0.0)
     middle, right, below = (pose @ [*point, 1.0] for point in ((0, 0, 20), (2, 0, 20), (0, 2, 20)))
     np.testing.assert_allclose(middle, [0, 0, 0, 1], atol=1e-9)

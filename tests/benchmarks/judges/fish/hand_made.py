@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from scenarios.fish_tank.truth import FishTruth
 from scenarios.scenario import Frame
-from sim.optics import PinholeCamera
 from trackers.types import CameraModel, Estimate, Observation, Track
 
 WIDTH_PX, HEIGHT_PX = 120, 80
@@ -92,7 +91,7 @@ def empty_pictures(count: int) -> tuple[Observation, ...]:
 
 def frame_of(truth: FishTruth) -> Frame:
     """Return the truth with its picture."""
-    camera = PinholeCamera(WIDTH_PX, HEIGHT_PX, CAMERA.focal_px)
+    camera = CameraModel(WIDTH_PX, HEIGHT_PX, CAMERA.focal_px)
     return Frame(observation_of(truth), truth, camera)
 
 

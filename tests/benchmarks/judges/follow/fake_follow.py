@@ -5,21 +5,19 @@ Importing it adds the scenario ``fake-follow-v1`` to the catalogue and trackers 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios import catalog
-from scenarios.scenario import Frame
+from scenarios.scenario import Frame, Scenario, Setup
 from scenarios.stereo_follow.building import Building, draw_building
 from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.truth import LightEvent, PeopleTruth
-from sim.optics import PinholeCamera, project
+from sim.optics import project
 from tests.fakes_trackers import NoParameters
 from trackers.registry import register
 from trackers.types import (
@@ -27,14 +25,12 @@ from trackers.types import (
     CameraModel,
     CameraRegisters,
     CameraSettings,
-    Carrier,
     Estimate,
     Observation,
     Start,
 )
 
-CAMERA = PinholeCamera(160, 120, 120.0)
-CAMERA_MODEL = CameraModel(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px, baseline_m=0.12)
+CAMERA = CameraModel(160, 120, 120.0, baseline_m=0.12)
 POSE = camera_pose(np.zeros(2), 0.0)
 RATE_HZ = 15.0
 BODY_M = np.array([0.4, 0.5, 1.75])
@@ -95,7 +91,7 @@ class FakeFollowEpisode:
 
     def __post_init__(self) -> None:
         self.frame_count = self.configuration.frame_count
-        self.start = Start(CAMERA_MODEL, boxes_xyxy(0)[0])
+        self.start = Start(CAMERA, boxes_xyxy(0)[0])
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame."""
@@ -103,7 +99,7 @@ class FakeFollowEpisode:
         image = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), dtype=np.uint8)
         settings = CameraSettings(0.01, 1.0, CameraRegisters(512, 512, 300, 0))
         time_s = self._frame / RATE_HZ
-        return Frame(Observation(image, time_s, CAMERA_MODEL, settings, right_rgb=image), self._truth(self._frame))
+        return Frame(Observation(image, time_s, CAMERA, settings, right_rgb=image), self._truth(self._frame))
 
     def _truth(self, frame: int) -> PeopleTruth:
         poses = np.tile(np.eye(4), (3, 1, 1))
@@ -151,34 +147,6 @@ class FakeFollowEpisode:
 
     def close(self) -> None:
         """There is nothing to free."""
-
-
-@dataclass(frozen=True)
-class FakeFollowScenario:
-    """See ``scenarios.scenario.Scenario``."""
-
-    id: str = "fake-follow-v1"
-    summary: str = "a person before a camera"
-    start: str = "the person's box"
-    target: str = "target"
-    pictureless: None = None
-    carrier: Carrier = ROBOT
-    truth: type[PeopleTruth] = PeopleTruth
-    classes: Mapping[str, str] = field(default_factory=lambda: {"person": "person"})
-    presets: dict[str, FakeFollow] = field(default_factory=lambda: {"tiny": FakeFollow("a fixed camera")})
-
-    def episode(
-        self,
-        preset: Any,
-        seed: int,
-        *,
-        renderer: str = "raster",
-        closed_loop: bool | None = None,
-        truth: str = "all",
-    ) -> FakeFollowEpisode:
-        """Build one episode; all seeds are alike."""
-        configuration = self.presets[preset] if isinstance(preset, str) else preset
-        return FakeFollowEpisode(configuration, configuration.closed_loop if closed_loop is None else closed_loop)
 
 
 class _Follower:
@@ -233,5 +201,19 @@ class FollowRaises(_Follower):
         return super().told_at(frame)
 
 
-FAKE_FOLLOW = FakeFollowScenario()
+def fake_episode(setup: Setup) -> FakeFollowEpisode:
+    """Build one episode; all seeds are alike."""
+    return FakeFollowEpisode(setup.preset, setup.closed_loop)
+
+
+FAKE_FOLLOW = Scenario(
+    id="fake-follow-v1",
+    summary="a person before a camera",
+    start="the person's box",
+    stage=fake_episode,
+    presets={"tiny": FakeFollow("a fixed camera")},
+    classes={"person": "person"},
+    carrier=ROBOT,
+    truth=PeopleTruth,
+)
 catalog.register(catalog.Entry("fake-follow-v1", "tests.benchmarks.judges.follow.fake_follow:FAKE_FOLLOW"))

@@ -7,9 +7,9 @@ import pytest
 
 from benchmarks.contract.judging import Ending
 from benchmarks.judges.follow.judge import FollowJudge
-from scenarios.in_view import is_in_view
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.robot import FASTEST_MPS
+from scenarios.visibility import is_in_view
 from tests.benchmarks.judges.follow import fake_follow
 from tests.benchmarks.judges.follow.fake_follow import HIDDEN, RATE_HZ, people_m
 from trackers.types import CameraCommand, Estimate

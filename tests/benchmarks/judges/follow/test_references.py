@@ -15,9 +15,8 @@ from scenarios import catalog
 from scenarios.fish_tank.tank import VOLUME_M
 from scenarios.loop import Loop
 from scenarios.scenario import Frame
-from sim.optics import PinholeCamera
 from trackers.estimate_check import check_estimate
-from trackers.types import Estimate
+from trackers.types import CameraModel, Estimate
 
 
 @pytest.mark.heavy
@@ -32,7 +31,7 @@ def test_it_answers_the_true_position_and_distance_also_outside_the_picture() ->
             if truth.frame > 0:
                 assert answer.position_px == pytest.approx(truth.position_px[target])
                 assert answer.in_view_probability == (truth.state[target] in ("in", "partial"))
-                camera: PinholeCamera = frame.camera
+                camera: CameraModel = frame.camera
                 ray = np.append((answer.position_px - camera.centre_px) / camera.focal_px, 1.0)
                 middle_m = (truth.T_world_camera @ np.append(ray * answer.depth_m, 1.0))[:3]
                 assert middle_m[:2] == pytest.approx(truth.T_world_object[target, :2, 3], abs=1e-6)

@@ -47,7 +47,7 @@ def _fake_suite() -> Any:
         patch.setitem(suites._SUITES, "follow", FAKE_FOLLOW)
         for entry in FAKE_CONTROLLERS:
             patch.setitem(catalogue._ENTRIES, (entry.carrier, entry.name), entry)
-        patch.setattr("scenarios.in_view.SHORTEST_LENGTH_PX", 8.0)
+        patch.setattr("scenarios.visibility.SHORTEST_LENGTH_PX", 8.0)
         yield
 
 

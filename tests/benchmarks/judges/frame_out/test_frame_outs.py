@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from benchmarks.judges.frame_out.judge import FrameOutJudge
 from benchmarks.judges.frame_out.metrics.frame_outs import find_absences, find_frame_outs
 from scenarios import catalog
-from scenarios.road_town.episode import RoadTownEpisode
 from scenarios.road_town.presets import PRESETS
+from scenarios.road_town.scenario import RoadTownEpisode
 from tests.benchmarks.hand_made import truth_of
 from trackers.types import CameraModel, Start
 

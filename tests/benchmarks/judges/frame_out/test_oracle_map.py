@@ -14,7 +14,7 @@ from benchmarks.judges.frame_out.metrics.posterior import coverage, particle_cal
 from benchmarks.judges.frame_out.oracle_map import OracleMap, OracleParameters
 from benchmarks.judges.frame_out.oracle_routes import fan_of_routes
 from scenarios import road_town
-from scenarios.road_town.frame_outs import OUT, picture_states
+from scenarios.road_town.pilot import OUT, picture_states
 from scenarios.road_town.plan import TARGET, Plan, make_plan
 from scenarios.road_town.presets import PRESETS
 from scenarios.road_town.road_map import RoadMap

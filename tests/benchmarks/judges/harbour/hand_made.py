@@ -13,10 +13,10 @@ from benchmarks.contract.judging import Ending, Score
 from benchmarks.judges.harbour.judge import HarbourJudge
 from scenarios.harbour.truth import HarbourTruth
 from scenarios.scenario import Frame
-from sim.optics import PinholeCamera, project
+from sim.optics import project
 from trackers.types import CameraModel, Estimate, Observation, Track
 
-CAMERA = PinholeCamera(384, 288, 770.0)
+CAMERA = CameraModel(384, 288, 770.0, band="thermal")
 SEA, MOORED, BIRD, LAND = 1, 2, 3, 4
 CLUTTER = {SEA: "sea", MOORED: "moored", BIRD: "bird", LAND: "land"}
 FIRST_ID = 10

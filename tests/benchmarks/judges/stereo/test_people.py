@@ -13,7 +13,7 @@ from benchmarks.judges.stereo.metrics import people
 from benchmarks.judges.stereo.metrics.people import Outcome
 from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.truth import PeopleTruth
-from sim.optics import PinholeCamera, project
+from sim.optics import project
 from tests.benchmarks.judges.follow.fake_follow import CAMERA, FakeFollow, FakeFollowEpisode
 from tests.benchmarks.judges.stereo.hand_made_people import NOWHERE, OTHER_M, people_of
 from trackers.types import Estimate
@@ -94,8 +94,7 @@ def test_in_the_sky_there_is_no_depth_to_lend(truth: PeopleTruth) -> None:
 
 
 def test_a_measured_depth_counts_outside_the_picture_too(truth: PeopleTruth) -> None:
-    wide = PinholeCamera(CAMERA.width_px, CAMERA.height_px, CAMERA.focal_px)
-    place = people.answered_place_m(Estimate(np.array([-40.0, 60.0]), depth_m=3.0), truth, wide)
+    place = people.answered_place_m(Estimate(np.array([-40.0, 60.0]), depth_m=3.0), truth, CAMERA)
     assert place == pytest.approx([3.0, 3.0])
 
 

@@ -10,8 +10,8 @@ import pytest
 from numba import njit
 
 from scenarios.envs.pictureless.episode_state import EPISODE_STATE
-from scenarios.road_town.pictureless.flight_kernel import FLIGHT_STATE
-from scenarios.stereo_follow.pictureless.drive_kernel import DRIVE_STATE
+from scenarios.road_town.pictureless.world import FLIGHT_STATE
+from scenarios.stereo_follow.pictureless.world import DRIVE_STATE
 
 
 @pytest.mark.heavy

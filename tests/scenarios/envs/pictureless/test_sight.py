@@ -11,18 +11,18 @@ from numba import njit
 
 from scenarios.envs.pictureless.episode_state import EPISODE_STATE
 from scenarios.envs.pictureless.poses import camera_numbers
-from scenarios.envs.pictureless.reward_kernel import terms_of, weights_of
 from scenarios.envs.pictureless.sight_kernel import look, write_sighting_ahead, write_sighting_down
+from scenarios.envs.pictureless.vector_env import terms_of, weights_of
 from scenarios.envs.reward import TERMS, Reward, Rewarder
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.stereo_follow.robot import ROBOT
-from sim.optics import PinholeCamera, look_down_pose, project
+from sim.optics import look_down_pose, project
 from sim.pose import pose_on_ground
 from trackers.belief.kernel import SIGHTING
 from trackers.belief.sighting import sighting_of
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
-CAMERA = PinholeCamera(640, 480, 500.0)
+CAMERA = CameraModel(640, 480, 500.0)
 SIZE_M = np.array([4.6, 1.9, 1.5])
 
 

@@ -10,16 +10,16 @@ import pytest
 
 from scenarios.envs.pictureless.episode_state import EPISODE_STATE
 from scenarios.envs.pictureless.poses import camera_numbers
-from scenarios.envs.pictureless.vector_controllers import SeparateControllers, vector_controller
+from scenarios.envs.pictureless.vector_env import SeparateControllers, vector_controller
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.stereo_follow.robot import ROBOT
-from sim.optics import PinholeCamera, look_down_pose
+from sim.optics import look_down_pose
 from trackers.belief.kernel import BELIEF, update_beliefs
 from trackers.belief.sighting import sighting_of
 from trackers.controllers.catalogue import controller_entry
-from trackers.types import Carrier
+from trackers.types import CameraModel, Carrier
 
-CAMERA = PinholeCamera(64, 48, 50.0)
+CAMERA = CameraModel(64, 48, 50.0)
 WORLD: Any = SimpleNamespace(camera=camera_numbers(CAMERA), interval_s=1.0 / 15.0)
 ENVS, FRAMES, AGAIN_AT = 3, 70, 40
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenarios.envs.pictureless.starts import LEAD_FRAMES
+from scenarios.envs.pictureless.episode_state import LEAD_FRAMES
 from scenarios.road_town.flight import gust_attitude_rad
 from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.plan import make_plan

@@ -9,7 +9,7 @@ import pytest
 from numba import njit
 
 from scenarios.road_town.flight import AirState, Helicopter, Pulse
-from scenarios.road_town.pictureless.flight_kernel import FLIGHT_STATE, fly, look_down
+from scenarios.road_town.pictureless.world import FLIGHT_STATE, fly, look_down
 from scenarios.road_town.presets import RoadTown
 from trackers.types import CameraCommand
 

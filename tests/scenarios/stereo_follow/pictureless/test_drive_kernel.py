@@ -10,8 +10,8 @@ from numba import njit
 
 from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
-from scenarios.stereo_follow.odometry import Odometry
-from scenarios.stereo_follow.pictureless.drive_kernel import DRIVE_STATE, drive, look_ahead
+from scenarios.stereo_follow.pictureless.world import DRIVE_STATE, drive, look_ahead
+from scenarios.stereo_follow.rig import Odometry
 from scenarios.stereo_follow.robot import Robot
 from trackers.types import CameraCommand
 

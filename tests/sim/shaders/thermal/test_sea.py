@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.constants import Boltzmann, Planck, speed_of_light
 from scipy.integrate import quad
 
-from sim.optics import PinholeCamera, project, ray_of_pixel
+from sim.optics import project, ray_of_pixel
 from sim.render.protocol import create_renderer
 from sim.shaders.thermal.mirror import image_of, mirror_arrays
 from sim.shaders.thermal.sea import (
@@ -28,8 +28,9 @@ from sim.thermal.waves import CELLS, LEVELS, SeaState, SeaWaves
 from sim.world import World
 from tests.sim.demo_scene import box, ground
 from tests.sim.waterfront import overview, plain
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(160, 120, 320.0)
+CAMERA = CameraModel(160, 120, 320.0)
 AIR = Air(temperature_k=288.0, attenuation_per_m=0.0, zenith_emissivity=0.3)
 CALM = SeaState(wind_wave_m=1e-6, swell_m=0.0, fine_slope=0.01)
 SEA_K, WALL_K = 290.0, 330.0

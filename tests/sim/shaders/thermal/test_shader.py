@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from sim.gbuffer import SKY
-from sim.optics import PinholeCamera, ray_of_pixel
+from sim.optics import ray_of_pixel
 from sim.render.pipeline import capture
 from sim.render.protocol import create_renderer
 from sim.sensors.thermal_sensor import ThermalConfig, ThermalSensor
@@ -19,8 +19,9 @@ from sim.thermal.weather import Weather
 from sim.world import World
 from tests.sim.demo_scene import box, ground
 from tests.sim.waterfront import Waterfront, overview, plain
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera(128, 96, 257.0)
+CAMERA = CameraModel(128, 96, 257.0)
 AIR = Air(temperature_k=285.0, attenuation_per_m=1e-3)
 BLOCK_K, GROUND_K = 310.0, 290.0
 

@@ -10,17 +10,16 @@ import pytest
 from numpy.typing import NDArray
 
 from scenarios.road_town.flight import AirState, Pulse, draw_air, gust_attitude_rad
-from scenarios.road_town.frame_outs import IN, OUT, frame_out_spans, picture_states
 from scenarios.road_town.layout import Building, Layout, RoadGraph
 from scenarios.road_town.line_of_sight import LineOfSight
-from scenarios.road_town.oblique import gust_angles_rad, gust_out, pitched_forward
-from scenarios.road_town.pilot import Pilot, PilotErrors
-from scenarios.road_town.piloted_flight import Drive, fly_after
+from scenarios.road_town.pilot import IN, OUT, Drive, Pilot, PilotErrors, fly_after, frame_out_spans, picture_states
 from scenarios.road_town.presets import PRESETS, RoadTown
-from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
+from scenarios.road_town.swing_geometry import gust_angles_rad, gust_out, pitched_forward
+from sim.optics import intersect_plane, look_down_pose, project
 from sim.rng import generator
+from trackers.types import CameraModel
 
-CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50.0))
+CAMERA = CameraModel.from_field_of_view(640, 480, np.deg2rad(50.0))
 HIGHEST_RAY_RAD = math.radians(85.0)
 CAR_M = np.array([4.4, 1.8, 1.5])
 FRAMES = 240

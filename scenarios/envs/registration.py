@@ -1,20 +1,32 @@
-"""The vector entry point of ``gym.make_vec``, used without a ``vectorization_mode``."""
+"""The entry points of the envs in Gymnasium: ``gym.make`` and ``gym.make_vec``.
+
+The catalogue registers each env with its scenario, and so does every import of ``scenarios``. It takes Gymnasium, a
+tenth of a second; the envs themselves are imported when one is made.
+"""
 
 from __future__ import annotations
 
 from functools import partial
 from typing import Any
 
-from gymnasium.vector import SyncVectorEnv, VectorEnv
-from gymnasium.wrappers import TimeLimit
+import gymnasium as gym
 
-from scenarios.envs.follow_env import FollowEnv
 from sim.checks import check
+
+
+def register_env(env_id: str, scenario: str, tracker: str) -> None:
+    """Register the env of a scenario with a default tracker."""
+    gym.register(
+        id=env_id,
+        entry_point="scenarios.envs.follow_env:FollowEnv",
+        vector_entry_point=f"{__name__}:follow_vector_env",
+        kwargs={"scenario": scenario, "tracker": tracker},
+    )
 
 
 def follow_vector_env(
     num_envs: int = 1, *, pictures: bool = True, max_episode_steps: int | None = None, **keywords: Any
-) -> VectorEnv[Any, Any, Any]:
+) -> gym.vector.VectorEnv[Any, Any, Any]:
     """Return rendered envs, one after the other as ``vectorization_mode="sync"`` has them, or ``PicturelessVectorEnv``.
 
     Args:
@@ -24,7 +36,7 @@ def follow_vector_env(
     """
     check("num_envs", num_envs >= 1, "a whole number >= 1", num_envs)
     if pictures:
-        return SyncVectorEnv([partial(_rendered, max_episode_steps, **keywords)] * num_envs)
+        return gym.vector.SyncVectorEnv([partial(_rendered, max_episode_steps, **keywords)] * num_envs)
     # It imports kernels, which takes seconds.
     from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 
@@ -32,5 +44,7 @@ def follow_vector_env(
 
 
 def _rendered(max_episode_steps: int | None, **keywords: Any) -> Any:
+    from scenarios.envs.follow_env import FollowEnv
+
     env = FollowEnv(**keywords)
-    return env if max_episode_steps is None else TimeLimit(env, max_episode_steps)
+    return env if max_episode_steps is None else gym.wrappers.TimeLimit(env, max_episode_steps)

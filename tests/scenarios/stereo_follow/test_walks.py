@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from scenarios.stereo_follow.whims import draw_whims
+from scenarios.stereo_follow.walks import draw_whims
 
 
 class CountedDraws:

@@ -1,8 +1,4 @@
-"""A camera that is pitched forward under the helicopter: its pose, and swings of its view.
-
-Nadir is the direction straight down. The view's aim is where the optical axis meets the ground, ``h tan(a)`` ahead at
-height h and angle a from nadir.
-"""
+"""Geometry of the swings of a view: smooth motion from rest to rest, and where a pitched camera looks."""
 
 from __future__ import annotations
 
@@ -11,7 +7,20 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.optics import PinholeCamera
+from trackers.types import CameraModel
+
+PEAK_SPEED = 1.875
+"""Largest speed of a smooth step, in steps per duration."""
+
+
+def smooth_step(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return 0 before t = 0, 1 after t = 1 and between them ``10 t^3 - 15 t^4 + 6 t^5``, as an array like ``t``.
+
+    Speed and acceleration are zero at both ends.
+    """
+    t = np.clip(t, 0.0, 1.0)
+    return t * t * t * (10 - 15 * t + 6 * t * t)
+
 
 SHORT_OF_NADIR_RAD = 0.01
 """A gust stops this far before the view points straight down: beyond it, the nose would point backwards."""
@@ -30,7 +39,7 @@ def pitched_forward(T_world_camera: NDArray[np.float64], mount_rad: float) -> ND
 
 
 def gust_out(
-    camera: PinholeCamera, altitude_m: float, mount_rad: float, direction_rad: float, margin_m: float
+    camera: CameraModel, altitude_m: float, mount_rad: float, direction_rad: float, margin_m: float
 ) -> tuple[float, float]:
     """Return the aim's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
 
@@ -51,7 +60,7 @@ def gust_out(
 
 
 def drift_out(
-    camera: PinholeCamera, altitude_m: float, mount_rad: float, direction_rad: float, margin_m: float
+    camera: CameraModel, altitude_m: float, mount_rad: float, direction_rad: float, margin_m: float
 ) -> tuple[float, float]:
     """Return the helicopter's displacement (ahead, left) that puts a centred car ``margin_m`` outside the border.
 
@@ -73,7 +82,7 @@ def gust_angles_rad(offset_m: tuple[float, float], altitude_m: float, mount_rad:
     return math.atan(math.hypot(ahead_m, left_m) / altitude_m) - mount_rad, math.atan2(left_m, ahead_m)
 
 
-def _yaw_to_border(camera: PinholeCamera, mount_rad: float) -> float:
+def _yaw_to_border(camera: CameraModel, mount_rad: float) -> float:
     """Return the yaw that moves the middle of the picture to its left or right border.
 
     A point on the axis is seen, after a yaw y, at the tangent ``sin(a) sin(y) / (sin(a)^2 cos(y) + cos(a)^2)``.
