@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -11,21 +11,25 @@ from typing import Any
 from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import Row, read_rows
 from benchmarks.contract.suite import suite
-from benchmarks.papers.claims import Claim
-from benchmarks.papers.experiment import PaperExperiment, Plots
-from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity
+from benchmarks.contract.text import interval_text, number_text, ranges_text, unit_sign
+from benchmarks.papers.experiment import Claim, PaperExperiment, Plots, Robustness, TextTable
 from benchmarks.run.experiment import Experiment, Progress
 from benchmarks.run.experiment import run as run_experiment
 from benchmarks.run.jobs import opened
 from benchmarks.run.result_folder import MadeNow
 from benchmarks.run.selection import experiment_on, job_on, tracker_named
+from benchmarks.show.palette import line_styles
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import showing_of
 from benchmarks.show.video.contact_sheet import contact_sheet
+from benchmarks.statistics.bootstrap import bootstrap_interval
 from benchmarks.statistics.summary import grouped
 from scenarios import catalog
 from scenarios.scenario import RendererName
+from trackers import registry
 
+FOLDER = "robustness"
+"""Of the rows of what is varied, in the experiment's folder."""
 _SCALE = 3.0
 
 
@@ -111,15 +115,28 @@ class TrackerExperiment(PaperExperiment):
         )
         return few((self.preset,), varied), few(changed, made.trackers)
 
-    def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Sensitivity | None:
-        """See ``PaperExperiment``."""
+    def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> TextTable | None:
+        """See ``PaperExperiment``: the figures as set, with other settings, and with other rates."""
         made = self.robustness
         if made is None:
             return None
-        drawn, varied = (
-            [row for row in each if row["renderer"] == renderer] for each in (rows, read_rows(out / FOLDER))
-        )
-        return sensitivity(made, [self.metric(name) for name in made.metrics], drawn, varied, self.preset, seeds)
+        few = seeds[: made.episodes]
+        columns = [(tracker, self.metric(name)) for tracker in made.trackers for name in made.metrics]
+
+        def line(words: str, drawn: Sequence[Row], preset: str, setting: str = "") -> tuple[str, ...]:
+            mine = [row for row in drawn if row["renderer"] == renderer and row["preset"] == preset]
+            names = [(alias(tracker, setting) if setting else tracker, metric) for tracker, metric in columns]
+            return (words, *_cells(mine, names))
+
+        varied = read_rows(out / FOLDER)
+        lines = [
+            line("as in the table above", [row for row in rows if row["seed"] in few], self.preset),
+            *(line(words, varied, self.preset, words) for words in made.settings),
+            *(line(words, varied, alias(self.preset, words)) for words in made.rates),
+        ]
+        heads = [f"{tracker}: {_head(metric)}" for tracker, metric in columns]
+        words = f"{made.words} Episodes {ranges_text(few)}; 95 % intervals over them."
+        return TextTable("What was fitted, varied", words, ("varied", *heads), tuple(lines))
 
     def runs(self, seeds: range, renderer: RendererName, workers: int) -> Experiment:
         """Return what is run."""
@@ -132,9 +149,19 @@ class TrackerExperiment(PaperExperiment):
         if self.frames:
             self._show_frames(out, seeds.start, renderer)
         else:
-            condition = self.condition(renderer)
-            showing_of(suite(self.suite)).picture(out, condition, grouped(rows)[condition], self.trackers)
+            drawn = self._rows_of_trackers(rows, renderer)
+            showing_of(suite(self.suite)).picture(out, self.condition(renderer), drawn, self.trackers)
         return None
+
+    def suite_figures(self, title: str, rows: Sequence[Row], renderer: RendererName) -> Plots:
+        """Return the suite's figures of the paper's trackers."""
+        styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
+        plots = showing_of(suite(self.suite)).figures(self._rows_of_trackers(rows, renderer), styles)
+        return Plots(title, {f"{plot.title} {plot.words}": plot.svg for plot in plots})
+
+    def _rows_of_trackers(self, rows: Sequence[Row], renderer: RendererName) -> dict[str, list[Row]]:
+        found = grouped(rows)[self.condition(renderer)]
+        return {name: found[name] for name in self.trackers}
 
     def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:
         """Run one episode with each method; show the observed frame inside the larger view."""
@@ -150,3 +177,23 @@ class TrackerExperiment(PaperExperiment):
             "Yellow: the particles. An arrow at the border points to a place beyond it."
         )
         self.write_figure(out, contact_sheet(rows), seed, renderer, "figure", caption)
+
+
+def alias(name: str, words: str) -> str:
+    """Return the name under which a varied tracker or preset runs."""
+    return f"{name} ({words})"
+
+
+def _cells(rows: Sequence[Row], columns: Sequence[tuple[str, Metric]]) -> Iterator[str]:
+    for tracker, metric in columns:
+        pool = metric.statistic.pooled([row for row in rows if row["tracker"] == tracker])
+        if pool is None or pool.seed_count == 0:
+            yield "–"
+        else:
+            yield f"{number_text(pool.mean, metric.unit)} ({interval_text(*bootstrap_interval(pool), metric.unit)})"
+
+
+def _head(metric: Metric) -> str:
+    """Return the name of a metric in words, with its unit."""
+    words, sign = metric.name.removesuffix(f"_{metric.unit}").replace("_", " "), unit_sign(metric.unit)
+    return f"{words} ({sign})" if sign else words
