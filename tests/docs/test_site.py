@@ -20,7 +20,7 @@ from sphinx.cmd.build import build_main
 
 from scenarios import catalog
 from tools.gallery import pictures
-from tools.gallery.pictures import ShownPreset, shown_presets, write_pictures
+from tools.gallery.page import ShownPreset, shown_presets, write_pictures
 
 ROOT = Path(__file__).parents[2]
 DRAWN = ShownPreset("fish-tank-v1", "quick", seed=2)
