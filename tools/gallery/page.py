@@ -1,6 +1,6 @@
 """The gallery: every scene and preset of the catalogue with a picture and a line.
 
-``gallery_page`` returns the page in MyST Markdown; ``write_pictures`` draws missing pictures as ``frameout render`` does.
+``gallery_page`` returns the page in MyST Markdown; ``write_pictures`` draws what is missing, as ``frameout render``.
 """
 
 from __future__ import annotations
