@@ -1,0 +1,60 @@
+"""What is learnt of the colours of road and other ground."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.papers.a3 import label_pixels
+from scenarios import catalog
+from scenarios.road_town.road_map import RoadMap
+from tests.tools.command import tools
+from tools.learn import colours
+from tools.learn.colours import LIGHTS, lights_of_brightness
+from trackers.road_shape.ground_classes import load_class_statistics
+
+
+def test_the_shipped_model_was_learnt_on_the_towns_that_its_tests_leave_out() -> None:
+    assert "--seeds 0:16" in json.loads(colours.MODEL_PATH.read_text())["command"]
+
+
+def test_lights_are_groups_of_like_brightness() -> None:
+    """Every pixel is nearest to the mean of its own group."""
+    rng = np.random.default_rng(0)
+    brightness = np.concatenate([rng.normal(120, 20, 3000), rng.normal(330, 30, 5000), rng.normal(560, 40, 900)])
+    counts = np.bincount(np.clip(brightness, 0, 765).astype(int), minlength=766).astype(float)
+    light = lights_of_brightness(counts, 3)
+    assert (np.diff(light) >= 0).all()
+    means = np.array([np.average(np.arange(766)[light == k], weights=counts[light == k]) for k in range(3)])
+    assert means == pytest.approx([120, 330, 560], abs=8)
+    np.testing.assert_array_equal(light, np.abs(np.arange(766)[:, None] - means).argmin(axis=1))
+
+
+@pytest.mark.heavy
+def test_moments_are_numpys_and_the_model_is_what_trackers_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(colours, "MODEL_PATH", tmp_path / "classes.json")
+    words = ["learn-colours", "--seeds", "3", "--every", "1000"]
+    assert tools(words) == 0
+    written = json.loads((tmp_path / "classes.json").read_text())
+    assert written["command"] == "python -m tools learn-colours --preset quick --seeds 3 --every 1000"
+    model = written["classes"]
+    episode = catalog.scenario("road-town").episode("quick", 3, closed_loop=False)
+    frame = episode.step()
+    labels = label_pixels(frame, RoadMap(episode.map_of().graph), episode.map_of())
+    episode.close()
+    step = colours._PIXEL_STEP
+    seen = frame.observation.image_rgb[::step, ::step][labels["road"][::step, ::step]].astype(float)
+    brightness = seen.sum(axis=1).astype(int)
+    light = lights_of_brightness(np.bincount(brightness, minlength=766).astype(float), LIGHTS["road"])[brightness]
+    for k, learnt in enumerate(model["road"]):
+        np.testing.assert_allclose(learnt["mean_rgb"], seen[light == k].mean(axis=0), atol=1e-3)
+        np.testing.assert_allclose(learnt["variance_rgb"], seen[light == k].var(axis=0), atol=1e-2)
+        assert learnt["pixels"] == (light == k).sum()
+    read = load_class_statistics(str(tmp_path / "classes.json"))
+    np.testing.assert_allclose(read.mean_rgb, [each["mean_rgb"] for each in model["road"] + model["other"]])
+    assert read.of_road.tolist() == [True] * len(model["road"]) + [False] * len(model["other"])
