@@ -1,7 +1,7 @@
 """A paper's experiment: setting, runs, claims and our findings.
 
 ``experiment_named`` reads it from ``NAME.toml`` beside this module: words, names of trackers and presets, claims, and
-what is varied. Its class, from ``_KINDS``, has what the experiment alone computes.
+what is varied. Those of a camera have a class each, for what they measure.
 """
 
 from __future__ import annotations
@@ -29,17 +29,9 @@ from benchmarks.statistics.bootstrap import bootstrap_interval
 from benchmarks.statistics.summary import paired
 from scenarios.scenario import RendererName
 
-_KINDS = {
-    "A2": "tracker_experiment:TrackerExperiment",
-    "A3": "a3:BackgroundExperiment",
-    "B1": "b1:DimmedLamp",
-    "B2": "b2:Drive",
-    "B3": "tracker_experiment:TrackerExperiment",
-    "C": "c:GapExperiment",
-    "D": "d:HarbourExperiment",
-}
-"""Name → module and class."""
-NAMES = tuple(_KINDS)
+NAMES = ("A2", "A3", "B1", "B2", "B3", "C", "D")
+_OF_A_CAMERA = {"B1": "b1:DimmedLamp", "B2": "b2:Drive"}
+"""Name → module and class; the others run trackers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -225,10 +217,6 @@ class PaperExperiment(ABC):
     def made_now(self, renderer: RendererName) -> MadeNow:
         """Return what tells the current ``editions`` of the rows of ``run``."""
 
-    def matrix(self, seeds: range, renderer: RendererName) -> TextTable | None:
-        """Return a matrix measured on the episodes of ``seeds``, for experiments that have one."""
-        return None
-
     def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> TextTable | None:
         """Return how the figures depend on what was fitted, for experiments in which that was measured."""
         return None
@@ -251,18 +239,16 @@ class PaperExperiment(ABC):
         renderer: RendererName,
         name: str,
         caption: str,
-        part: str = "",
     ) -> None:
-        """Write our version (H, W, 3) of one of the paper's figures; ``part`` tells several of one page apart."""
-        title = f"The paper's {name}, in this world"
-        file = "-".join(filter(None, (self.preset, part, renderer)))
+        """Write our version (H, W, 3) of one of the paper's figures."""
+        title, file = f"The paper's {name}, in this world", f"{self.preset}-{renderer}"
         write_picture(out, file, image_rgb, self.condition(renderer), title, caption, f"seed {seed}")
 
 
 @cache
 def experiment_named(name: str) -> PaperExperiment:
     """Return one of the experiments ``NAMES``."""
-    module, _, kind = _KINDS[name].partition(":")
+    module, _, kind = _OF_A_CAMERA.get(name, "tracker_experiment:TrackerExperiment").partition(":")
     given = tomllib.loads(Path(__file__).with_name(f"{name.lower()}.toml").read_text(encoding="utf-8"))
     given["claims"] = [Claim(**claim) for claim in given["claims"]]
     if "robustness" in given:

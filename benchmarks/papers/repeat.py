@@ -44,10 +44,10 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     plots = experiment.show(out, rows, seeds, renderer)
     paper = PAPERS[experiment.name[0]]
     print(f"{paper.name}, {paper.about}. {paper.reference()}")
-    made = (experiment.sensitivity(out, rows, seeds, renderer), experiment.matrix(seeds, renderer))
-    tables = [table for table in made if table is not None]
-    for table in (table_of_findings(experiment, found, seeds), *tables):
-        print_table(table)
+    print_table(table_of_findings(experiment, found, seeds))
+    varied = experiment.sensitivity(out, rows, seeds, renderer)
+    if varied is not None:
+        print_table(varied)
     again = "" if renderer == "raster" else f" --renderer {renderer}"
     page = (
         page_environment(__file__)
@@ -59,7 +59,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
             findings=found,
             runs_trackers=any(each.claim.tracker for each in found),
             plots=plots,
-            tables=tables,
+            varied=varied,
             pictures=read_pictures(out),
             seeds=ranges_text(seeds),
             one_seed=len(seeds) == 1,

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.contract.metric import Metric
+from benchmarks.contract.metric import Metric, Quantity
 from benchmarks.contract.rows import Row, read_rows
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import interval_text, number_text, ranges_text, unit_sign
@@ -23,6 +23,7 @@ from benchmarks.show.replay import replay
 from benchmarks.show.showing import showing_of
 from benchmarks.show.video.contact_sheet import contact_sheet
 from benchmarks.statistics.bootstrap import bootstrap_interval
+from benchmarks.statistics.pooling import Median
 from benchmarks.statistics.summary import grouped
 from scenarios import catalog
 from scenarios.scenario import RendererName
@@ -77,7 +78,10 @@ class TrackerExperiment(PaperExperiment):
         return (*self.claims, *beside, *varied)
 
     def metric(self, name: str) -> Metric:
-        """See ``PaperExperiment``."""
+        """See ``PaperExperiment``: a metric of the suite, or the median of a class, ``region_width_m person``."""
+        row, _, kind = name.partition(" ")
+        if kind:
+            return Metric(name, f"{row} of class {kind}", "m", "lower", Median(Quantity(row), kind=kind))
         return suite(self.suite).metric(name)
 
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
@@ -145,23 +149,17 @@ class TrackerExperiment(PaperExperiment):
         )
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:
-        """See ``PaperExperiment``: the paper's frames; where it names none, the suite's picture."""
+        """See ``PaperExperiment``: the paper's frames; where it names none, the suite's picture and its figures."""
         if self.frames:
             self._show_frames(out, seeds.start, renderer)
-        else:
-            drawn = self._rows_of_trackers(rows, renderer)
-            showing_of(suite(self.suite)).picture(out, self.condition(renderer), drawn, self.trackers)
-        return None
-
-    def suite_figures(self, title: str, rows: Sequence[Row], renderer: RendererName) -> Plots:
-        """Return the suite's figures of the paper's trackers."""
+            return None
+        condition, showing = self.condition(renderer), showing_of(suite(self.suite))
+        found = grouped(rows)[condition]
+        drawn = {name: found[name] for name in self.trackers}
+        showing.picture(out, condition, drawn, self.trackers)
         styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
-        plots = showing_of(suite(self.suite)).figures(self._rows_of_trackers(rows, renderer), styles)
-        return Plots(title, {f"{plot.title} {plot.words}": plot.svg for plot in plots})
-
-    def _rows_of_trackers(self, rows: Sequence[Row], renderer: RendererName) -> dict[str, list[Row]]:
-        found = grouped(rows)[self.condition(renderer)]
-        return {name: found[name] for name in self.trackers}
+        plots = showing.figures(drawn, styles)
+        return Plots("What the paper does not show", {f"{plot.title} {plot.words}": plot.svg for plot in plots})
 
     def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:
         """Run one episode with each method; show the observed frame inside the larger view."""

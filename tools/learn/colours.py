@@ -13,7 +13,8 @@ help: the camera's exposure does it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -22,14 +23,20 @@ import tyro
 from numpy.typing import NDArray
 
 from benchmarks.cli.arguments import SEEDS, development_seeds, names
-from benchmarks.papers.a3 import labelled_frames
+from scenarios.road_town.layout import Building, Layout
+from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.scenario import ROAD_TOWN
+from scenarios.scenario import Frame
 from sim.checks import check
+from sim.optics import rays
 from tools.learn.swims import TRACKERS, write
 
 MODEL_PATH = TRACKERS / "road_shape" / "road_town_classes.json"
 LIGHTS = {"road": 3, "other": 12}
 """Class → number of lights. The paper has no statistics of buildings."""
+_GROUND_BELOW_M = 0.3
+_BUILDING_ABOVE_M = 2.0
+_EAVES_M = 0.8
 _PIXEL_STEP = 2
 _BRIGHTNESSES = 3 * 255 + 1
 """Brightness is the sum of the bands."""
@@ -68,11 +75,57 @@ def learn_colours(presets: Sequence[str], seeds: range, every: int) -> dict[str,
     """Return mean and variance of the sRGB values (0-255) of each light of each class, from dark to bright."""
     sums = {name: np.zeros((_BRIGHTNESSES, 7)) for name in LIGHTS}
     for preset in presets:
-        for image_rgb, labels in labelled_frames(ROAD_TOWN, preset, seeds, every):
+        for image_rgb, labels in labelled_frames(preset, seeds, every):
             thinned = image_rgb[::_PIXEL_STEP, ::_PIXEL_STEP]
             for name in LIGHTS:
                 sums[name] += brightness_sums(thinned[labels[name][::_PIXEL_STEP, ::_PIXEL_STEP]])
     return {name: _lights(sums[name], count) for name, count in LIGHTS.items()}
+
+
+def labelled_frames(
+    preset: str, seeds: range, every: int
+) -> Iterator[tuple[NDArray[np.uint8], dict[str, NDArray[np.bool_]]]]:
+    """Yield every ``every``-th picture (H, W, 3) of each episode, with its ``label_pixels``."""
+    for seed in seeds:
+        with closing(ROAD_TOWN.episode(preset, seed, closed_loop=False)) as episode:
+            layout = episode.map_of()
+            roads = RoadMap(layout.graph)
+            for k in range((episode.frame_count - 1) // every * every + 1):
+                frame = episode.step()
+                if k % every == 0:
+                    yield frame.observation.image_rgb, label_pixels(frame, roads, layout)
+
+
+def label_pixels(frame: Frame, roads: RoadMap, layout: Layout) -> dict[str, NDArray[np.bool_]]:
+    """Return a mask (H, W) for each class, from depth and map; cars, trees and kerbs' faces belong to none.
+
+    Ground (below 0.3 m) is road or other; points above 2 m over a building's plan, eaves included, are building.
+    """
+    truth, camera = frame.truth, frame.camera
+    rows, columns = np.mgrid[0 : camera.height_px, 0 : camera.width_px]
+    directions = rays(camera, truth.T_world_camera, np.stack([columns, rows], axis=-1) + 0.5)
+    depth_m = np.where(np.isfinite(truth.depth_m), truth.depth_m, np.nan)
+    points_m = truth.T_world_camera[:3, 3] + directions * depth_m[..., None]
+    cars = np.isin(truth.instance_map, truth.instance_id)
+    with np.errstate(invalid="ignore"):
+        ground = (points_m[..., 2] < _GROUND_BELOW_M) & ~cars
+        high = (points_m[..., 2] > _BUILDING_ABOVE_M) & ~cars
+    on_road = np.zeros_like(ground)
+    on_road[ground] = roads.is_on_road(points_m[ground][:, :2])
+    over = np.zeros_like(high)
+    over[high] = _over_buildings(points_m[high][:, :2], layout.buildings)
+    return {"road": ground & on_road, "other": ground & ~on_road, "building": over}
+
+
+def _over_buildings(points_m: NDArray[np.float64], buildings: Sequence[Building]) -> NDArray[np.bool_]:
+    over = np.zeros(len(points_m), dtype=bool)
+    for building in buildings:
+        offset = points_m - np.array(building.centre_m)
+        c, s = np.cos(building.yaw_rad), np.sin(building.yaw_rad)
+        along, across = offset @ [c, s], offset @ [-s, c]
+        half = 0.5 * np.array(building.size_m[:2]) + _EAVES_M
+        over |= (np.abs(along) < half[0]) & (np.abs(across) < half[1])
+    return over
 
 
 def brightness_sums(colours_rgb: NDArray[np.uint8]) -> NDArray[np.float64]:

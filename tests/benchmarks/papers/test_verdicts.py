@@ -5,16 +5,22 @@ Bounds are what was counted, less or more one or two, of C less or more a fifth:
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from benchmarks.judges.fish.gap_scores import GAP_FRAMES
-from benchmarks.papers.c import measured_tank
+from benchmarks.judges.fish.gap_protocol import bridge_gaps
+from benchmarks.judges.fish.gap_scores import GAP_FRAMES, GapTask
+from benchmarks.judges.fish.judge import FishJudge
 from benchmarks.papers.experiment import experiment_named
 from benchmarks.papers.tracker_experiment import TrackerExperiment
+from benchmarks.run.episodes import simulated
+from scenarios import catalog
+from scenarios.loop import Loop, tracker_stream
+from trackers import registry
 
 
 def kept(experiment: TrackerExperiment, seeds: range, out: Path) -> dict[tuple[str, str], tuple[int, int]]:
@@ -52,15 +58,26 @@ def test_a3(tmp_path: Path) -> None:
     assert 6 <= found["hold_ground", "excursion"][0] <= 8
 
 
+def measured(preset: str, seed: int) -> GapTask:
+    """Return the gaps of an episode as the suite's judge measures it."""
+    with closing(simulated("fish-tank-v1", preset, seed).open("all")) as episode:
+        judge = FishJudge(episode, catalog.scenario("fish-tank-v1"))
+        for frame in Loop(episode).frames():
+            judge.see(frame, None)
+        return judge.task
+
+
 @pytest.mark.heavy
 def test_c() -> None:
     """The filter errs as the paper's up to 100 lost frames; ours less on each tank, and the last place far more."""
     made, names = experiment_named("C"), ("ca_kalman", "shoal_chain", "fish_hold")
     errors_px = np.zeros((3, len(names), len(GAP_FRAMES)))
     for seed in range(3):
-        tank = measured_tank(made.scenario, made.preset, seed, "raster")
+        task = measured(made.preset, seed)
         for n, name in enumerate(names):
-            bridged = tank.bridged(name, tank.task.open_gaps)
+            method = registry.entry(name).create(tracker_stream(seed, name)).gap_method
+            how = {"both_ends": False, "learns": True, "mates": task.sees_mates}
+            bridged = bridge_gaps(method, task.tracks, task.open_gaps, **how)
             for k, count in enumerate(GAP_FRAMES):
                 errors_px[seed, n, k] = np.mean([each.measure("end") for each in bridged if each.gap.count == count])
     written_px, ours_px, held_px = errors_px.mean(axis=0)
