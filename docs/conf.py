@@ -17,8 +17,7 @@ from sphinx.application import Sphinx
 from benchmarks.run.workers import cores
 from benchmarks.show.envs_page import envs_page
 from benchmarks.show.reference import reference_page
-from tools.gallery.page import gallery_page
-from tools.gallery.pictures import write_pictures
+from tools.gallery.page import gallery_page, write_pictures
 
 _ROOT = Path(__file__).resolve().parents[1]
 

@@ -11,9 +11,9 @@ TOOLS = Program(
     {
         "publish": ("tools.publish:Publish", "make and check the published tables, write their pages"),
         "speed": ("tools.time_speed:Speed", "time rendering against TinyRenderer, and steps of the envs"),
-        "learn-colours": ("tools.learn_colours:LearnColours", "learn colour models of road and other ground"),
-        "learn-swims": ("tools.learn_swims:LearnSwims", "learn from simulated swims what gap methods ship"),
-        "learn-alarms": ("tools.learn_alarms:LearnAlarms", "learn from episodes what baselines of alarms ship"),
+        "learn-colours": ("tools.learn.colours:LearnColours", "learn colour models of road and other ground"),
+        "learn-swims": ("tools.learn.swims:LearnSwims", "learn from simulated swims what gap methods ship"),
+        "learn-alarms": ("tools.learn.alarms:LearnAlarms", "learn from episodes what baselines of alarms ship"),
     },
     "Tools of the project itself, which users of the package do not need.",
 )

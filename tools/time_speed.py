@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,10 +13,9 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.cli.arguments import COUNT, NAMES, SEEDS, check_unset, names, seed_range
-from benchmarks.cli.with_modules import WithModules
+from benchmarks.cli.arguments import NAMES, SEEDS, names, seed_range
 from benchmarks.contract.text import counted
-from benchmarks.learning.training import EPISODES
+from benchmarks.learning.training import EPISODES, Training
 from benchmarks.run.packages import needs_data
 from benchmarks.run.result_folder import make_folder
 from benchmarks.show.console import console_of
@@ -27,22 +26,17 @@ from scenarios import catalog
 from scenarios.envs.pictureless.bank import is_playable
 from scenarios.scenario import Scenario
 from sim.checks import check, check_choice
-from tools.speed.env_stepping import ENV_ID, SCENARIO, measure_env
-from tools.speed.pictureless import measure_pictureless
-from tools.speed.rendering import FRAMES_PER_BARE_CALL, measure_scenario
-from tools.speed.resets import measure_resets
-from tools.speed.soak import LARGEST_GROWTH, SoakSample, growth, soak
+from tools.speed.envs import SCENARIO, measure_env, measure_pictureless, measure_resets
+from tools.speed.figures import FRAMES_PER_BARE_CALL, Figure, entries_of
+from tools.speed.rendering import measure_rendering
 from trackers.atomic_file import write_atomic
 
-_QUICK_SEEDS, _QUICK_FRAMES = "0:1", 16
-_SOAKED_ENVS = 4
-_FEWEST_SOAKED_STEPS = 1000
-
-Entry = dict[str, Any]
+Measure = Callable[[int], Mapping[str, Figure]]
+"""Takes a seed."""
 
 
 @dataclass(frozen=True)
-class Speed(WithModules):
+class Speed:
     """Measure how fast frames are made: with all their truth, and the picture alone, against a bare call of PyBullet's
     TinyRenderer on the same scene, with shadows and without.
 
@@ -62,10 +56,7 @@ class Speed(WithModules):
         resets: instead measure the throughput of the env with resets and without, as `frameout train --pictures`
             trains, and their ratio; for every seed as many episodes as there are between two new worlds, and of each
             the given number of frames.
-        quick: time 16 frames of episode 0 alone: a rough figure within a minute or two.
-        soak: instead make this number of steps in four envs side by side, and print the memory in use.
         out: folder for summary.json.
-        json: print JSON instead of a table.
     """
 
     scenarios: Annotated[tuple[str, ...], tyro.conf.Positional, NAMES] = ()
@@ -74,87 +65,59 @@ class Speed(WithModules):
     frames: int = 60
     stored: bool = False
     resets: bool = False
-    quick: bool = False
-    soak: Annotated[int | None, COUNT] = None
     out: Path = Path("results/speed")
-    json: bool = False
     resumes = False
 
     def run(self) -> int:
         """Measure; return the exit status."""
-        if self.soak is not None:
-            others = ("scenarios", "seeds", "frames", "stored", "resets", "quick", "out", "json")
-            check_unset(self, others, "with --soak, which makes steps and no table")
-            return self._soak(self.soak)
-        if self.quick:
-            check_unset(self, ("seeds", "frames"), "with --quick, which has its own")
         enough = self.frames >= FRAMES_PER_BARE_CALL
         check("frames", enough, f"a whole number >= {FRAMES_PER_BARE_CALL}", self.frames)
         check("resets", not (self.resets and self.stored), "one of --stored, --resets", "both")
         if self.stored:
             needs_data()
-        seeds = seed_range(_QUICK_SEEDS if self.quick else self.seeds)
-        frames = _QUICK_FRAMES if self.quick else self.frames
+        seeds = seed_range(self.seeds)
         latest = dict.fromkeys(map(catalog.unversioned, catalog.names()))
         known = [catalog.scenario(name) for name in names(self.scenarios) or latest]
         chosen = [scenario for scenario in known if self.preset in scenario.presets] or known
         for scenario in chosen:
             check_choice("preset", self.preset, scenario.presets)
         make_folder(self.out)
-        measured = self._stored if self.stored else self._resets if self.resets else self._rendering
-        entries = [entry for scenario in chosen for entry in measured(scenario, seeds, frames)]
+        entries = []
+        for scenario in chosen:
+            for subject, measure in self._measures(scenario):
+                measured = []
+                with progress_bar(f"speed of {scenario.id}, {subject}") as progress:
+                    for done, seed in enumerate(seeds):
+                        progress(done, len(seeds))
+                        measured.append(measure(seed))
+                entries += entries_of(scenario.id, self.preset, subject, seeds, measured)
         write_atomic(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")
-        if self.json:
-            print(json.dumps(entries, indent=1))
-        else:
-            console_of().print(_table(entries, len(seeds)))
+        console_of().print(_table(entries, len(seeds)))
         return 0
 
-    def _stored(self, scenario: Scenario, seeds: range, frames: int) -> list[Entry]:
-        """Measure data sets of a scenario."""
-        # After the check that they are installed, since it imports these packages.
-        from tools.speed.storing import measure_storing
+    def _measures(self, scenario: Scenario) -> Iterator[tuple[str, Measure]]:
+        """Yield what is measured in a scenario, and how."""
+        env_ids = [env_id for env_id, (followed, _) in catalog.envs().items() if followed == scenario.id]
+        if self.stored:
+            # After the check that they are installed, since it imports these packages.
+            from tools.speed.storing import measure_storing
 
-        return measure_storing(scenario.id, self.preset, seeds, frames)
-
-    def _resets(self, scenario: Scenario, seeds: range, frames: int) -> list[Entry]:
-        """Measure the throughput of a scenario's envs with resets."""
-        env_ids = _env_ids(scenario)
-        check("resets", bool(env_ids) or not self.scenarios, "scenarios with an env", scenario.id)
-        entries = []
-        for env_id in env_ids:
-            with progress_bar(f"throughput of {env_id}") as progress:
-                entries += measure_resets(env_id, self.preset, seeds, frames, progress)
-        return entries
-
-    def _rendering(self, scenario: Scenario, seeds: range, frames: int) -> list[Entry]:
-        """Measure pictures of a scenario, and steps of its envs."""
-        with progress_bar(f"speed of {scenario.id}") as progress:
-            entries = measure_scenario(scenario.id, self.preset, seeds, frames, progress)
-        if scenario.id == SCENARIO:
-            with progress_bar(f"speed of {ENV_ID}") as progress:
-                entries += measure_env(self.preset, seeds, frames, progress)
-        if is_playable(scenario.id, scenario.presets[self.preset]):
-            for env_id in _env_ids(scenario):
-                entries += measure_pictureless(env_id, self.preset, seeds, EPISODES)
-        return entries
-
-    def _soak(self, steps: int) -> int:
-        """Soak and print samples; return 1 if memory grew by more than is allowed."""
-        check("soak", Path("/proc/self/statm").exists(), "Linux, which tells the memory in use", sys.platform)
-        check("soak", steps >= _FEWEST_SOAKED_STEPS, f"a whole number >= {_FEWEST_SOAKED_STEPS}", steps)
-        samples = soak(self.preset, steps, _SOAKED_ENVS, _print_sample)
-        grown = growth(samples)
-        print(f"mean memory in the last fifth of the steps against the second: {grown:+.1%}")
-        return int(grown > LARGEST_GROWTH)
+            yield "data set", partial(measure_storing, scenario.id, self.preset, self.frames)
+        elif self.resets:
+            check("resets", bool(env_ids) or not self.scenarios, "scenarios with an env", scenario.id)
+            for env_id in env_ids:
+                training = Training(env_id, preset=self.preset, pictures=True)
+                yield "env", partial(measure_resets, training, self.frames)
+        else:
+            yield "raster", partial(measure_rendering, scenario.id, self.preset, self.frames)
+            if scenario.id == SCENARIO:
+                yield "env", partial(measure_env, self.preset, self.frames)
+            if is_playable(scenario.id, scenario.presets[self.preset]):
+                for env_id in env_ids:
+                    yield "env", partial(measure_pictureless, env_id, self.preset, EPISODES)
 
 
-def _env_ids(scenario: Scenario) -> list[str]:
-    """Return the envs of a scenario."""
-    return [env_id for env_id, (followed, _) in catalog.envs().items() if followed == scenario.id]
-
-
-def _table(entries: Sequence[Entry], seed_count: int) -> Table:
+def _table(entries: Sequence[Mapping[str, Any]], seed_count: int) -> Table:
     """Return the figures as a table."""
     intervals = ", 95 % intervals over them" if seed_count > 1 else ""
     table = Table(title=f"speed over {counted(seed_count, 'seed')}{intervals}", box=box.SIMPLE_HEAD)
@@ -167,9 +130,3 @@ def _table(entries: Sequence[Entry], seed_count: int) -> Table:
         row = (entry["scenario"], entry["preset"], entry["metric"], entry["unit"])
         table.add_row(*row, f"{entry['mean']:.2f}", interval)
     return table
-
-
-def _print_sample(sample: SoakSample) -> None:
-    held = " ".join(f"{each:.0f}" for each in sample.rss_mib)
-    done = f"{sample.steps} steps, {sample.episodes} episodes, {sample.seconds:.0f} s"
-    print(f"{done}: this process and those of the envs hold {held} MiB", flush=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -11,13 +10,11 @@ import tyro
 
 from benchmarks.cli.arguments import FOLDER, USUAL_SEEDS, WORKERS, seed_range
 from benchmarks.contract.rows import FILE_NAME, read_rows
-from benchmarks.papers.experiment import PaperExperiment
+from benchmarks.papers.experiment import NAMES, PaperExperiment, experiment_named
 from benchmarks.papers.repeat import repeat
 from benchmarks.run.selection import check_renderer
 from benchmarks.run.workers import cores
 from sim.checks import check, check_choice
-
-_EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3", "C", "D")
 
 
 @dataclass(frozen=True)
@@ -49,10 +46,10 @@ class Paper:
     def run(self) -> int:
         """Run it; return the exit status. Raises ValueError for wrong arguments and a folder of something else."""
         name = self.experiment.upper()
-        if name not in _EXPERIMENTS:
-            check_choice("experiment", self.experiment, _EXPERIMENTS)
+        if name not in NAMES:
+            check_choice("experiment", self.experiment, NAMES)
         renderer = check_renderer(self.renderer)
-        experiment = importlib.import_module(f"benchmarks.papers.{name.lower()}").EXPERIMENT
+        experiment = experiment_named(name)
         out = self.out or Path("results") / f"paper-{name.lower()}"
         seeds = seed_range(self.seeds) if self.seeds else experiment.seeds
         _check_folder(out, experiment)

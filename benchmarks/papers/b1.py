@@ -12,9 +12,7 @@ from scipy.stats import spearmanr
 
 from benchmarks.contract.rows import LAST_METRIC, Row
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, Values, photograph
-from benchmarks.papers.claims import Claim
-from benchmarks.papers.experiment import Plots
-from benchmarks.papers.robustness import Sensitivity
+from benchmarks.papers.experiment import Plots, TextTable
 from benchmarks.show.palette import line_styles
 from benchmarks.show.plots import drawn_as, new_figure, svg
 from benchmarks.show.video.contact_sheet import picture_sheet
@@ -48,12 +46,6 @@ _OTHER_UNITS = {1.0: "P_c if register values counted as they are", LARGEST_WHITE
 """Units of the white balance that the method's ``_UNIT`` was preferred to."""
 CONDITIONS: dict[str, dict[str, bool]] = {"I": {}, "II": {"exposure": True}, "III": {"white_balance": True}}
 """Settings of the camera that stay as at the greatest illuminance (Table 2), see ``photograph``."""
-_FOLLOWS = {
-    "I_change_follows": ("P_c + P_l", "the change of the settings follows the change of colour"),
-    "II_white_balance_follows": ("|ΔR| + |ΔB|", "with shutter and gain fixed, white balance alone follows it"),
-    "III_brightness_follows": ("S / S max + G / G max", "with white balance fixed, shutter and gain follow it"),
-}
-"""Claims about a condition: the settings that follow the dissimilarity, and the paper's words."""
 
 
 class DimmedLamp(CameraExperiment):
@@ -83,7 +75,7 @@ class DimmedLamp(CameraExperiment):
             LAST_METRIC: float(len(CONDITIONS) * len(illuminances_lx)),
         }
 
-    def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Sensitivity | None:
+    def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> TextTable | None:
         """See ``PaperExperiment``: P_c and P_l of condition I at each illuminance, and P_c by other units."""
         mine = [row for row in rows if row["renderer"] == renderer]
         if not mine:
@@ -101,7 +93,7 @@ class DimmedLamp(CameraExperiment):
         }
         words = f"Condition I, means over the seeds. The method counts a change by {_UNIT:g} register values as 1."
         rows_of_text = tuple(zip(*columns.values(), strict=True))
-        return Sensitivity("P_c and P_l at each illuminance", words, tuple(columns), rows_of_text)
+        return TextTable("P_c and P_l at each illuminance", words, tuple(columns), rows_of_text)
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots:
         """See ``PaperExperiment``: the sheet at each illuminance, a row of pictures and a plot for each condition."""
@@ -120,63 +112,6 @@ class DimmedLamp(CameraExperiment):
         mine = [row for row in rows if row["renderer"] == renderer]
         plots = {f"Condition {name}": _plot(mine, name) for name in CONDITIONS}
         return Plots("The paper's figure 3, in this world: means over the seeds", plots)
-
-
-EXPERIMENT = DimmedLamp(
-    name="B1",
-    edition=2,
-    title="Paper B, experiment I: the camera's settings as a measure of the light",
-    setting="A green sheet on a white wall under a light bulb that is dimmed from 609 to 19 lx. Condition I: white "
-    "balance, shutter and gain are automatic; II: shutter and gain stay as at 609 lx; III: white balance does.",
-    fitted="the paper gives no unit for the white balance in P_c, and how the gains become registers is ours: the unit "
-    "was set on development seeds so that P_c has its whole range, 0 to 1, between the greatest illuminance and the "
-    "least.",
-    preset="paper-b1",
-    claims=(
-        *(
-            Claim(
-                metric,
-                f"{metric.split('_')[0]}: rank correlation of {of} with the dissimilarity",
-                words,
-                "at least",
-                0.9,
-            )
-            for metric, (of, words) in _FOLLOWS.items()
-        ),
-        Claim(
-            "gain_before_longest_shutter",
-            "I and III: share of pictures with gain though the shutter is not at its longest",
-            "the gain stays low until the shutter is at its longest",
-            "at most",
-        ),
-        Claim(
-            "I_colour_change_largest",
-            "I: largest P_c of the illuminances",
-            "0 ≤ P_c ≤ 1",
-            "within",
-            0.9,
-            tolerance=0.1,
-            fitted=True,
-        ),
-        Claim(
-            "II_colour_change_off",
-            "II: mean distance of P_c from the dissimilarity",
-            "P_c is the degree of the change of colour",
-            "at most",
-            0.15,
-            fitted=True,
-        ),
-        Claim("I_change_proportional", "I: linear correlation of P_c + P_l with the dissimilarity"),
-        Claim("blue_gain_at_its_limit", "I: share of illuminances at which the gain of blue is at its limit"),
-    ),
-    notes=(
-        "Rank correlations show that both change in the same direction as the lamp is dimmed, not that they are "
-        "proportional: P_l is at 1 long before colours change most.",
-        "Nor does a rank notice a scale: the largest P_c and its distance from the dissimilarity do.",
-        "The gain of this camera rises only after the shutter, as the paper describes the real one.",
-        "In the dimmest, reddest light the gain of blue is at its limit, which also changes colours.",
-    ),
-)
 
 
 def _curves(pictures: list[SheetPicture]) -> dict[str, NDArray[np.float64]]:

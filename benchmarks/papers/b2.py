@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.rows import LAST_METRIC, Row
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, Values, photograph
-from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import Plots
 from benchmarks.show.palette import GRID, line_styles
 from benchmarks.show.plots import count_frames, drawn_as, new_figure, svg
@@ -56,44 +55,6 @@ class Drive(CameraExperiment):
         mine = {r["metric"]: r["value"] for r in rows if (r["renderer"], r["seed"]) == (renderer, seed)}
         plots = {"Colour of the sheet (grey: D_l < 0)": _plot_colour(mine), "D_l": _plot_trend(mine)}
         return Plots(f"The paper's figures 6 and 7, in this world: seed {seed}", plots)
-
-
-EXPERIMENT = Drive(
-    name="B2",
-    title="Paper B, experiment II: when colour can be learnt",
-    setting="A robot carries a green sheet before its camera through corridors: ceiling lights, a window ahead (back "
-    "light), a stretch whose lights are off (shade), warm lights. D_l is the slope of the camera's exposure.",
-    preset="paper-b2",
-    claims=(
-        *(
-            Claim(
-                f"{name}_gained",
-                f"mean {name} (0 to 1) where D_l > 0, less that where D_l < 0",
-                f"{name} is high where D_l is positive and low where it is negative",
-                "more than",
-            )
-            for name in ("saturation", "value")
-        ),
-        Claim(
-            "hue_against_value",
-            "standard deviation of hue over that of value, both 0 to 1",
-            "hue does not change with the exposure",
-            "at most",
-            0.5,
-        ),
-        Claim(
-            "saturation_gained_under_ceiling_lights",
-            "saturation gained likewise in the first 300 frames alone: ceiling lights, no window near",
-        ),
-        Claim("value_gained_under_ceiling_lights", "value gained likewise in the first 300 frames alone"),
-    ),
-    notes=(
-        "Under evenly spaced ceiling lights it is reversed: the sheet is brightest under a light, where the picture is "
-        "too and the exposure falls. Windows and the dark stretch give the paper's result.",
-        "Saturation falls against the light because the lens scatters 3 % of all light over the picture; without that "
-        "the dark green would be the most saturated.",
-    ),
-)
 
 
 def _mean_hsv(picture: SheetPicture) -> NDArray[np.float64]:

@@ -7,19 +7,17 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from markupsafe import Markup
+from rich import box
+from rich.table import Table
 
-from benchmarks.contract.rows import Row
 from benchmarks.contract.text import ranges_text
-from benchmarks.papers.claims import Claim, Finding, print_findings, print_matrix
-from benchmarks.papers.experiment import PaperExperiment
-from benchmarks.papers.robustness import print_sensitivity
+from benchmarks.papers.experiment import Finding, PaperExperiment, TextTable, findings
 from benchmarks.run.outcome import WHY_MOVED
+from benchmarks.show.console import console_of
 from benchmarks.show.page import page_style
 from benchmarks.show.pictures import read_pictures
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.templates import page_environment
-from benchmarks.statistics.bootstrap import bootstrap_interval
-from benchmarks.statistics.summary import paired
 from scenarios.scenario import RendererName
 from trackers.atomic_file import write_atomic
 from trackers.papers import PAPERS
@@ -46,13 +44,10 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     plots = experiment.show(out, rows, seeds, renderer)
     paper = PAPERS[experiment.name[0]]
     print(f"{paper.name}, {paper.about}. {paper.reference()}")
-    print_findings(experiment.title, found, seeds, experiment.fitted)
+    print_table(table_of_findings(experiment, found, seeds))
     varied = experiment.sensitivity(out, rows, seeds, renderer)
     if varied is not None:
-        print_sensitivity(varied)
-    matrix = experiment.matrix(seeds, renderer)
-    if matrix is not None:
-        print_matrix(matrix)
+        print_table(varied)
     again = "" if renderer == "raster" else f" --renderer {renderer}"
     page = (
         page_environment(__file__)
@@ -64,7 +59,6 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
             findings=found,
             runs_trackers=any(each.claim.tracker for each in found),
             plots=plots,
-            matrix=matrix,
             varied=varied,
             pictures=read_pictures(out),
             seeds=ranges_text(seeds),
@@ -77,23 +71,40 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     return found
 
 
-def findings(experiment: PaperExperiment, rows: Sequence[Row]) -> list[Finding]:
-    """Return the findings of each line of the table, for each renderer."""
-    renderers = dict.fromkeys(row["renderer"] for row in rows)
-    return [_finding(experiment, claim, renderer, rows) for claim in experiment.shown_claims for renderer in renderers]
+def table_of_findings(experiment: PaperExperiment, found: Sequence[Finding], seeds: range) -> TextTable:
+    """Return our findings beside the paper's claims, those against a fitted figure marked, and what was fitted."""
+    several = len(seeds) > 1
+    over = "seeds {}, 95 % intervals over them" if several else "seed {}, which decides nothing"
+    renderers = {each.renderer for each in found}
+    drawn = f", renderer {found[0].renderer}" if len(renderers) == 1 else ""
+    rows = []
+    for each in found:
+        claim = each.claim
+        verdict = {True: ": yes", False: ": NO", None: ""}[each.agrees] if several else ""
+        expected = f"{each.expected}{verdict}{' (fitted)' if claim.fitted else ''}"
+        renderer = "" if drawn else each.renderer
+        rows.append((claim.tracker, claim.words, claim.counted, renderer, each.value, each.interval, expected))
+    return TextTable(
+        f"{experiment.title}: {over.format(ranges_text(seeds))}{drawn}",
+        f"fitted: {experiment.fitted}" if experiment.fitted else "",
+        ("method", "the paper", "here", "renderer", "value", "interval", "expected"),
+        tuple(rows),
+    )
 
 
-def _finding(experiment: PaperExperiment, claim: Claim, renderer: str, rows: Sequence[Row]) -> Finding:
-    metric = experiment.metric(claim.metric)
-    preset = claim.preset or experiment.preset
-    drawn = [row for row in rows if row["renderer"] == renderer and row["preset"] == preset]
-    mine = [row for row in drawn if claim.tracker in ("", row["tracker"])]
-    if claim.minus:
-        found = paired(mine, [row for row in drawn if row["tracker"] == claim.minus], metric)
-        if found is None:
-            return Finding(claim, renderer, None, None, None, metric.unit, 0)
-        return Finding(claim, renderer, found.difference, found.ci_low, found.ci_high, metric.unit, found.n)
-    pool = metric.statistic.pooled(mine)
-    if pool is None or pool.seed_count == 0:
-        return Finding(claim, renderer, None, None, None, metric.unit, 0)
-    return Finding(claim, renderer, pool.mean, *bootstrap_interval(pool), metric.unit, pool.seed_count)
+def print_table(texts: TextTable) -> None:
+    """Print a table with the words below it, without columns that have no text; columns of names stay whole."""
+    table = Table(
+        title=texts.title,
+        caption=texts.words or None,
+        caption_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+    )
+    columns = zip(texts.heads, *texts.rows, strict=True)
+    told = [column for column in columns if any(column[1:]) or not texts.rows]
+    for head, *cells in told:
+        table.add_column(head, overflow="fold", no_wrap=not any(" " in cell for cell in cells))
+    for row in zip(*(cells[1:] for cells in told), strict=True):
+        table.add_row(*row)
+    console_of().print(table)

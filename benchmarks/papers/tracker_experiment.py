@@ -2,30 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.contract.metric import Metric
+from benchmarks.contract.metric import Metric, Quantity
 from benchmarks.contract.rows import Row, read_rows
 from benchmarks.contract.suite import suite
-from benchmarks.papers.claims import Claim
-from benchmarks.papers.experiment import PaperExperiment, Plots
-from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity
+from benchmarks.contract.text import interval_text, number_text, ranges_text, unit_sign
+from benchmarks.papers.experiment import Claim, PaperExperiment, Plots, Robustness, TextTable
 from benchmarks.run.experiment import Experiment, Progress
 from benchmarks.run.experiment import run as run_experiment
 from benchmarks.run.jobs import opened
 from benchmarks.run.result_folder import MadeNow
 from benchmarks.run.selection import experiment_on, job_on, tracker_named
+from benchmarks.show.palette import line_styles
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import showing_of
 from benchmarks.show.video.contact_sheet import contact_sheet
+from benchmarks.statistics.bootstrap import bootstrap_interval
+from benchmarks.statistics.pooling import Median
 from benchmarks.statistics.summary import grouped
 from scenarios import catalog
 from scenarios.scenario import RendererName
+from trackers import registry
 
+FOLDER = "robustness"
+"""Of the rows of what is varied, in the experiment's folder."""
 _SCALE = 3.0
 
 
@@ -73,7 +78,10 @@ class TrackerExperiment(PaperExperiment):
         return (*self.claims, *beside, *varied)
 
     def metric(self, name: str) -> Metric:
-        """See ``PaperExperiment``."""
+        """See ``PaperExperiment``: a metric of the suite, or the median of a class, ``region_width_m person``."""
+        row, _, kind = name.partition(" ")
+        if kind:
+            return Metric(name, f"{row} of class {kind}", "m", "lower", Median(Quantity(row), kind=kind))
         return suite(self.suite).metric(name)
 
     def run(self, out: Path, seeds: range, renderer: RendererName, workers: int, progress: Progress) -> list[str]:
@@ -111,15 +119,28 @@ class TrackerExperiment(PaperExperiment):
         )
         return few((self.preset,), varied), few(changed, made.trackers)
 
-    def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Sensitivity | None:
-        """See ``PaperExperiment``."""
+    def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> TextTable | None:
+        """See ``PaperExperiment``: the figures as set, with other settings, and with other rates."""
         made = self.robustness
         if made is None:
             return None
-        drawn, varied = (
-            [row for row in each if row["renderer"] == renderer] for each in (rows, read_rows(out / FOLDER))
-        )
-        return sensitivity(made, [self.metric(name) for name in made.metrics], drawn, varied, self.preset, seeds)
+        few = seeds[: made.episodes]
+        columns = [(tracker, self.metric(name)) for tracker in made.trackers for name in made.metrics]
+
+        def line(words: str, drawn: Sequence[Row], preset: str, setting: str = "") -> tuple[str, ...]:
+            mine = [row for row in drawn if row["renderer"] == renderer and row["preset"] == preset]
+            names = [(alias(tracker, setting) if setting else tracker, metric) for tracker, metric in columns]
+            return (words, *_cells(mine, names))
+
+        varied = read_rows(out / FOLDER)
+        lines = [
+            line("as in the table above", [row for row in rows if row["seed"] in few], self.preset),
+            *(line(words, varied, self.preset, words) for words in made.settings),
+            *(line(words, varied, alias(self.preset, words)) for words in made.rates),
+        ]
+        heads = [f"{tracker}: {_head(metric)}" for tracker, metric in columns]
+        words = f"{made.words} Episodes {ranges_text(few)}; 95 % intervals over them."
+        return TextTable("What was fitted, varied", words, ("varied", *heads), tuple(lines))
 
     def runs(self, seeds: range, renderer: RendererName, workers: int) -> Experiment:
         """Return what is run."""
@@ -128,13 +149,17 @@ class TrackerExperiment(PaperExperiment):
         )
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:
-        """See ``PaperExperiment``: the paper's frames; where it names none, the suite's picture."""
+        """See ``PaperExperiment``: the paper's frames; where it names none, the suite's picture and its figures."""
         if self.frames:
             self._show_frames(out, seeds.start, renderer)
-        else:
-            condition = self.condition(renderer)
-            showing_of(suite(self.suite)).picture(out, condition, grouped(rows)[condition], self.trackers)
-        return None
+            return None
+        condition, showing = self.condition(renderer), showing_of(suite(self.suite))
+        found = grouped(rows)[condition]
+        drawn = {name: found[name] for name in self.trackers}
+        showing.picture(out, condition, drawn, self.trackers)
+        styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
+        plots = showing.figures(drawn, styles)
+        return Plots("What the paper does not show", {f"{plot.title} {plot.words}": plot.svg for plot in plots})
 
     def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:
         """Run one episode with each method; show the observed frame inside the larger view."""
@@ -150,3 +175,23 @@ class TrackerExperiment(PaperExperiment):
             "Yellow: the particles. An arrow at the border points to a place beyond it."
         )
         self.write_figure(out, contact_sheet(rows), seed, renderer, "figure", caption)
+
+
+def alias(name: str, words: str) -> str:
+    """Return the name under which a varied tracker or preset runs."""
+    return f"{name} ({words})"
+
+
+def _cells(rows: Sequence[Row], columns: Sequence[tuple[str, Metric]]) -> Iterator[str]:
+    for tracker, metric in columns:
+        pool = metric.statistic.pooled([row for row in rows if row["tracker"] == tracker])
+        if pool is None or pool.seed_count == 0:
+            yield "–"
+        else:
+            yield f"{number_text(pool.mean, metric.unit)} ({interval_text(*bootstrap_interval(pool), metric.unit)})"
+
+
+def _head(metric: Metric) -> str:
+    """Return the name of a metric in words, with its unit."""
+    words, sign = metric.name.removesuffix(f"_{metric.unit}").replace("_", " "), unit_sign(metric.unit)
+    return f"{words} ({sign})" if sign else words

@@ -38,6 +38,7 @@ from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.judges.fish.real import FishRecording
 from benchmarks.papers import b1, b2
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture
+from benchmarks.papers.experiment import experiment_named
 from benchmarks.run.arithmetic import draws_like_published
 from benchmarks.run.editions import controller_edition, judge_edition, preset_edition, tracker_edition
 from benchmarks.run.selection import trackers_of
@@ -181,12 +182,13 @@ def _suites() -> Iterator[Canary]:
 
 
 def _papers() -> Iterator[Canary]:
-    for module in (b1, b2):
-        made = module.EXPERIMENT
+    for name, module in (("B1", b1), ("B2", b2)):
+        made = experiment_named(name)
+        assert isinstance(made, CameraExperiment)
         yield Canary(
             f"paper {made.name}",
             f"{made.name} {made.edition}",
-            f"edition= of EXPERIMENT in {module.__name__}",
+            f"edition in benchmarks/papers/{name.lower()}.toml",
             lambda module=module, made=made: digest_of_measurement(module, made),
         )
 

@@ -19,8 +19,7 @@ from bs4 import BeautifulSoup
 from sphinx.cmd.build import build_main
 
 from scenarios import catalog
-from tools.gallery import pictures
-from tools.gallery.pictures import ShownPreset, shown_presets, write_pictures
+from tools.gallery.page import WIDTH_PX, ShownPreset, shown_presets, write_pictures
 
 ROOT = Path(__file__).parents[2]
 DRAWN = ShownPreset("fish-tank-v1", "quick", seed=2)
@@ -106,7 +105,7 @@ def test_each_preset_of_the_catalogue_is_in_the_gallery(site: Path, pages: dict[
     # Apostrophes are made typographic.
     assert [(name, words.replace("\u2019", "'")) for name, words in told] == expected
     drawn = cv2.imread(str(site / "_images" / DRAWN.file_name))
-    assert drawn.shape[1] == pictures.WIDTH_PX
+    assert drawn.shape[1] == WIDTH_PX
     assert drawn.std() > 10
 
 

@@ -22,11 +22,8 @@ from tests.tools.command import tools
             "arguments: expected options of `python -m tools learn-colours --help`, got '--scenario'",
         ),
         (["speed", "--frames", "7"], "frames: expected a whole number >= 8, got 7"),
-        (["speed", "--quick", "--seeds", "0:2"], "seeds: expected none with --quick, which has its own, got '0:2'"),
         (["speed", "--resets", "--stored"], "resets: expected one of --stored, --resets, got both"),
         (["speed", "paper-sheet", "--resets", "--preset", "paper-b1"], "resets: expected scenarios with an env, got"),
-        (["speed", "--soak", "1000", "--stored"], "stored: expected none with --soak, which makes steps and no table"),
-        (["speed", "--soak", "7"], "soak: expected a whole number >= 1000, got 7"),
     ],
 )
 def test_a_wrong_argument_is_one_line(words: list[str], message: str, capsys: pytest.CaptureFixture[str]) -> None:

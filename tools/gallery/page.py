@@ -1,15 +1,70 @@
-"""The gallery's page in MyST Markdown: every scene and preset of the catalogue with a picture and a line."""
+"""The gallery: every scene and preset of the catalogue with a picture and a line.
+
+``gallery_page`` returns the page in MyST Markdown; ``write_pictures`` draws what is missing, as ``frameout render``.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
 from typing import Any
 
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
 from benchmarks.contract.suite import suites
+from benchmarks.run.editions import preset_edition
+from benchmarks.run.jobs import opened
+from benchmarks.run.selection import job_on
+from benchmarks.run.workers import in_processes
+from benchmarks.show.replay import replay
+from benchmarks.show.showing import drawing_of, suite_watching
 from benchmarks.show.templates import page_environment
 from scenarios import catalog
 from scenarios.scenario import Scenario
-from tools.gallery.pictures import ShownPreset, newest_scenarios, shown_presets
+from trackers.atomic_file import write_atomic
+
+WIDTH_PX = 480
+_FRAME = 40
+"""Late enough for something to have happened, early enough to be there in seconds."""
+_SCALE = 2.0
+"""Size of the larger view, as in ``frameout render``."""
+_JPEG_QUALITY = 82
+
+
+@dataclass(frozen=True, slots=True)
+class ShownPreset:
+    """The episode that shows a preset.
+
+    Attributes:
+        scenario: catalogue id with version. preset: its name.
+        seed: the preset's place in the scenario, so that presets which differ little show different places.
+    """
+
+    scenario: str
+    preset: str
+    seed: int
+
+    @property
+    def file_name(self) -> str:
+        """Name of its picture, with the edition of what it shows."""
+        edition = preset_edition(self.scenario, self.preset).replace(" ", "-")
+        return f"{self.preset}-{self.seed}-{edition}.jpg"
+
+
+def newest_scenarios() -> tuple[str, ...]:
+    """Return the ids of the latest versions, in the order of the catalogue."""
+    return tuple(dict.fromkeys(catalog.scenario(catalog.unversioned(name)).id for name in catalog.names()))
+
+
+def shown_presets() -> Iterator[ShownPreset]:
+    """Yield every preset of the latest versions."""
+    for name in newest_scenarios():
+        for seed, preset in enumerate(catalog.scenario(name).presets):
+            yield ShownPreset(name, preset, seed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,3 +102,32 @@ def _scene(name: str) -> _Scene:
         tuple((each, scenario.presets[each.preset]) for each in shown_presets() if each.scenario == name),
         tuple(catalog.scenario(each.id) for each in versions if each.id != name),
     )
+
+
+def picture_of(shown: ShownPreset) -> NDArray[np.uint8]:
+    """Return a preset's picture (H, ``WIDTH_PX``, 3): an early frame with its truth, without a tracker."""
+    job = job_on(suite_watching(shown.scenario, None), shown.scenario, shown.preset, shown.seed)
+    with opened(job) as live:
+        drawing = drawing_of(shown.scenario, live.loop.episode)
+        last = min(_FRAME, live.loop.episode.frame_count - 1)
+        scale = _SCALE if drawing.uses_larger_view else 1.0
+        # Some drawings show what came before, so they see every frame; the larger view is needed of the last alone.
+        for instant in replay(live, scale=scale, wanted={last}, frame_count=last + 1):
+            picture = drawing.picture(instant)
+    size = (WIDTH_PX, round(WIDTH_PX * picture.shape[0] / picture.shape[1]))
+    return np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
+
+
+def write_pictures(folder: Path, workers: int) -> int:
+    """Write the pictures that ``folder`` lacks, and return how many; ``workers``: processes, 0 = this one."""
+    missing = [shown for shown in shown_presets() if not (folder / shown.file_name).exists()]
+    write = partial(_write, folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for _ in in_processes(write, missing, workers) if missing and workers else map(write, missing):
+        pass
+    return len(missing)
+
+
+def _write(folder: Path, shown: ShownPreset) -> None:
+    _, encoded = cv2.imencode(".jpg", picture_of(shown)[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])
+    write_atomic(folder / shown.file_name, encoded.tobytes())

@@ -1,22 +1,25 @@
-"""Learns from episodes of the harbour, development seeds alone, what its baselines, paper D's method with a learnt
-confidence, and its blind contestant ship.
+"""``python -m tools learn-alarms``: learn from development episodes of the harbour what its baselines, its blind
+tracker, and paper D's method with a learnt confidence ship.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
+from joblib import Parallel, delayed
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from benchmarks.cli.arguments import SEEDS, development_seeds
 from benchmarks.judges.harbour.answers import answers_of, objects_of
 from benchmarks.judges.harbour.matching import RADIUS_M, Matcher
 from benchmarks.judges.harbour.streaks import streaks
 from scenarios.harbour.scenario import HARBOUR
 from scenarios.harbour.truth import HarbourTruth
+from tools.learn.swims import TRACKERS, write
 from trackers.baselines.ground_linker import CONFIDENCE_FILE, EVIDENCE
 from trackers.blind.harbour_blind import PLACES_FILE
 from trackers.eigen_swarm.learnt_confidence import NAME as SWARM
@@ -25,7 +28,6 @@ from trackers.registry import entry
 from trackers.site import place
 from trackers.types import EgoPose
 
-TRACKERS = Path(__file__).resolve().parents[2] / "trackers"
 LEARNERS = {"baselines": ("harbour_mog2", "harbour_knn", "harbour_median"), "swarm": (SWARM,)}
 """Trackers whose confidences are learnt together."""
 CONFIDENCE_PATHS = {
@@ -37,6 +39,32 @@ PRESETS = ("paper-d", "standard", "hard")
 _RIDGE = 1e-3
 _MOST_PLACES = 60
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LearnAlarms:
+    """Learn how the tracks of intruders look, and by the baselines where these often are, and write it to the files of
+    the trackers.
+
+    Attributes:
+        of: the baselines, and with them the blind contestant, or paper D's method with a learnt confidence.
+        seeds: episodes A to B - 1, or A alone, of each preset, below 10,000.
+    """
+
+    of: Literal["baselines", "swarm"] = "baselines"
+    seeds: Annotated[str, SEEDS] = "0:2"
+    resumes = False
+
+    def run(self) -> int:
+        """Learn; return the exit status."""
+        command = f"python -m tools learn-alarms --of {self.of} --seeds {self.seeds}"
+        names = LEARNERS[self.of]
+        episodes = [(preset, seed) for preset in PRESETS for seed in development_seeds(self.seeds)]
+        samples = Parallel(n_jobs=-1)(delayed(episode_samples)(preset, seed, names) for preset, seed in episodes)
+        print(write(CONFIDENCE_PATHS[self.of], learn_confidences(samples, names), command))
+        if self.of == "baselines":
+            print(write(PLACES_PATH, learn_places(samples), command))
+        return 0
 
 
 class EpisodeSamples(NamedTuple):

@@ -1,4 +1,4 @@
-"""Learns from simulated swims what gap methods ship.
+"""``python -m tools learn-swims``: learn from simulated swims what gap methods ship.
 
 ``trackers.swimmer`` ships regressions, learnt from many kinds of fish; ``ca_kalman`` its noise, by maximum likelihood
 on the track of the common detector in episodes of preset ``paper-c``; damped velocity its decay, from ``standard``.
@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from benchmarks.cli.arguments import SEEDS, development_seeds
 from benchmarks.judges.fish.measured import Measurement
 from scenarios import catalog
 from scenarios.fish_tank.presets import AYU, PRESETS, ZEBRAFISH, Character
@@ -45,6 +47,33 @@ _FITTED_FISH = 8
 _LINE_NOISE_PX = 0.5
 _LENGTH_M = (0.025, 0.045)
 _MOST_FISH = 8
+_EPISODES, _PRESET_SEEDS = 6, 12
+
+
+@dataclass(frozen=True)
+class LearnSwims:
+    """Learn how fish go on from simulated swims, and write it to the files that gap methods load.
+
+    Our regressions learn from many kinds of fish, the noise of ca_kalman from at most 6 episodes of preset paper-c, and
+    the decay of damped velocity from at most 12 swims of standard.
+
+    Attributes:
+        seeds: swims A to B - 1, or A alone, below 10,000.
+    """
+
+    seeds: Annotated[str, SEEDS] = "0:80"
+    resumes = False
+
+    def run(self) -> int:
+        """Learn; return the exit status."""
+        seeds = development_seeds(self.seeds)
+        command = f"python -m tools learn-swims --seeds {self.seeds}"
+        slow = [detected_track("paper-c", seed) for seed in seeds[:_EPISODES]]
+        usual = [piece for seed in seeds[:_PRESET_SEEDS] for piece in preset_tracks("standard", seed)]
+        print(write(NOISE_PATH, asdict(fit_noise(slow)), command))
+        print(write(DECAY_PATH, {"decay_frames": fit_decay(usual)}, command))
+        print(write(PRIOR_PATH, learn_swims(seeds), command))
+        return 0
 
 
 def recording_of(seed: int) -> Recording:

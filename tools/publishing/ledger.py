@@ -1,18 +1,12 @@
-"""The ledger of published runs on the test split: command, commit and reason."""
+"""The ledger of published runs on the test split, and the commit that they are published at."""
 
 from __future__ import annotations
 
-import dataclasses
 import json
-import shlex
 import subprocess
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from benchmarks.contract.rows import TEST_SPLIT
-from sim.checks import check
 
 LEDGER = Path(__file__).with_name("test_split_runs.jsonl")
 TABLES_FOLDER = LEDGER.with_name("tables")
@@ -20,69 +14,25 @@ TABLES_FOLDER = LEDGER.with_name("tables")
 TEMPLATE = LEDGER.with_name("RESULTS.template.md")
 RESULTS = LEDGER.parents[2] / "RESULTS.md"
 PACKAGES = ("sim", "trackers", "scenarios", "benchmarks", "tools")
-_WITHOUT_EFFECT = {"out", "workers", "backend", "json", "csv", "metric", "plot"}
-"""Options that change no figure and are left out of commands."""
 
 
-@contextmanager
-def recorded(command: str, seeds: range, why: str, ran: Callable[[], bool] = lambda: True) -> Iterator[None]:
-    """Record a run on the test split in the ledger after its end, if ``why`` gives a reason to publish it.
+def record(command: str, at: str, seeds: range, why: str) -> None:
+    """Add a line to the ledger for a run that made rows, if one of its seeds is of the test split.
 
-    A run is one command at one commit: repeating it adds no line. Nor does a
-    command that is in the ledger and for which nothing ``ran`` this time, asked at the end.
-
-    Raises:
-        ValueError: before a run to be published, for other seeds or without a clean checkout.
+    A run is one command at one commit, ``at``: repeating it adds no line.
     """
-    on_test_split = seeds.start < TEST_SPLIT.stop and seeds.stop > TEST_SPLIT.start
-    text = f"{seeds.start}:{seeds.stop}"
-    check("publish", not why or on_test_split, "seeds of the test split, 10000:20000", text)
-    entry = {"command": command, "commit": commit(), "split": "test", "seeds": text, "why": why} if why else None
-    yield
-    if entry is not None:
-        known = any(_same(entry, each) for each in _entries())
-        if not known and (ran() or command not in published_runs()):
-            with LEDGER.open("a") as file:
-                file.write(json.dumps(entry) + "\n")
-
-
-def published_runs() -> dict[str, list[dict[str, str]]]:
-    """Return the ledger's entries by command, the oldest first."""
-    runs: dict[str, list[dict[str, str]]] = {}
-    for entry in _entries():
-        runs.setdefault(entry["command"], []).append(entry)
-    return runs
-
-
-def command_of(name: str, options: Any, positional: str) -> str:
-    """Return the command line of a command's dataclass: its options other than defaults that change figures."""
-    words = ["frameout", name, *_texts(getattr(options, positional))]
-    for each in dataclasses.fields(options):
-        value = getattr(options, each.name)
-        if each.name not in {positional, *_WITHOUT_EFFECT} and value != each.default:
-            words += [f"--{each.name.replace('_', '-')}", *_texts(value)]
-    return shlex.join(words)
-
-
-def _texts(value: Any) -> list[str]:
-    if value is True:
-        return []
-    return [str(each) for each in value] if isinstance(value, tuple) else [str(value)]
-
-
-def _entries() -> list[dict[str, str]]:
-    return [json.loads(line) for line in LEDGER.read_text().splitlines()] if LEDGER.is_file() else []
-
-
-def _same(first: dict[str, str], second: dict[str, str]) -> bool:
-    return all(first[key] == second[key] for key in ("command", "commit"))
+    entry = {"command": command, "commit": at, "split": "test", "seeds": f"{seeds.start}:{seeds.stop}", "why": why}
+    known = {(each["command"], each["commit"]) for each in map(json.loads, LEDGER.read_text().splitlines())}
+    if seeds.start < TEST_SPLIT.stop and seeds.stop > TEST_SPLIT.start and (command, at) not in known:
+        with LEDGER.open("a") as file:
+            file.write(json.dumps(entry) + "\n")
 
 
 def commit() -> str:
     """Return the commit of the checkout. Raises ValueError without one, and for code that is not committed."""
     _git("ls-files", "--error-unmatch", LEDGER.name, expected="a checkout of the repository, got none")
-    changed = uncommitted()
-    check("publish", not changed, "committed code", f"changes in {changed}")
+    if changed := uncommitted():
+        raise ValueError(f"publish: expected committed code, got changes in {changed}")
     return _git("rev-parse", "--short=10", "HEAD", expected="a commit")
 
 

@@ -24,7 +24,6 @@ which may be others than those of the next table.
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -35,6 +34,7 @@ from jinja2 import Environment, StrictUndefined, TemplateError
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
+from benchmarks.papers.experiment import experiment_named
 from benchmarks.show.markdown import head, markdown_table, names_and_cells, short
 from benchmarks.show.tables import NO_NUMBER, REFERENCES, UNRANKED_ROLES, leaderboard
 from benchmarks.statistics.summary import paired
@@ -164,8 +164,7 @@ class _Page:
 
     def fitted(self, experiment: str) -> str:
         """See the module."""
-        module = importlib.import_module(f"benchmarks.papers.{experiment.lower()}")
-        return str(module.EXPERIMENT.fitted) or "not said."
+        return experiment_named(experiment).fitted or "not said."
 
     def origin(self, *names: str) -> str:
         """See the module."""

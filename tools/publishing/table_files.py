@@ -5,16 +5,15 @@
 ===============  =======================================================================================================
 ``table``        its name
 ``command``      makes the same rows, without the ledger
-``commit``       of the checkout that published them; rows may be of an earlier one, see ``TableRun.is_current``
+``commit``       of the checkout that published them; rows may be of an earlier one, of the same editions
 ``seeds``        ``A:B``
 ``trackers``     of a bench, in the order of the command; empty for other tables
 ``editions``     ``shared``: packages and judge; ``scenes``: preset -> scene; ``contestants``: label -> tracker and
                  controller; see ``benchmarks.run.editions``
-``budgets``      of tuned ``trackers`` and ``controllers``: name -> trials, presets and seeds
-``rows``         ``count``; ``sha256`` of the figures, see ``figures_hash``; ``unrepeatable``: trackers that it leaves
-                 out; null for speeds, which have no rows
+``rows``         their ``count`` (earlier files have a hash beside it); null for speeds, which have no rows
 ``seconds``      label -> mean wall time of an episode, with its share of the pictures
 ``failures``     episodes in which a tracker or a controller failed: ``contestant``, ``seed``, ``frame``
+``budgets``      of tuned ``trackers`` and ``controllers``: name -> trials, presets and seeds
 ``summary``      list of ``summary.json``. ``comparisons``: list of ``comparisons.json``
 ``findings``     beside the claims of a paper; empty for other tables
 ``varied``       of a paper: ``words``, ``heads`` and ``rows`` of the table of what was fitted, varied; else null
@@ -28,28 +27,26 @@ from __future__ import annotations
 import json
 import lzma
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from benchmarks.contract.rows import FILE_NAME, Row, blocks_of_lines, lines_of, read_blocks
+from benchmarks.contract.rows import FILE_NAME, BlockKey, Row, blocks_of_lines, lines_of, read_blocks
+from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.jobs import CONTROLLER_FAILED_AT
 from sim.checks import check
 from tools.publishing import ledger
-from tools.publishing.figures_hash import Blocks, hash_of_figures, unrepeatable
+from tools.publishing.table_runs import TableRun
 from trackers.atomic_file import write_atomic
 
-if TYPE_CHECKING:
-    from tools.publishing.published import PublishedTable
-    from tools.publishing.table_runs import TableRun
-
-ROOM_BYTES = 20_000_000
-"""For the compressed rows of all tables together."""
-_OF_CONTESTANTS = ("tracker", "controller", "policy")
+_PARTS = ("tracker", "controller", "policy")
+"""Parts of editions that are not the same for all rows."""
 _FAILED = ("failed_at_frame", CONTROLLER_FAILED_AT)
+_NOT_FIGURES = ("seconds", "editions")
+Blocks = Mapping[BlockKey, Sequence[Row]]
 
 
 @dataclass(frozen=True)
@@ -73,27 +70,22 @@ class TableFile:
         return range(int(first), int(last))
 
 
-def write_table(run: TableRun, out: Path, commit: str) -> str:
-    """Write the files of a table that was made in ``out``; return a line about them.
+def write_table(run: TableRun, out: Path, commit: str) -> TableFile:
+    """Write the files of a table that was made in ``out``; return what they hold.
 
     Raises:
-        ValueError: for rows of several editions, and if the rows of all tables would not fit; nothing is written then.
+        ValueError: for rows of several editions; nothing is written then.
     """
-    folder, name = ledger.TABLES_FOLDER, run.table.name
+    name = run.table.name
     blocks = read_blocks(out) if (out / FILE_NAME).is_file() else {}
     contents = _contents(run, out, blocks, commit)
-    packed = lzma.compress((out / FILE_NAME).read_bytes()) if blocks else b""
-    taken = sum(file.stat().st_size for file in folder.glob("*.xz") if file != rows_file(name))
-    room = f"compressed rows of all tables in {ROOM_BYTES / 1e6:.1f} MB; take fewer seeds"
-    sizes = f"{(taken + len(packed)) / 1e6:.1f} MB, {len(packed) / 1e6:.1f} of them for {name}"
-    check("publish", taken + len(packed) <= ROOM_BYTES, room, sizes)
-    folder.mkdir(exist_ok=True)
-    if packed:
-        write_atomic(rows_file(name), packed)
+    ledger.TABLES_FOLDER.mkdir(exist_ok=True)
+    if blocks:
+        write_atomic(rows_file(name), lzma.compress((out / FILE_NAME).read_bytes()))
     else:
         rows_file(name).unlink(missing_ok=True)
     write_atomic(table_file(name), _as_text(contents))
-    return f"{table_file(name).name}: {len(packed) / 1e6:.2f} MB of rows, {sizes.partition(',')[0]} with all tables"
+    return TableFile(contents)
 
 
 def read_table(name: str) -> TableFile:
@@ -102,16 +94,37 @@ def read_table(name: str) -> TableFile:
     return TableFile(json.loads(table_file(name).read_text()))
 
 
-def read_rows_of(name: str) -> dict[Any, list[Row]]:
+def read_rows_of(name: str) -> dict[BlockKey, list[Row]]:
     """Return the committed rows of a table by block; none of a speed, and of a table that is not published."""
     file = rows_file(name)
     return blocks_of_lines(lzma.decompress(file.read_bytes()).splitlines()).blocks if file.is_file() else {}
 
 
-def committed_rows(table: PublishedTable) -> bytes:
-    """Return the committed rows of a table's seeds, uncompressed."""
-    kept = read_rows_of(table.name)
-    return b"".join(lines_of(rows) for key, rows in kept.items() if key.seed in table.seeds)
+def begin(run: TableRun, out: Path) -> None:
+    """Put the committed rows of a table's seeds into a folder without rows; their times may be another machine's."""
+    kept = [rows for key, rows in read_rows_of(run.table.name).items() if key.seed in run.table.seeds]
+    if kept and not (out / FILE_NAME).is_file():
+        write_atomic(out / FILE_NAME, b"".join(map(lines_of, kept)))
+
+
+def differing(first: Blocks, second: Blocks) -> list[BlockKey]:
+    """Return the blocks whose figures are not the same in both, or that only one has.
+
+    No figures are the columns ``seconds`` and ``editions``, and the metrics of the clock.
+    """
+    return [key for key in sorted({*first, *second}) if _figures(first.get(key)) != _figures(second.get(key))]
+
+
+def _figures(rows: Sequence[Row] | None) -> list[str] | None:
+    """Return what is compared of the rows of one block, in their order, which the judge gives them."""
+    if rows is None:
+        return None
+    # As text: NaN is no number that is equal to itself.
+    return [
+        json.dumps({key: value for key, value in row.items() if key not in _NOT_FIGURES}, sort_keys=True)
+        for row in rows
+        if row["metric"] not in TIMES
+    ]
 
 
 def table_file(name: str) -> Path:
@@ -126,39 +139,23 @@ def rows_file(name: str) -> Path:
 
 def _contents(run: TableRun, out: Path, blocks: Blocks, commit: str) -> dict[str, Any]:
     rows = [row for block in blocks.values() for row in block]
-    findings = run.findings(rows)
-    summary, comparisons = run.entries(out, findings)
-    seeds, left_out = run.table.seeds, unrepeatable(blocks)
+    failed = [row for row in rows if row["metric"] in _FAILED]
     return {
         "table": run.table.name,
         "command": run.command,
         "commit": commit,
-        "seeds": f"{seeds.start}:{seeds.stop}",
-        "trackers": list(run.trackers),
+        "seeds": run.seeds,
+        "trackers": list(run.table.trackers),
         "editions": editions_of_rows(blocks),
-        "budgets": run.budgets(rows),
-        "rows": {
-            "count": len(rows),
-            "sha256": hash_of_figures(blocks, left_out),
-            "unrepeatable": sorted(left_out),
-        }
-        if rows
-        else None,
-        "seconds": seconds_by_contestant(blocks),
-        "failures": [
-            {"contestant": label(row), "seed": row["seed"], "frame": row["value"]}
-            for row in rows
-            if row["metric"] in _FAILED
-        ],
-        "summary": summary,
-        "comparisons": comparisons,
-        "findings": findings,
-        "varied": run.varied(out, rows),
+        "rows": {"count": len(rows)} if rows else None,
+        "seconds": _seconds(blocks),
+        "failures": [{"contestant": label(row), "seed": row["seed"], "frame": row["value"]} for row in failed],
+        **run.figures(out, rows),
     }
 
 
 def editions_of_rows(blocks: Blocks) -> dict[str, Any]:
-    """Return the editions of rows, shared and of contestants. Raises ValueError if there are several of one."""
+    """Return the editions of rows, shared and by ``label``. Raises ValueError if there are several of one."""
     shared: dict[str, set[str]] = defaultdict(set)
     scenes: dict[str, set[str]] = defaultdict(set)
     contestants: dict[str, dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
@@ -167,7 +164,7 @@ def editions_of_rows(blocks: Blocks) -> dict[str, Any]:
             if part == "scene":
                 scenes[block[0]["preset"]].add(edition)
             else:
-                of = contestants[label(block[0])] if part in _OF_CONTESTANTS else shared
+                of = contestants[label(block[0])] if part in _PARTS else shared
                 of[part].add(edition)
     return {
         "shared": _single(shared),
@@ -176,8 +173,8 @@ def editions_of_rows(blocks: Blocks) -> dict[str, Any]:
     }
 
 
-def seconds_by_contestant(blocks: Blocks) -> dict[str, float]:
-    """Return the mean wall time of an episode by contestant; those without times are left out."""
+def _seconds(blocks: Blocks) -> dict[str, float]:
+    """Return the mean wall time of an episode by ``label``; those without times are left out."""
     seconds: dict[str, list[float]] = defaultdict(list)
     for block in blocks.values():
         if block[0]["seconds"] is not None:
@@ -186,7 +183,7 @@ def seconds_by_contestant(blocks: Blocks) -> dict[str, float]:
 
 
 def label(row: Mapping[str, Any]) -> str:
-    """Return the contestant of a row: the tracker, or ``CONTROLLER+TRACKER`` where a controller steers."""
+    """Return the tracker of a row, or ``CONTROLLER+TRACKER`` where a controller steers."""
     return f"{row['controller']}+{row['tracker']}" if row["controller"] else str(row["tracker"])
 
 

@@ -1,11 +1,10 @@
 """Speed of rendering: a picture, and a finished frame with all its truth, against a bare call of PyBullet's renderer.
 
-All are timed in one run, alternately, on the same scene, camera and size, in CPU time of the working thread (wall
-times of short calls depend on other processes). A *finished frame* is one ``Episode.step``:
-everything moved, picture (or both of a stereo pair) with shadows, light and sensor noise, boxes, visible fractions and
-all other truth. The *picture* is the part of it from bodies in their places to light and sensor noise, with ids and
-depth. The *bare call* is ``getCameraImage`` of TinyRenderer, with shadows and without, one for each picture: no noise,
-no exposure, no truth but ids and depth.
+All are timed in one run, alternately, on the same scene, camera and size, in CPU time of the working thread. A
+*finished frame* is one ``Episode.step``: everything moved, picture (or both of a stereo pair) with shadows, light and
+sensor noise, boxes, visible fractions and all other truth. The *picture* is the part of it from bodies in their places
+to light and sensor noise, with ids and depth. The *bare call* is ``getCameraImage`` of TinyRenderer, with shadows and
+without, one for each picture: no noise, no exposure, no truth but ids and depth.
 
 A kernel is compiled, or loaded from disk, at the first frame that needs it, which may be a late one (the first with
 motion blur). So every process first runs the timed frames once in another instance of the town.
@@ -15,105 +14,85 @@ from __future__ import annotations
 
 import multiprocessing
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable
 from contextlib import closing
-from dataclasses import dataclass
-from typing import Any, Protocol
+from functools import partial
+from typing import Any
 
 import cv2
 import numpy as np
 
-from benchmarks.contract.metric import PooledRatios
-from benchmarks.statistics.bootstrap import bootstrap_interval
 from scenarios import catalog
 from scenarios.scenario import Frame
 from sim.bullet import TinyRenderer
 from sim.checks import check
-from sim.world import World
+from tools.speed.figures import UNTIMED_FRAMES, Figure, bare_calls, bare_cpu_s, milliseconds, rate, timed
 
-UNTIMED_FRAMES = 5
-"""Number at the start of an episode, while static shadows are drawn and the exposure settles."""
-FRAMES_PER_BARE_CALL = 8
-_NEAR_M, _FAR_M = 0.2, 1000.0
 _PATIENCE_S = 300.0
 
-Figure = tuple[str, str, str, Sequence[float], Sequence[float]]
-"""Metric, unit, better direction, numerators and denominators of the towns."""
 
-
-class Subject(Protocol):
-    """A measured episode, whose world other renderers can draw."""
-
-    frame_count: int
-
-    @property
-    def world(self) -> World:
-        """The bodies, where they are now."""
-        ...
-
-    def step(self) -> Frame:
-        """Return the next finished frame."""
-        ...
-
-    def close(self) -> None:
-        """Free what it holds."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class SpeedSample:
-    """CPU seconds of single frames of one episode.
-
-    Attributes:
-        frame_s: (N,) of finished frames.
-        picture_s: (N,) of their pictures alone (both of a pair); empty if the episode's cameras are not ours.
-        bare_s: (M,) of bare calls of TinyRenderer (two for a pair) with shadows, spread evenly among them.
-        shadowless_s: (M,) the same without shadows.
-        wall_frame_s: wall time of a finished frame, mean.
-    """
-
-    frame_s: tuple[float, ...]
-    picture_s: tuple[float, ...]
-    bare_s: tuple[float, ...]
-    shadowless_s: tuple[float, ...]
-    wall_frame_s: float
-
-    @property
-    def speedup(self) -> float:
-        """Mean bare call over mean finished frame."""
-        return float(np.mean(self.bare_s) / np.mean(self.frame_s))
-
-
-def measure(build: Callable[[], Subject], frames: int) -> SpeedSample:
-    """Time finished frames and, after every eighth, bare calls from the same camera.
+def measure_rendering(scenario: str, preset: str, frames: int, seed: int) -> dict[str, Figure]:
+    """Return the figures of an episode.
 
     Args:
-        build: builds the episode; the same one each time.
-        frames: how many, at least ``FRAMES_PER_BARE_CALL``.
+        frames: finished frames that are timed, at least ``FRAMES_PER_BARE_CALL``.
 
     Raises:
         ValueError: if the episode has fewer.
     """
+    frame_s, wall_s, picture_s, bare_s, shadowless_s = frame_times(_builder(scenario, preset, seed), frames)
+    one, two = (process_throughput(scenario, preset, seed, frames, count) for count in (1, 2))
+    figures = {
+        "speedup_over_tinyrenderer": Figure(bare_s, frame_s),
+        "speedup_over_tinyrenderer_without_shadows": Figure(shadowless_s, frame_s),
+        "frames_per_s": rate(wall_s),
+        "process_scaling": Figure(two, one),
+        "frame_cpu_ms": milliseconds(frame_s),
+        "tinyrenderer_cpu_ms": milliseconds(bare_s),
+        "tinyrenderer_without_shadows_cpu_ms": milliseconds(shadowless_s),
+    }
+    if picture_s is not None:
+        figures |= {
+            "picture_speedup_over_tinyrenderer": Figure(bare_s, picture_s),
+            "picture_speedup_over_tinyrenderer_without_shadows": Figure(shadowless_s, picture_s),
+            "picture_cpu_ms": milliseconds(picture_s),
+        }
+    return figures
+
+
+def frame_times(build: Callable[[], Any], frames: int) -> tuple[float, float, float | None, float, float]:
+    """Return mean seconds of an episode's frames; after every eighth follow bare calls from the same camera.
+
+    They are of a finished frame in CPU and in wall time, of its pictures alone (both of a pair), None if the episode's
+    cameras are not ours, and of the bare calls (two for a pair) with shadows and without.
+
+    Args:
+        build: builds the episode, whose world other renderers can draw; the same one each time.
+    """
     cv2.setNumThreads(1)
     episode, frame = _rehearsed(build, frames)
-    reference = TinyRenderer(episode.world)
-    for shadows in (True, False):
-        bare_calls(reference, frame, shadows)
-    picture_s, shadowless_s, wall_s = _time_pictures(episode), [], 0.0
+    with closing(episode):
+        reference = TinyRenderer(episode.world)
+        for shadows in (True, False):
+            bare_calls(reference, frame, shadows)
+        picture_s, shadowless_s, wall_s = _time_pictures(episode), [], []
 
-    def step() -> None:
-        nonlocal frame, wall_s
-        began = time.perf_counter()
-        frame = episode.step()
-        wall_s += time.perf_counter() - began
+        def step() -> None:
+            nonlocal frame
+            began = time.perf_counter()
+            frame = episode.step()
+            wall_s.append(time.perf_counter() - began)
 
-    def bare_call() -> float:
-        shadowless_s.append(bare_cpu_s(reference, frame, shadows=False))
-        return bare_cpu_s(reference, frame)
+        def bare_call() -> float:
+            shadowless_s.append(bare_cpu_s(reference, frame, shadows=False))
+            return bare_cpu_s(reference, frame)
 
-    frame_s, bare_s = timed(step, bare_call, frames)
-    episode.close()
-    return SpeedSample(tuple(frame_s), tuple(picture_s), tuple(bare_s), tuple(shadowless_s), wall_s / frames)
+        frame_s, bare_s = timed(step, bare_call, frames)
+    mean_s, mean_wall_s, mean_bare_s, mean_shadowless_s = (
+        float(np.mean(each)) for each in (frame_s, wall_s, bare_s, shadowless_s)
+    )
+    mean_picture_s = float(np.mean(picture_s)) if picture_s else None
+    return mean_s, mean_wall_s, mean_picture_s, mean_bare_s, mean_shadowless_s
 
 
 def _time_pictures(episode: Any) -> list[float]:
@@ -137,27 +116,7 @@ def _time_pictures(episode: Any) -> list[float]:
     return taken_s
 
 
-def timed(step: Callable[[], object], bare_call: Callable[[], float], count: int) -> tuple[list[float], list[float]]:
-    """Return the CPU seconds of ``count`` steps, and those that ``bare_call`` returns after every eighth."""
-    step_s, bare_s = [], []
-    for k in range(count):
-        began = time.thread_time()
-        step()
-        step_s.append(time.thread_time() - began)
-        if k % FRAMES_PER_BARE_CALL == FRAMES_PER_BARE_CALL - 1:
-            bare_s.append(bare_call())
-    return step_s, bare_s
-
-
-def bare_cpu_s(reference: TinyRenderer, frame: Frame, shadows: bool = True) -> float:
-    """Return the CPU seconds of the bare calls of a frame; textures and poses are handed over before."""
-    reference.hand_over()
-    began = time.thread_time()
-    bare_calls(reference, frame, shadows)
-    return time.thread_time() - began
-
-
-def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Frame]:
+def _rehearsed(build: Callable[[], Any], frames: int) -> tuple[Any, Frame]:
     """Return an episode whose next ``frames`` frames need no new kernel, and the last of its untimed frames."""
     with closing(build()) as rehearsal:
         longest = rehearsal.frame_count - UNTIMED_FRAMES
@@ -170,15 +129,6 @@ def _rehearsed(build: Callable[[], Subject], frames: int) -> tuple[Subject, Fram
     return episode, frame
 
 
-def bare_calls(reference: TinyRenderer, frame: Frame, shadows: bool) -> None:
-    """Draw a frame's views, of a stereo pair both, with TinyRenderer, and drop the pictures."""
-    aside_m = frame.observation.camera.baseline_m
-    for shift_m in (0.0,) if aside_m is None else (0.0, aside_m):
-        T_world_camera = frame.truth.T_world_camera.copy()
-        T_world_camera[:3, 3] += shift_m * T_world_camera[:3, 0]
-        reference.camera_image(frame.camera, T_world_camera, near_m=_NEAR_M, far_m=_FAR_M, shadows=shadows, lit=True)
-
-
 def process_throughput(scenario: str, preset: str, seed: int, frames: int, processes: int) -> float:
     """Return finished frames a second of wall time, summed over processes that each run the episode.
 
@@ -186,15 +136,14 @@ def process_throughput(scenario: str, preset: str, seed: int, frames: int, proce
     """
     context = multiprocessing.get_context("spawn")
     start, results = context.Barrier(processes), context.Queue()
-    workers = [
-        context.Process(target=_work, args=(scenario, preset, seed, frames, start, results)) for _ in range(processes)
-    ]
+    given = (scenario, preset, seed, frames, start, results)
+    workers = [context.Process(target=_work, args=given) for _ in range(processes)]
     for worker in workers:
         worker.start()
-    seconds = [results.get(timeout=_PATIENCE_S) for _ in workers]
+    taken_s = [results.get(timeout=_PATIENCE_S) for _ in workers]
     for worker in workers:
         worker.join()
-    return sum(frames / each for each in seconds)
+    return sum(frames / each for each in taken_s)
 
 
 def _work(scenario: str, preset: str, seed: int, frames: int, start: Any, results: Any) -> None:
@@ -209,70 +158,4 @@ def _work(scenario: str, preset: str, seed: int, frames: int, start: Any, result
 
 
 def _builder(scenario: str, preset: str, seed: int) -> Callable[[], Any]:
-    return lambda: catalog.scenario(scenario).episode(preset, seed)
-
-
-def measure_scenario(
-    scenario: str,
-    preset: str,
-    seeds: range,
-    frames: int,
-    progress: Callable[[int, int], None] = lambda done, of: None,
-) -> list[dict[str, Any]]:
-    """Return the entries of ``summary.json`` on speed over towns of these seeds, see ``benchmarks.statistics.summary``.
-
-    Args:
-        frames: finished frames timed in each town.
-        progress: called with (parts done, parts in all).
-    """
-    of = 3 * len(seeds)
-    samples, one, two = [], [], []
-    for k, seed in enumerate(seeds):
-        progress(3 * k, of)
-        samples.append(measure(_builder(scenario, preset, seed), frames))
-        progress(3 * k + 1, of)
-        one.append(process_throughput(scenario, preset, seed, frames, 1))
-        progress(3 * k + 2, of)
-        two.append(process_throughput(scenario, preset, seed, frames, 2))
-    progress(of, of)
-    finished, bare, shadowless = (
-        [float(np.mean(getattr(sample, name))) for sample in samples] for name in ("frame_s", "bare_s", "shadowless_s")
-    )
-    ones, walls = [1.0] * len(samples), [sample.wall_frame_s for sample in samples]
-    figures: list[Figure] = [
-        ("speedup_over_tinyrenderer", "ratio", "higher", bare, finished),
-        ("speedup_over_tinyrenderer_without_shadows", "ratio", "higher", shadowless, finished),
-        ("frames_per_s", "1/s", "higher", ones, walls),
-        ("process_scaling", "ratio", "higher", two, one),
-        ("frame_cpu_ms", "ms", "lower", [1e3 * each for each in finished], ones),
-        ("tinyrenderer_cpu_ms", "ms", "lower", [1e3 * each for each in bare], ones),
-        ("tinyrenderer_without_shadows_cpu_ms", "ms", "lower", [1e3 * each for each in shadowless], ones),
-    ]
-    if all(sample.picture_s for sample in samples):
-        pictures = [float(np.mean(sample.picture_s)) for sample in samples]
-        figures += [
-            ("picture_speedup_over_tinyrenderer", "ratio", "higher", bare, pictures),
-            ("picture_speedup_over_tinyrenderer_without_shadows", "ratio", "higher", shadowless, pictures),
-            ("picture_cpu_ms", "ms", "lower", [1e3 * each for each in pictures], ones),
-        ]
-    return entries_of(scenario, preset, "raster", seeds, figures)
-
-
-def entries_of(
-    scenario: str, preset: str, subject: str, seeds: range, figures: Iterable[Figure]
-) -> list[dict[str, Any]]:
-    """Return the entries of ``summary.json`` of measurements in these towns; ``subject`` stands for the tracker."""
-    id_of = catalog.scenario(scenario).id
-    return [
-        {"suite": "speed", "scenario": id_of, "preset": preset, "tracker": subject, "role": "ours"}
-        | {"renderer": "raster", "metric": metric, "unit": unit, "better": better}
-        | dict(_statistic(np.array(seeds), np.array(above), np.array(below)))
-        for metric, unit, better, above, below in figures
-    ]
-
-
-def _statistic(seeds: np.ndarray, above: np.ndarray, below: np.ndarray) -> Iterator[tuple[str, float]]:
-    """Yield the ratio of sums over towns, with the 95 % bootstrap interval over towns."""
-    pool = PooledRatios(seeds, above[:, None], below[:, None], lambda ratios: ratios[..., 0])
-    low, high = bootstrap_interval(pool)
-    yield from (("mean", pool.mean), ("ci_low", low), ("ci_high", high), ("n", len(seeds)))
+    return partial(catalog.scenario(scenario).episode, preset, seed)

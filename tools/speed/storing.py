@@ -1,7 +1,7 @@
 """Speed of a data set: an episode made and written with all channels, against bare calls of PyBullet's renderer.
 
 Both are timed in one run, on the same scene, camera and size: the making in CPU time of the process, since codecs and
-tables may use threads, a bare call of TinyRenderer with shadows after every eighth frame (see ``rendering``). Then each
+tables may use threads, a bare call of TinyRenderer with shadows after every eighth frame (see ``figures``). Then each
 channel's values are coded once more, alone.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import tempfile
 import time
+from contextlib import closing
 from typing import Any, cast
 
 import cv2
@@ -24,7 +25,7 @@ from benchmarks.data.sets.places import place_of
 from benchmarks.data.sets.request import Request, existing_channels
 from scenarios.scenario import Episode, Frame
 from sim.bullet import TinyRenderer
-from tools.speed.rendering import FRAMES_PER_BARE_CALL, Figure, bare_cpu_s, entries_of
+from tools.speed.figures import FRAMES_PER_BARE_CALL, Figure, bare_cpu_s, milliseconds
 
 _CODED_FRAMES = 20
 
@@ -48,61 +49,46 @@ class _Interrupted(FramesAlone):
         return frame
 
 
-def measure_storing(scenario: str, preset: str, seeds: range, frames: int) -> list[dict[str, Any]]:
-    """Return the entries of ``summary.json`` on making and writing frames, and on the bytes of each channel.
+def measure_storing(scenario: str, preset: str, frames: int, seed: int) -> dict[str, Figure]:
+    """Return the figures of making and writing an episode, and of the bytes of each channel.
 
     Args:
-        frames: of each episode.
+        frames: of the episode.
     """
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
-    asked = Request(scenario, preset, (seeds.start, seeds.stop), ())
+    asked = Request(scenario, preset, (seed, seed + 1), ())
     request = dataclasses.replace(asked, channels=existing_channels(asked))
-    made_s, bare_s, coded_s = [], [], []
-    coding_ms: dict[str, list[float]] = {channel: [] for channel in request.channels}
-    kibibytes: dict[str, list[float]] = {channel: [] for channel in request.channels}
-    for seed in seeds:
-        with tempfile.TemporaryDirectory() as rehearsal:
-            # Kernels are compiled, or loaded.
-            _made(*place_of(rehearsal), request, seed, frames)
-        with tempfile.TemporaryDirectory() as folder:
-            files, root = place_of(folder)
-            seconds, bare = _made(files, root, request, seed, frames)
-            files.pipe_file(f"{root}/{REQUEST}", request.as_json().encode())
-            data = DataSet(folder)
-            stored = data.stored_bytes()
-            for channel in request.channels:
-                kibibytes[channel].append(stored[channel] / len(data) / 1024)
-            each = _coding_s(data, seed)
-            data.close()
-        made_s.append(seconds)
-        bare_s.append(float(np.mean(bare)))
-        coded_s.append(sum(each.values()))
-        for channel, second in each.items():
-            coding_ms[channel].append(1e3 * second)
-    ones = [1.0] * len(seeds)
-    figures: list[Figure] = [
-        ("stored_frame_over_tinyrenderer", "ratio", "lower", made_s, bare_s),
-        ("stored_frame_cpu_ms", "ms", "lower", [1e3 * each for each in made_s], ones),
-        ("tinyrenderer_cpu_ms", "ms", "lower", [1e3 * each for each in bare_s], ones),
-        ("coding_share", "fraction", "higher", coded_s, made_s),
-        *((f"{channel}_coding_cpu_ms", "ms", "lower", coding_ms[channel], ones) for channel in request.channels),
-        *((f"{channel}_kib", "KiB", "lower", kibibytes[channel], ones) for channel in request.channels),
-    ]
-    return entries_of(scenario, preset, "data set", seeds, figures)
+    with tempfile.TemporaryDirectory() as rehearsal:
+        # Kernels are compiled, or loaded.
+        _made(*place_of(rehearsal), request, seed, frames)
+    with tempfile.TemporaryDirectory() as folder:
+        files, root = place_of(folder)
+        made_s, bare_s = _made(files, root, request, seed, frames)
+        files.pipe_file(f"{root}/{REQUEST}", request.as_json().encode())
+        with closing(DataSet(folder)) as data:
+            stored, count, coded_s = data.stored_bytes(), len(data), _coding_s(data, seed)
+    return {
+        "stored_frame_over_tinyrenderer": Figure(made_s, bare_s, better="lower"),
+        "stored_frame_cpu_ms": milliseconds(made_s),
+        "tinyrenderer_cpu_ms": milliseconds(bare_s),
+        "coding_share": Figure(sum(coded_s.values()), made_s, "fraction"),
+        **{f"{channel}_coding_cpu_ms": milliseconds(coded_s[channel]) for channel in request.channels},
+        **{
+            f"{channel}_kib": Figure(stored[channel] / count / 1024, unit="KiB", better="lower")
+            for channel in request.channels
+        },
+    }
 
 
-def _made(files: Any, root: str, request: Request, seed: int, frames: int) -> tuple[float, list[float]]:
-    """Return the CPU seconds a frame of making and writing an episode, and those of bare calls."""
-    live = request.episode(seed)
-    try:
+def _made(files: Any, root: str, request: Request, seed: int, frames: int) -> tuple[float, float]:
+    """Return the CPU seconds a frame of making and writing an episode, and those of a bare call."""
+    with closing(request.episode(seed)) as live:
         interrupted = _Interrupted(live, frames)
         began = time.process_time()
         write_episode(files, root, request, seed, cast(Episode, interrupted))
         taken = time.process_time() - began - interrupted.interrupted_s
-    finally:
-        live.close()
-    return taken / interrupted.frame_count, interrupted.bare_s
+    return taken / interrupted.frame_count, float(np.mean(interrupted.bare_s))
 
 
 def _coding_s(data: DataSet, seed: int) -> dict[str, float]:

@@ -13,7 +13,7 @@ from benchmarks.learning.tracker_errors import RUN, Disturbed, model_of, read_ru
 from benchmarks.learning.without_pictures import scores_without_pictures
 from scenarios.envs.settings import FollowSettings
 from scenarios.road_town.flight import HELICOPTER
-from tools.speed.pictureless import measure_pictureless
+from tools.speed.envs import measure_pictureless
 from trackers.controllers.hold import HoldController
 from trackers.registry import NoParameters
 from trackers.types import CameraCommand, CameraModel, Estimate, Observation
@@ -89,14 +89,10 @@ def test_repeats_are_averaged_for_each_episode(tmp_path: Path) -> None:
 
 
 @pytest.mark.heavy
-def test_speed_without_pictures_is_an_entry_of_a_summary(tmp_path: Path) -> None:
-    [entry] = measure_pictureless("frameout/StereoFollow-v2", "quick", range(2), tmp_path)
-    assert (entry["metric"], entry["scenario"], entry["n"]) == (
-        "env_steps_per_s_without_pictures",
-        "stereo-follow-v2",
-        2,
-    )
-    assert 0 < entry["ci_low"] <= entry["mean"] <= entry["ci_high"] < np.inf
+def test_speed_without_pictures_is_measured(tmp_path: Path) -> None:
+    (measured,) = measure_pictureless("frameout/StereoFollow-v2", "quick", tmp_path, 0).items()
+    assert measured[0] == "env_steps_per_s_without_pictures"
+    assert 0 < measured[1].below < 1
 
 
 def test_a_run_has_the_fields_that_earlier_ones_have() -> None:

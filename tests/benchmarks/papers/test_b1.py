@@ -11,13 +11,15 @@ import pytest
 
 from benchmarks.contract.rows import Row, read_blocks
 from benchmarks.papers import b1
-from benchmarks.papers.b1 import CONDITIONS, CURVES, EXPERIMENT
+from benchmarks.papers.b1 import CONDITIONS, CURVES
 from benchmarks.papers.camera_experiment import CameraExperiment, photograph
-from benchmarks.papers.repeat import findings, repeat
+from benchmarks.papers.experiment import experiment_named, findings
+from benchmarks.papers.repeat import repeat
 from benchmarks.run.result_folder import append_block
 from scenarios.paper_sheet.scenario import PAPER_SHEET
 from scenarios.scenario import RendererName
 
+EXPERIMENT = experiment_named("B1")
 ILLUMINANCES = 9
 
 

@@ -11,12 +11,13 @@ import pytest
 
 from benchmarks.contract.rows import read_blocks
 from benchmarks.papers import b2
-from benchmarks.papers.b2 import EXPERIMENT
 from benchmarks.papers.camera_experiment import SheetPicture
-from benchmarks.papers.repeat import findings, repeat
+from benchmarks.papers.experiment import experiment_named, findings
+from benchmarks.papers.repeat import repeat
 from scenarios.paper_sheet.scenario import PAPER_SHEET
 from trackers.types import CameraRegisters
 
+EXPERIMENT = experiment_named("B2")
 _SHUTTERS = [200] * 12 + list(range(200, 320, 4)) + list(range(320, 200, -4))
 
 

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.papers.b3 import EXPERIMENT
-from benchmarks.papers.repeat import findings
+from benchmarks.papers.experiment import experiment_named, findings
 from scenarios.catalog import scenario
 from scenarios.stereo_follow.plan import make_plan
 
+EXPERIMENT = experiment_named("B3")
 SEEDS = range(2)
 F_MEASURES = {
     ("", "stereo_wb"): 0.946,

@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from benchmarks.contract.suite import suite
-from benchmarks.papers.c import EXPERIMENT, GapExperiment
-from benchmarks.papers.repeat import findings
+from benchmarks.papers.experiment import experiment_named, findings
 from scenarios import catalog
+from tests.benchmarks.papers.conftest import row
 from trackers import registry
 
-
-def row(metric: str, value: Any, tracker: str = "ca_kalman", seed: int = 0) -> dict[str, Any]:
-    heading = {name: getattr(EXPERIMENT, name) for name in ("suite", "scenario", "preset", "controller")}
-    ending = {"renderer": "raster", "seed": seed, "weight": 1.0, "event": None, "repeat": 0}
-    return {**heading, "tracker": tracker, "role": "as-written", "metric": metric, "value": value, **ending}
+EXPERIMENT = experiment_named("C")
 
 
 def verdicts(errors_px: tuple[float, float, float]) -> dict[str, bool | None]:
     counts = (50, 100, 200)
-    rows = [row(f"gap_error_{count}_px", error) for count, error in zip(counts, errors_px, strict=True)]
+    rows = [
+        row(EXPERIMENT, "ca_kalman", f"gap_error_{count}_px", error)
+        for count, error in zip(counts, errors_px, strict=True)
+    ]
     return {each.claim.metric: each.agrees for each in findings(EXPERIMENT, rows) if each.claim.tracker == "ca_kalman"}
 
 
@@ -71,7 +69,11 @@ def test_ours_is_nearer_where_the_paired_interval_is_clear_of_zero(
     written_px: tuple[float, ...], ours_px: tuple[float, ...], agrees: bool
 ) -> None:
     named = {"ca_kalman": written_px, "shoal_chain": ours_px}
-    rows = [row("gap_error_50_px", px, name, seed) for name, each in named.items() for seed, px in enumerate(each)]
+    rows = [
+        row(EXPERIMENT, name, "gap_error_50_px", px, seed)
+        for name, each in named.items()
+        for seed, px in enumerate(each)
+    ]
     (found,) = (
         each
         for each in findings(EXPERIMENT, rows)
@@ -81,16 +83,14 @@ def test_ours_is_nearer_where_the_paired_interval_is_clear_of_zero(
     assert (found.agrees, found.episodes, found.expected) == (agrees, 4, "interval below 0 px")
 
 
-def test_ours_stands_beside_it_without_a_verdict_and_curves_are_drawn(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # Trajectories are drawn from episodes, see ``test_swim_figures``.
-    monkeypatch.setattr(GapExperiment, "_show_paths", lambda *_: None)
-    rows = [row(f"gap_error_{count}_px", 0.3, "shoal_chain") for count in (50, 100, 200)]
+def test_ours_stands_beside_it_without_a_verdict_and_curves_are_drawn(tmp_path: Path) -> None:
+    rows = [row(EXPERIMENT, "shoal_chain", f"gap_error_{count}_px", 0.3) for count in (50, 100, 200)]
     found = [each for each in findings(EXPERIMENT, rows) if each.claim.tracker == "shoal_chain"]
     assert [(each.mean, each.agrees) for each in found if not each.claim.minus] == [(0.3, None)] * 3
     # Alone it has nothing to be compared with.
     assert [(each.mean, each.agrees) for each in found if each.claim.minus] == [(None, False)] * 3
-    curves = [row("gap_error_by_frame_px", [0.1 * k for k in range(200)], name) for name in EXPERIMENT.trackers]
+    curve = [0.1 * k for k in range(200)]
+    curves = [row(EXPERIMENT, name, "gap_error_by_frame_px", curve) for name in EXPERIMENT.trackers]
     plots = EXPERIMENT.show(tmp_path, [*rows, *curves], range(1), "raster")
+    assert plots is not None
     assert [heading.split("?")[0] for heading in plots.svgs] == ["How far off is a lost fish"]

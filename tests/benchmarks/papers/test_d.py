@@ -5,37 +5,33 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from benchmarks.contract.rows import read_rows
-from benchmarks.papers.d import EXPERIMENT
-from benchmarks.papers.repeat import findings
+from benchmarks.contract.rows import Row, read_rows
+from benchmarks.papers.experiment import experiment_named, findings
 from benchmarks.statistics import froc
 from scenarios import catalog
-from tests.benchmarks.named import run_named as run
+from tests.benchmarks.papers.conftest import row
 from trackers import registry
 
+EXPERIMENT = experiment_named("D")
 WRITTEN, OURS = EXPERIMENT.trackers
 KINDS = ["person"] * 15 + ["car"] * 3 + ["boat"]
 
 
-def rows(found: Mapping[str, int], sizes_m: Mapping[str, float], tracker: str = WRITTEN) -> list[dict[str, Any]]:
+def rows(found: Mapping[str, int], sizes_m: Mapping[str, float], tracker: str = WRITTEN) -> list[Row]:
     """Return the rows of an episode in which so many of each kind are found, with sizes ``width person`` …."""
-    heading = {name: getattr(EXPERIMENT, name) for name in ("suite", "scenario", "preset", "controller")}
-    heading |= {"tracker": tracker, "role": registry.entry(tracker).role, "renderer": "raster", "seed": 0, "repeat": 0}
     made = []
     for k, kind in enumerate(KINDS):
         event = {"index": k, "kind": kind}
         right = k - KINDS.index(kind) < found[kind]
-        made.append({**heading, "metric": "found_as_in_paper", "value": float(right), "weight": 1.0, "event": event})
+        made.append(row(EXPERIMENT, tracker, "found_as_in_paper", float(right), event=event))
         for name, size_m in sizes_m.items():
             dimension, of = name.split()
             if of == kind and right:
-                metric = f"region_{dimension}_m"
-                made.append({**heading, "metric": metric, "value": size_m, "weight": 1.0, "event": event})
+                made.append(row(EXPERIMENT, tracker, f"region_{dimension}_m", size_m, event=event))
     return made
 
 
@@ -98,8 +94,8 @@ HELD = [
 
 @pytest.mark.heavy
 def test_its_verdicts_hold_on_two_mornings_of_development(tmp_path: Path) -> None:
-    own = EXPERIMENT.runs(range(30, 32), "raster", 0)
-    run(dataclasses.replace(own, trackers=EXPERIMENT.trackers), tmp_path)
+    alone = dataclasses.replace(EXPERIMENT, beside=(), robustness=None)
+    alone.run(tmp_path, range(30, 32), "raster", 0, lambda done, of: None)
     found = [each for each in findings(EXPERIMENT, read_rows(tmp_path)) if each.agrees is not None]
     for each, (tracker, metric, agrees, mean, off) in zip(found, HELD, strict=True):
         print(each.claim.tracker, each.claim.metric, each.mean)
@@ -138,11 +134,8 @@ def test_ours_is_to_find_more_with_a_tenth_of_the_alarms(sure: float, agrees: bo
 
 
 def test_both_methods_have_their_figures(tmp_path: Path) -> None:
-    both = [row for name in EXPERIMENT.trackers for row in rows(PRINTED, {}, name)]
-    found = [
-        row
-        | {"metric": "found", "event": row["event"] | {"contrast_to_noise": 30.0, "first_frame": 5, "length_frames": 3}}
-        for row in both
-    ]
-    plots = EXPERIMENT.show(tmp_path, [row | {"editions": {}} for row in [*both, *found]], range(1), "raster")
+    both = [each for name in EXPERIMENT.trackers for each in rows(PRINTED, {}, name)]
+    visit = {"contrast_to_noise": 30.0, "first_frame": 5, "length_frames": 3}
+    found = [each | {"metric": "found", "event": each["event"] | visit} for each in both]
+    plots = EXPERIMENT.show(tmp_path, [each | {"editions": {}} for each in [*both, *found]], range(1), "raster")
     assert [heading.split("?")[0] for heading in plots.svgs] == ["What contrast does it take"]

@@ -5,22 +5,27 @@ Bounds are what was counted, less or more one or two, of C less or more a fifth:
 
 from __future__ import annotations
 
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from benchmarks.judges.fish.gap_scores import GAP_FRAMES
-from benchmarks.papers import a2, a3, c
-from benchmarks.papers.swim_figures import measured_tank
+from benchmarks.judges.fish.gap_protocol import bridge_gaps
+from benchmarks.judges.fish.gap_scores import GAP_FRAMES, GapTask
+from benchmarks.judges.fish.judge import FishJudge
+from benchmarks.papers.experiment import experiment_named
 from benchmarks.papers.tracker_experiment import TrackerExperiment
-from tests.benchmarks.named import run_named as run
+from benchmarks.run.episodes import simulated
+from scenarios import catalog
+from scenarios.loop import Loop, tracker_stream
+from trackers import registry
 
 
 def kept(experiment: TrackerExperiment, seeds: range, out: Path) -> dict[tuple[str, str], tuple[int, int]]:
     """Run the experiment; return tracker and kind of frame-out → how many were kept, of how many."""
-    run(experiment.runs(seeds, "raster", 0), out)
+    experiment.run(out, seeds, "raster", 0, lambda done, of: None)
     values: dict[tuple[str, str], list[float]] = {}
     for row in experiment.rows_in(out):
         if row["metric"] == "kept":
@@ -33,7 +38,7 @@ def kept(experiment: TrackerExperiment, seeds: range, out: Path) -> dict[tuple[s
 @pytest.mark.heavy
 def test_a2(tmp_path: Path) -> None:
     """The paper's plain filter loses the car, its road filter mostly keeps it, and so does the plain one tuned."""
-    found = kept(replace(a2.EXPERIMENT, beside=("colour_pf_tuned",)), range(7), tmp_path)
+    found = kept(replace(experiment_named("A2"), beside=("colour_pf_tuned",)), range(7), tmp_path)
     # Steered by the tracker that lost the car, the camera may lose it from view once more.
     assert {total for _, total in found.values()} <= {7, 8}
     assert found["colour_pf", "road"][0] <= 1
@@ -44,7 +49,7 @@ def test_a2(tmp_path: Path) -> None:
 @pytest.mark.heavy
 def test_a3(tmp_path: Path) -> None:
     """The method loses the car off the road, as the paper says, and mostly on it; a simpler one keeps it more often."""
-    found = kept(replace(a3.EXPERIMENT, beside=("hold_ground",)), range(9), tmp_path)
+    found = kept(replace(experiment_named("A3"), beside=("hold_ground",)), range(9), tmp_path)
     (road, on), (excursion, off) = (found["background_pf", kind] for kind in ("road", "excursion"))
     assert (on, off) == (8, 10)
     assert 1 <= road <= 3
@@ -53,15 +58,26 @@ def test_a3(tmp_path: Path) -> None:
     assert 6 <= found["hold_ground", "excursion"][0] <= 8
 
 
+def measured(preset: str, seed: int) -> GapTask:
+    """Return the gaps of an episode as the suite's judge measures it."""
+    with closing(simulated("fish-tank-v1", preset, seed).open("all")) as episode:
+        judge = FishJudge(episode, catalog.scenario("fish-tank-v1"))
+        for frame in Loop(episode).frames():
+            judge.see(frame, None)
+        return judge.task
+
+
 @pytest.mark.heavy
 def test_c() -> None:
     """The filter errs as the paper's up to 100 lost frames; ours less on each tank, and the last place far more."""
-    made, names = c.EXPERIMENT, ("ca_kalman", "shoal_chain", "fish_hold")
+    made, names = experiment_named("C"), ("ca_kalman", "shoal_chain", "fish_hold")
     errors_px = np.zeros((3, len(names), len(GAP_FRAMES)))
     for seed in range(3):
-        tank = measured_tank(made.scenario, made.preset, seed, "raster")
+        task = measured(made.preset, seed)
         for n, name in enumerate(names):
-            bridged = tank.bridged(name, tank.task.open_gaps)
+            method = registry.entry(name).create(tracker_stream(seed, name)).gap_method
+            how = {"both_ends": False, "learns": True, "mates": task.sees_mates}
+            bridged = bridge_gaps(method, task.tracks, task.open_gaps, **how)
             for k, count in enumerate(GAP_FRAMES):
                 errors_px[seed, n, k] = np.mean([each.measure("end") for each in bridged if each.gap.count == count])
     written_px, ours_px, held_px = errors_px.mean(axis=0)

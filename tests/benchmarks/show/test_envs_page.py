@@ -15,7 +15,7 @@ from scenarios.command_link import LINKS
 from scenarios.envs.reward import Reward
 from scenarios.envs.settings import RESET_OPTIONS, FollowSettings
 from scenarios.envs.truth_info import INFO
-from tools.speed import env_stepping
+from tools.speed import envs as speed_of_envs
 from trackers.belief.features import FEATURES
 from trackers.controllers.catalogue import controllers
 
@@ -82,6 +82,6 @@ def test_the_examples_run(
 
 def test_what_the_page_says_of_costs_is_measured() -> None:
     costs = PAGE.partition("## Costs")[2]
-    assert f"`{env_stepping.ENV_ID}`" in costs
+    assert f"`{speed_of_envs.ENV_ID}`" in costs
     for name in re.findall(r"`(env_\w+)`", costs):
-        assert f'"{name}"' in inspect.getsource(env_stepping)
+        assert f'"{name}"' in inspect.getsource(speed_of_envs)

@@ -14,7 +14,6 @@ from tests.plain_scene import belt
 from tests.tools.command import tools
 from tools.publishing import ledger, published
 from tools.publishing.published import PublishedTable
-from tools.publishing.table_runs import BenchRun
 
 SMOKE = PublishedTable(
     name="smoke",
@@ -44,16 +43,15 @@ def publish(out: Path, *more: str) -> int:
     return tools(["publish", "--workers", "0", "--out", str(out), *more])
 
 
+def recorded() -> list[dict[str, str]]:
+    """Return the entries of the ledger."""
+    return [json.loads(line) for line in ledger.LEDGER.read_text().splitlines()]
+
+
 def contents(name: str = "smoke") -> dict[str, Any]:
     """Return the committed JSON of a table."""
     found: dict[str, Any] = json.loads((ledger.TABLES_FOLDER / f"{name}.json").read_text())
     return found
-
-
-@pytest.fixture
-def unmeasured(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Take an hour for each seed: to measure takes longer than to run."""
-    monkeypatch.setattr(BenchRun, "seconds_of_seed", lambda *_: 3600.0)
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import lzma
 from collections.abc import Callable
@@ -11,39 +12,35 @@ from typing import Any
 
 import pytest
 
+from benchmarks.contract.rows import BlockKey, Row, block_key
+from tests.benchmarks.fake_rows import rows_of
 from tests.tools.publishing.conftest import SMOKE, contents, publish
-from tools.publishing import ledger, table_files
+from tools.publishing import ledger
 from tools.publishing.published import PublishedTable
+from tools.publishing.table_files import differing
 from tools.publishing.table_runs import BenchRun
 
-pytestmark = pytest.mark.usefixtures("smoke", "unmeasured")
+pytestmark = pytest.mark.usefixtures("smoke")
+Blocks = dict[BlockKey, list[Row]]
 
 
 @pytest.mark.heavy
 def test_a_fresh_run_has_the_same_figures_and_a_changed_row_is_found(
-    checkout: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert publish(tmp_path / "out") == 0
     assert publish(tmp_path / "other", "smoke", "--check") == 0
     assert "smoke: the same figures on seeds 0:2" in capsys.readouterr().out
-    assert publish(tmp_path / "other", "smoke", "--check", "--episodes", "1") == 0
-    assert "on seeds 0:1" in capsys.readouterr().out
-
     file = ledger.TABLES_FOLDER / "smoke.jsonl.xz"
     rows = [json.loads(line) for line in lzma.decompress(file.read_bytes()).splitlines()]
     row = next(row for row in rows if row["metric"] == "outside_error_px" and row["seed"] == 1)
     row["value"] += 1e-3
     file.write_bytes(lzma.compress("".join(json.dumps(each) + "\n" for each in rows).encode()))
-    assert publish(tmp_path / "other", "--check") == 1
-    assert "its committed rows are not those of its hash" in capsys.readouterr().out
-
-    # With a hash that fits, only a run finds it.
-    changed = table_files.read_rows_of("smoke")
-    made = contents()
-    made["rows"]["sha256"] = table_files.hash_of_figures(changed, made["rows"]["unrepeatable"])
-    (ledger.TABLES_FOLDER / "smoke.json").write_text(json.dumps(made))
+    monkeypatch.setattr("tools.publish.calculates_like_published", lambda _: False)
     assert publish(tmp_path / "other", "--check", "--episodes", "1") == 0
-    capsys.readouterr()
+    printed = capsys.readouterr()
+    assert "on seeds 0:1" in printed.out
+    assert "note: figures may differ" in printed.err
     assert publish(tmp_path / "other", "--check") == 1
     assert f"smoke: {row['tracker']} has other figures on 1 seeds, first on 1" in capsys.readouterr().out
     file.unlink()
@@ -51,40 +48,24 @@ def test_a_fresh_run_has_the_same_figures_and_a_changed_row_is_found(
     assert not (tmp_path / "other").exists()
 
 
-def test_a_check_has_the_trackers_of_the_published_table(
+def test_what_cannot_be_compared_is_named(
     checkout: Path,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     listed: Callable[..., None],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    listed(replace(SMOKE, trackers=("hold",)))
     assert publish(tmp_path / "out") == 0
-    assert contents()["trackers"] == ["hold"]
-    # As if a tracker were registered since: the table's data name none.
-    listed(replace(SMOKE, trackers=("hold", "constant_velocity")))
-    assert publish(tmp_path / "out", "--check") == 0
     listed(replace(SMOKE, seeds=range(3)))
     assert publish(tmp_path / "out", "--check") == 2
     assert "tables: expected smoke as published" in capsys.readouterr().err
-
-
-def test_a_check_of_all_takes_what_can_be_compared_and_names_the_rest(
-    checkout: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    listed: Callable[..., None],
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    assert publish(tmp_path / "out") == 0
-    made = contents()
-    (ledger.TABLES_FOLDER / "fast.json").write_text(json.dumps({**made, "trackers": [], "rows": None}))
+    (ledger.TABLES_FOLDER / "fast.json").write_text(json.dumps({**contents(), "trackers": [], "rows": None}))
     fast = PublishedTable(name="fast", kind="speed", scenario=SMOKE.scenario, preset="quick", seeds=range(1))
     listed(fast, SMOKE, replace(SMOKE, name="later"))
     assert publish(tmp_path / "out", "--check") == 0
     printed = capsys.readouterr()
     assert "smoke: the same figures" in printed.out
-    assert "note: not published, and not checked: later" in printed.err
+    assert "note: without published rows, and not checked: fast, later" in printed.err
     monkeypatch.setattr(BenchRun, "run", lambda *_: pytest.fail("ran before all were looked at"))
     for last in ("fast", "later"):
         assert publish(tmp_path / "out", "smoke", last, "--check") == 2
@@ -92,28 +73,60 @@ def test_a_check_of_all_takes_what_can_be_compared_and_names_the_rest(
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("has_them", [True, False])
-def test_a_machine_with_other_instructions_is_told_that_figures_may_differ(
-    has_them: bool, checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert publish(tmp_path / "out") == 0
-    monkeypatch.setattr("tools.publish.calculates_like_published", lambda _: has_them)
-    assert publish(tmp_path / "out", "--check", "--episodes", "1") == 0
-    assert ("note: figures may differ" in capsys.readouterr().err) == (not has_them)
-
-
-@pytest.mark.heavy
 def test_another_table_of_what_was_fitted_is_found(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def varied(figure: str) -> Callable[..., dict[str, Any]]:
-        return lambda *_: {"words": "varied", "heads": ("what", "found"), "rows": (("threshold × 2", figure),)}
+    figures = BenchRun.figures
 
-    monkeypatch.setattr(BenchRun, "varied", varied("0.7"))
+    def varied(figure: str) -> Callable[..., dict[str, Any]]:
+        table = {"words": "varied", "heads": ("what", "found"), "rows": (("threshold × 2", figure),)}
+        return lambda *given: figures(*given) | {"varied": table}
+
+    monkeypatch.setattr(BenchRun, "figures", varied("0.7"))
     assert publish(tmp_path / "out") == 0
     assert contents()["varied"]["rows"] == [["threshold × 2", "0.7"]]
     assert publish(tmp_path / "other", "--check") == 0
     capsys.readouterr()
-    monkeypatch.setattr(BenchRun, "varied", varied("0.6"))
+    monkeypatch.setattr(BenchRun, "figures", varied("0.6"))
     assert publish(tmp_path / "other", "--check") == 1
     assert "smoke: the table of what was fitted, varied, has other figures" in capsys.readouterr().out
+
+
+@pytest.fixture
+def blocks() -> Blocks:
+    made = [rows_of(tracker, seed) for tracker in ("sharp", "hold") for seed in (1, 2, 10)]
+    return {block_key(rows[0]): rows for rows in made}
+
+
+def changed(blocks: Blocks, metric: str, **columns: Any) -> Blocks:
+    """Return the blocks with other columns in the first row of a metric."""
+    copied = copy.deepcopy(blocks)
+    row = next(row for rows in copied.values() for row in rows if row["metric"] == metric)
+    row.update(columns)
+    return copied
+
+
+@pytest.mark.parametrize(
+    ("metric", "columns", "count"),
+    [
+        ("frames", {"seconds": 99.0}, 0),
+        ("frames", {"editions": {"numpy": "1"}}, 0),
+        ("frames_per_s", {"value": 1.0}, 0),
+        ("recovered", {"value": 0.123456}, 1),
+        ("recovered", {"value": None}, 1),
+        ("recovered", {"weight": 2.0}, 1),
+        ("recovered", {"frame_out": None}, 1),
+        ("recovered", {"role": "oracle"}, 1),
+    ],
+)
+def test_every_figure_counts_and_clock_and_code_do_not(
+    blocks: Blocks, metric: str, columns: dict[str, Any], count: int
+) -> None:
+    assert len(differing(changed(blocks, metric, **columns), blocks)) == count
+
+
+def test_a_block_or_a_row_that_is_missing_counts(blocks: Blocks) -> None:
+    key = next(iter(blocks))
+    without = {each: rows for each, rows in blocks.items() if each != key}
+    assert differing(without, blocks) == differing(blocks, without) == [key]
+    assert differing({**blocks, key: blocks[key][1:]}, blocks) == [key]

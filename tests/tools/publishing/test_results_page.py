@@ -15,15 +15,14 @@ from typing import Any
 import pytest
 
 from benchmarks.contract.rows import FILE_NAME
-from benchmarks.papers import c
+from benchmarks.papers.experiment import experiment_named
 from benchmarks.show.tables import REFERENCES
 from benchmarks.statistics.summary import write_summary
 from tests.benchmarks.fake_rows import write_rows
 from tests.tools.command import tools
 from tools.publishing import ledger, table_files
-from tools.publishing.figures_hash import hash_of_figures
 from tools.publishing.results_page import results_pages
-from tools.publishing.tuning_budgets import budgets_of
+from tools.publishing.table_runs import budgets_of
 from trackers import registry
 
 ROOT = Path(__file__).parents[3]
@@ -264,12 +263,9 @@ def test_a_paper_stands_beside_our_figures(published: dict[str, Any]) -> None:
     assert page.index("it is lost") < page.index("Varied.") < page.index("| gate × 2 | 9.0 |") < page.index("01234567")
 
 
-def test_what_was_fitted_is_told_in_the_words_of_the_experiment(
-    published: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert rendered("{{ fitted('C') }}") == c.EXPERIMENT.fitted != ""
-    monkeypatch.setattr(c, "EXPERIMENT", replace(c.EXPERIMENT, fitted=""))
-    assert rendered("{{ fitted('C') }}") == "not said."
+def test_what_was_fitted_is_told_in_the_words_of_the_experiment(published: dict[str, Any]) -> None:
+    assert rendered("{{ fitted('C') }}") == experiment_named("C").fitted != ""
+    assert rendered("{{ fitted('B2') }}") == "not said."
 
 
 def test_the_command_writes_all_pages(published: dict[str, Any], capsys: pytest.CaptureFixture[str]) -> None:
@@ -308,15 +304,3 @@ def test_tables_of_the_committed_pages_end_before_their_prose(page: Path) -> Non
     lines = page.read_text().splitlines()
     swallowed = [after for row, after in itertools.pairwise(lines) if row.startswith("|") and after[:1] not in "|"]
     assert swallowed == []
-
-
-@pytest.mark.heavy
-def test_the_committed_rows_are_those_of_their_hashes() -> None:
-    files = sorted(ledger.TABLES_FOLDER.glob("*.json"))
-    for file in files:
-        rows, kept = table_files.read_rows_of(file.stem), json.loads(file.read_text())["rows"]
-        assert bool(rows) == (kept is not None), file.name
-        if kept is not None:
-            assert hash_of_figures(rows, kept["unrepeatable"]) == kept["sha256"], file.name
-            assert sum(map(len, rows.values())) == kept["count"], file.name
-    assert sum(file.stat().st_size for file in ledger.TABLES_FOLDER.glob("*.xz")) <= table_files.ROOM_BYTES

@@ -1,8 +1,10 @@
-"""The speed measurement: which work is timed."""
+"""The speed of rendering: which work is timed, and what is printed of it."""
 
 from __future__ import annotations
 
-import time
+import json
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,31 +12,14 @@ import pytest
 
 from scenarios.scenario import Frame
 from tests.benchmarks import fake_episode
+from tests.tools.command import tools
+from tests.tools.speed.conftest import BARE_S, FakeWorld, work
 from tools.speed import rendering
-from tools.speed.rendering import UNTIMED_FRAMES, measure, measure_scenario
+from tools.speed.figures import UNTIMED_FRAMES, Figure, entries_of
+from tools.speed.rendering import frame_times, measure_rendering
 
 COMPILING_S, DRAWING_S, TRUTH_S = 0.2, 0.002, 0.002
 BLURRED_FRAME = 20
-
-
-def work(seconds: float) -> None:
-    """Keep the processor busy."""
-    until = time.thread_time() + seconds
-    while time.thread_time() < until:
-        pass
-
-
-class FakeWorld:
-    """Counts the bare calls; those without shadows are half the work."""
-
-    calls = 0
-
-    def hand_over(self) -> None:
-        pass
-
-    def camera_image(self, *args: Any, shadows: bool, **options: Any) -> None:
-        FakeWorld.calls += 1
-        work((20 if shadows else 10) * DRAWING_S)
 
 
 class FakeCamera:
@@ -53,7 +38,7 @@ class Town(fake_episode.FakeEpisode):
     def __init__(self) -> None:
         super().__init__(frame_count=40)
         self.world = FakeWorld()
-        self._camera = FakeCamera()
+        self._camera: Any = FakeCamera()
         Town.built.append(self)
 
     def step(self, command: Any = None) -> Frame:
@@ -66,52 +51,62 @@ class Town(fake_episode.FakeEpisode):
 
 
 @pytest.fixture(autouse=True)
-def _fresh_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    Town.compiled, Town.built, FakeWorld.calls = False, [], 0
-    monkeypatch.setattr(rendering, "TinyRenderer", lambda world: world)
+def _fresh_process() -> None:
+    Town.compiled, Town.built = False, []
 
 
-def test_a_kernel_that_a_late_frame_needs_first_is_not_timed():
-    sample = measure(Town, 24)  # type: ignore[arg-type]
+def test_frames_pictures_and_bare_calls_are_timed_apart_and_compiling_is_not() -> None:
+    frame_s, _, picture_s, bare_s, shadowless_s = frame_times(Town, 24)
     assert Town.compiled
-    assert len(sample.frame_s) == 24
-    assert max(sample.frame_s) < 0.5 * COMPILING_S
-    assert sample.speedup == pytest.approx(10, rel=0.5)
-
-
-def test_pictures_and_bare_calls_without_shadows_are_timed_apart():
-    sample = measure(Town, 24)  # type: ignore[arg-type]
-    assert len(sample.picture_s) == 24
-    assert (len(sample.bare_s), len(sample.shadowless_s)) == (3, 3)
-    of = (sample.frame_s, sample.picture_s, sample.bare_s, sample.shadowless_s)
-    frame_s, picture_s, bare_s, shadowless_s = (float(np.median(each)) for each in of)
+    assert picture_s is not None
     assert frame_s / picture_s == pytest.approx((DRAWING_S + TRUTH_S) / DRAWING_S, rel=0.3)
+    assert bare_s == pytest.approx(BARE_S, rel=0.3)
     assert bare_s / shadowless_s == pytest.approx(2.0, rel=0.3)
-    assert shadowless_s / picture_s == pytest.approx(10.0, rel=0.3)
-
-
-@pytest.mark.parametrize("ours", [True, False])
-def test_pictures_have_figures_where_cameras_are_ours(monkeypatch, ours):
-    """Bare calls of 8 and 4 ms, frames of 2 and pictures of 1 ms."""
-    sample = rendering.SpeedSample((0.002,), (0.001,) if ours else (), (0.008,), (0.004,), 0.002)
-    monkeypatch.setattr(rendering, "measure", lambda build, frames: sample)
-    monkeypatch.setattr(rendering, "process_throughput", lambda *arguments: 1.0)
-    entries = measure_scenario("road-town-v2", "standard", range(2), 8)
-    ratios = {each["metric"]: each["mean"] for each in entries if "tinyrenderer" in each["metric"]}
-    whole = {"": 4.0, "_without_shadows": 2.0}
-    alone = {"": 8.0, "_without_shadows": 4.0} if ours else {}
-    expected = {f"speedup_over_tinyrenderer{name}": value for name, value in whole.items()}
-    expected |= {f"picture_speedup_over_tinyrenderer{name}": value for name, value in alone.items()}
-    assert {name: value for name, value in ratios.items() if "speedup" in name} == pytest.approx(expected)
-
-
-def test_the_timed_frames_are_those_rehearsed_and_every_town_is_closed():
-    measure(Town, 24)  # type: ignore[arg-type]
+    # The timed frames are those rehearsed, and every town is closed.
     assert [len(town.commands) for town in Town.built] == [24 + UNTIMED_FRAMES] * 2
     assert all(town.closed for town in Town.built)
     assert FakeWorld.calls == 2 * (1 + 24 // 8)
 
 
-def test_more_frames_than_an_episode_has_are_refused():
+def test_more_frames_than_an_episode_has_are_refused() -> None:
     with pytest.raises(ValueError, match=r"frames: expected at most 35, .* got 36"):
-        measure(Town, 36)  # type: ignore[arg-type]
+        frame_times(Town, 36)
+
+
+@pytest.mark.parametrize("ours", [True, False])
+def test_pictures_have_figures_where_cameras_are_ours(monkeypatch: pytest.MonkeyPatch, ours: bool) -> None:
+    times_s = (0.002, 0.002, 0.001 if ours else None, 0.008, 0.004)
+    monkeypatch.setattr(rendering, "frame_times", lambda build, frames: times_s)
+    monkeypatch.setattr(rendering, "process_throughput", lambda *arguments: 1.0)
+    figures = measure_rendering("road-town-v2", "standard", 8, 0)
+    ratios = {metric: each.above / each.below for metric, each in figures.items() if "speedup" in metric}
+    expected = {"speedup_over_tinyrenderer": 4.0, "speedup_over_tinyrenderer_without_shadows": 2.0}
+    if ours:
+        expected |= {f"picture_{name}": 2 * value for name, value in expected.items()}
+    assert ratios == pytest.approx(expected)
+
+
+def test_episodes_have_the_ratio_of_their_sums() -> None:
+    measured = [{"speedup": Figure(8.0, 2.0)}, {"speedup": Figure(1.0, 1.0)}]
+    (entry,) = entries_of("road-town-v2", "standard", "raster", range(3, 5), measured)
+    assert entry["mean"] == 3.0
+    assert (entry["ci_low"], entry["ci_high"], entry["n"]) == (1.0, 4.0, 2)
+    assert (entry["unit"], entry["better"], entry["tracker"]) == ("ratio", "higher", "raster")
+
+
+def test_the_command_prints_a_table_and_keeps_the_summary(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    measured = []
+
+    def measure(*given: Any) -> dict[str, Figure]:
+        measured.append(given)
+        return {"speedup_over_tinyrenderer": Figure(6.1, 2.0)}
+
+    monkeypatch.setattr("tools.time_speed.measure_rendering", measure)
+    monkeypatch.setattr("tools.time_speed.is_playable", lambda *_: False)
+    assert tools(["speed", "harbour", "--seeds", "3:5", "--frames", "20", "--out", str(tmp_path)]) == 0
+    assert measured == [("harbour-v1", "standard", 20, seed) for seed in (3, 4)]
+    assert re.search(r"speedup_over_tinyrenderer .*3\.05 ", capsys.readouterr().out)
+    (kept,) = json.loads((tmp_path / "summary.json").read_text())
+    assert np.isclose(kept["mean"], 3.05)

@@ -10,11 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.contract.rows import Row, read_rows
-from benchmarks.papers import b3, c, d
-from benchmarks.papers.claims import Claim
+from benchmarks.papers.experiment import Claim, Robustness, experiment_named
 from benchmarks.papers.repeat import repeat
-from benchmarks.papers.robustness import FOLDER, Robustness, alias, scaled
-from benchmarks.papers.tracker_experiment import TrackerExperiment
+from benchmarks.papers.tracker_experiment import FOLDER, TrackerExperiment, alias
 from benchmarks.run.selection import tracker_named
 from scenarios import catalog
 from tests import fakes_scenario
@@ -22,7 +20,7 @@ from trackers import registry
 from trackers.registry import tunable
 from trackers.types import Estimate, Observation
 
-FITTED = (b3.EXPERIMENT, c.EXPERIMENT, d.EXPERIMENT)
+FITTED = tuple(map(experiment_named, ("B3", "C", "D")))
 FRAMES, FEWER_FRAMES = 30, 20
 
 
@@ -62,7 +60,7 @@ EXPERIMENT = TrackerExperiment(
     robustness=Robustness(
         trackers=("aside",),
         metrics=("centre_error_px",),
-        settings=scaled("right", (0.5, 2.0), right_px=20.0),
+        settings={f"right × {factor:g}": {"right_px": factor * 20.0} for factor in (0.5, 2.0)},
         rates={"fewer frames": {"frame_count": FEWER_FRAMES}},
         words="The place is varied.",
         episodes=2,
@@ -160,8 +158,16 @@ def test_what_is_varied_exists_and_changes_what_was_fitted(experiment: TrackerEx
     assert len(set(map(repr, presets))) == len(made.rates)
 
 
-def test_all_values_are_scaled_by_each_factor() -> None:
-    assert scaled("size", (0.8, 2.0), wide_px=0.5, high_px=3.0) == {
-        "size × 0.8": {"wide_px": 0.4, "high_px": 2.4},
-        "size × 2": {"wide_px": 1.0, "high_px": 6.0},
-    }
+@pytest.mark.parametrize("experiment", FITTED, ids=lambda each: each.name)
+def test_settings_are_the_factors_that_their_words_name(experiment: TrackerExperiment) -> None:
+    made = experiment.robustness
+    assert made is not None
+    factors = 0
+    for words, values in made.settings.items():
+        _, times, factor = words.partition(" × ")
+        factors += bool(times)
+        for name in made.trackers if times else ():
+            as_written = tracker_named(name).parameters
+            for field, value in values.items():
+                assert value == pytest.approx(float(factor) * getattr(as_written, field)), words
+    assert factors >= 4

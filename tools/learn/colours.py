@@ -1,4 +1,5 @@
-"""Learns mean and variance of the colours of ground classes, light by light (paper A.3, supervised).
+"""``python -m tools learn-colours``: learn mean and variance of the colours of road and other ground, light by light
+(paper A.3, supervised).
 
 The paper's town has one light, and one mean and variance for each class. In our towns sun and shade, the sun's height
 and the exposure move the brightness of road and of other ground by twice the distance of their means, so that one set
@@ -12,24 +13,25 @@ help: the camera's exposure does it.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from pathlib import Path
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
+import tyro
 from numpy.typing import NDArray
 
+from benchmarks.cli.arguments import SEEDS, development_seeds, names
 from scenarios.road_town.layout import Building, Layout
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.scenario import ROAD_TOWN
-from scenarios.scenario import Frame, RendererName, Scenario
+from scenarios.scenario import Frame
+from sim.checks import check
 from sim.optics import rays
-from trackers.atomic_file import write_atomic
+from tools.learn.swims import TRACKERS, write
 
-MODEL_PATH = Path(__file__).resolve().parents[2] / "trackers" / "road_shape" / "road_town_classes.json"
-CLASSES = ("road", "other", "building")
+MODEL_PATH = TRACKERS / "road_shape" / "road_town_classes.json"
 LIGHTS = {"road": 3, "other": 12}
 """Class → number of lights. The paper has no statistics of buildings."""
 _GROUND_BELOW_M = 0.3
@@ -41,35 +43,57 @@ _BRIGHTNESSES = 3 * 255 + 1
 _LEAST_VARIANCE = 1.0
 
 
-def labelled_frames(
-    scenario: Scenario, preset: str, seeds: range, every: int, renderer: RendererName = "raster"
-) -> Iterator[tuple[NDArray[np.uint8], dict[str, NDArray[np.bool_]]]]:
-    """Yield every ``every``-th picture (H, W, 3) of each episode, with its ``label_pixels``."""
-    for seed in seeds:
-        with closing(scenario.episode(preset, seed, renderer=renderer, closed_loop=False)) as episode:
-            layout = episode.map_of()
-            roads = RoadMap(layout.graph)
-            for k in range((episode.frame_count - 1) // every * every + 1):
-                frame = episode.step()
-                if k % every == 0:
-                    yield frame.observation.image_rgb, label_pixels(frame, roads, layout)
+@dataclass(frozen=True)
+class LearnColours:
+    """Learn mean and variance of the colours of road and other ground in each light; write them to the trackers' file.
+
+    Pictures come from development towns only, labels from their truth.
+
+    Attributes:
+        preset: one or more of the town's presets to take towns from.
+        seeds: towns A to B - 1, or A alone, below 10,000.
+        every: use one frame in this number.
+    """
+
+    preset: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME …")] = ("quick",)
+    seeds: Annotated[str, SEEDS] = "0:16"
+    every: int = 60
+    resumes = False
+
+    def run(self) -> int:
+        """Learn; return the exit status."""
+        seeds = development_seeds(self.seeds)
+        check("every", self.every >= 1, "a whole number >= 1", self.every)
+        command = (
+            f"python -m tools learn-colours --preset {' '.join(self.preset)} --seeds {self.seeds} --every {self.every}"
+        )
+        print(write(MODEL_PATH, {"classes": learn_colours(names(self.preset), seeds, self.every)}, command))
+        return 0
 
 
 def learn_colours(presets: Sequence[str], seeds: range, every: int) -> dict[str, Any]:
     """Return mean and variance of the sRGB values (0-255) of each light of each class, from dark to bright."""
     sums = {name: np.zeros((_BRIGHTNESSES, 7)) for name in LIGHTS}
     for preset in presets:
-        for image_rgb, labels in labelled_frames(ROAD_TOWN, preset, seeds, every):
+        for image_rgb, labels in labelled_frames(preset, seeds, every):
             thinned = image_rgb[::_PIXEL_STEP, ::_PIXEL_STEP]
             for name in LIGHTS:
                 sums[name] += brightness_sums(thinned[labels[name][::_PIXEL_STEP, ::_PIXEL_STEP]])
     return {name: _lights(sums[name], count) for name, count in LIGHTS.items()}
 
 
-def write_model(model: dict[str, Any], command: str) -> Path:
-    """Write a learnt model to the file that trackers load; return its path."""
-    write_atomic(MODEL_PATH, json.dumps({"classes": model, "command": command}, indent=1) + "\n")
-    return MODEL_PATH
+def labelled_frames(
+    preset: str, seeds: range, every: int
+) -> Iterator[tuple[NDArray[np.uint8], dict[str, NDArray[np.bool_]]]]:
+    """Yield every ``every``-th picture (H, W, 3) of each episode, with its ``label_pixels``."""
+    for seed in seeds:
+        with closing(ROAD_TOWN.episode(preset, seed, closed_loop=False)) as episode:
+            layout = episode.map_of()
+            roads = RoadMap(layout.graph)
+            for k in range((episode.frame_count - 1) // every * every + 1):
+                frame = episode.step()
+                if k % every == 0:
+                    yield frame.observation.image_rgb, label_pixels(frame, roads, layout)
 
 
 def label_pixels(frame: Frame, roads: RoadMap, layout: Layout) -> dict[str, NDArray[np.bool_]]:

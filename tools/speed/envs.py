@@ -1,0 +1,233 @@
+"""Speed of the envs: rendered steps against a bare call of PyBullet's renderer, resets, and steps without pictures.
+
+A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v2`` with pictures of 84 × 84 observed on every step: action
+to command, everything moved, picture with shadows, light and noise, ``colour_pf`` with 500 particles, belief, truth of
+the target and reward. Step and *bare call*, ``getCameraImage`` of TinyRenderer with shadows, are timed in one run,
+alternately, on the same view, in CPU time of the working thread, after a rehearsal. *Process scaling* is the wall-clock
+speed of four envs in separate processes with two at a time over that with one at a time; *arithmetic scaling* is the
+same for processes that only count, without memory access or our code, and synchronise as often: the limit of the
+machine.
+
+Throughput with resets and without is that of ``frameout train --pictures``, in CPU time of the process, its threads
+included. A *cycle* has as many episodes as pass between two new worlds, so one reset of it builds a world. Of each
+episode the first steps are made; the others are taken to last as long as those after the first few:
+
+    without = 1 / t,  with = N / (r + f + (N - M) t)
+
+with N steps an episode, t of a later step, r of a reset and f of the first M steps, in which kernels of other sizes are
+loaded and shadows are first drawn.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import closing
+from functools import partial
+from pathlib import Path
+from typing import Any, cast
+
+import cv2
+import numpy as np
+
+from benchmarks.learning.training import Training
+from scenarios import catalog
+from scenarios.envs.follow_env import FollowEnv
+from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
+from scenarios.envs.processes import EnvProcesses
+from sim.bullet import TinyRenderer
+from sim.checks import check
+from tools.speed.figures import (
+    UNTIMED_FRAMES,
+    Figure,
+    bare_calls,
+    bare_cpu_s,
+    cpu_s,
+    milliseconds,
+    rate,
+    seconds,
+    timed,
+)
+
+ENV_ID, SCENARIO = catalog.DEFAULT_ENV, catalog.envs()[catalog.DEFAULT_ENV][0]
+SIDE_PX = 84
+_ENVS, _WORKERS = 4, 2
+_TURN_STEPS = 10
+_COUNTED = 40_000
+"""Counting to this number takes about two thirds of the time of a step of one env."""
+_PICTURELESS_ENVS = 1024
+_WARM_UP, _STEPS, _EPISODE_STEPS = 20, 200, 150
+
+
+def measure_env(preset: str, steps: int, seed: int) -> dict[str, Figure]:
+    """Return the figures of the rendered env's steps in an episode.
+
+    Raises:
+        ValueError: if the preset's episodes have fewer steps.
+    """
+    step_s, bare_s, reset_s, cached_reset_s = step_times(preset, seed, steps)
+    one_s, two_s, counted_s, both_s = scaling_times(preset, seed, steps)
+    return {
+        "env_speedup_over_tinyrenderer": Figure(bare_s, step_s),
+        "env_steps_per_s": rate(step_s),
+        "env_process_scaling": Figure(one_s, two_s),
+        "env_arithmetic_scaling": Figure(counted_s, both_s),
+        "env_tinyrenderer_cpu_ms": milliseconds(bare_s),
+        "env_reset_cpu_s": seconds(reset_s),
+        "env_cached_reset_cpu_s": seconds(cached_reset_s),
+    }
+
+
+def env_keywords(preset: str) -> dict[str, Any]:
+    """Return the keywords of the timed env; ``centre`` steers to keep the target in view."""
+    return {
+        "scenario": SCENARIO,
+        "preset": preset,
+        "changes": {"width_px": SIDE_PX, "height_px": SIDE_PX},
+        # 500 particles, its written value.
+        "tracker": "colour_pf",
+        "observation": "both",
+        "action": "correction",
+        "controller": "centre",
+    }
+
+
+def step_times(preset: str, seed: int, steps: int) -> tuple[float, float, float, float]:
+    """Return mean CPU seconds of steps and, after every eighth, of a bare call from the same camera.
+
+    Also return those of a reset to another episode, as in a training, and to the same one, whose town is kept.
+    """
+    cv2.setNumThreads(1)
+    with closing(FollowEnv(**env_keywords(preset))) as env:
+        step = partial(env.step, np.zeros(env.action_space.shape or (), dtype=np.float32))
+        longest = env.settings.configuration({}).frame_count - 1 - UNTIMED_FRAMES
+        check("frames", steps <= longest, f"at most {longest}, which an episode of this preset has", steps)
+        begin = partial(env.reset, options={"episode_seed": seed})
+        # The first of two equal episodes compiles or loads the kernels of the second.
+        for _ in range(2):
+            # In another town: what the scenario keeps of its latest one must not help.
+            env.reset(options={"episode_seed": seed + 1})
+            reset_s = cpu_s(begin)
+            reference = TinyRenderer(cast(Any, env.episode.episode).world)
+            bare_calls(reference, env.episode.frame)
+            for _ in range(UNTIMED_FRAMES):
+                step()
+            step_s, bare_s = timed(step, lambda: bare_cpu_s(reference, env.episode.frame), steps)  # noqa: B023
+        cached_reset_s = cpu_s(begin)
+    return float(np.mean(step_s)), float(np.mean(bare_s)), reset_s, cached_reset_s
+
+
+def scaling_times(preset: str, seed: int, steps: int) -> list[float]:
+    """Return wall seconds of an episode: of envs' steps, one and two at a time, and of counting likewise."""
+    make = [partial(FollowEnv, **env_keywords(preset))] * _ENVS
+    with (
+        closing(EnvProcesses(make, max_concurrency=1)) as alone,
+        closing(EnvProcesses(make, max_concurrency=_WORKERS)) as shared,
+        # Ctrl-C reaches all processes of a terminal; this one ends the others.
+        ProcessPoolExecutor(
+            _WORKERS,
+            multiprocessing.get_context("spawn"),
+            initializer=signal.signal,
+            initargs=(signal.SIGINT, signal.SIG_IGN),
+        ) as counters,
+    ):
+
+        def counting(processes: int) -> Callable[[], object]:
+            return lambda: list(counters.map(_count, [_COUNTED * _ENVS // processes] * processes))
+
+        # The first episode loads kernels.
+        for _ in range(2):
+            actors = (_under_way(alone, seed), _under_way(shared, seed), counting(1), counting(_WORKERS))
+            taken_s = seconds_in_turns(actors, steps)
+    return taken_s
+
+
+def seconds_in_turns(actors: Sequence[Callable[[], object]], times: int) -> list[float]:
+    """Return the wall seconds of ``times`` calls of each actor.
+
+    They take turns, a few calls each, so that other load on the machine slows all alike.
+    """
+    taken_s = [0.0] * len(actors)
+    for first in range(0, times, _TURN_STEPS):
+        for k, act in enumerate(actors):
+            began = time.perf_counter()
+            for _ in range(min(_TURN_STEPS, times - first)):
+                act()
+            taken_s[k] += time.perf_counter() - began
+    return taken_s
+
+
+def _under_way(envs: EnvProcesses, seed: int) -> Callable[[], object]:
+    """Begin the same episode in each of the envs and return a function that steps all."""
+    envs.reset(options={"episode_seed": seed})
+    step = partial(envs.step, np.zeros(envs.action_space.shape or (), dtype=np.float32))
+    for _ in range(UNTIMED_FRAMES):
+        step()
+    return step
+
+
+def _count(numbers: int) -> int:
+    """Keep a core busy."""
+    total = 0
+    for k in range(numbers):
+        total += k * k
+    return total
+
+
+def measure_pictureless(env_id: str, preset: str, cache: Path | None, seed: int) -> dict[str, Figure]:
+    """Return the thread's CPU time for a step of one of 1,024 envs without pictures in an episode, resets included.
+
+    Args:
+        cache: folder where planned episodes are kept.
+    """
+    scenario, tracker = catalog.envs()[env_id]
+    how: dict[str, Any] = {"preset": preset, "seeds": [seed], "cache": cache, "max_episode_steps": _EPISODE_STEPS}
+    with closing(PicturelessVectorEnv(_PICTURELESS_ENVS, scenario, tracker, **how)) as envs:
+        envs.reset(seed=0)
+        step = partial(envs.step, np.zeros(envs.action_space.shape or ()))
+        for _ in range(_WARM_UP):
+            step()
+        step_s = cpu_s(lambda: [step() for _ in range(_STEPS)]) / (_PICTURELESS_ENVS * _STEPS)
+    return {"env_steps_per_s_without_pictures": rate(step_s)}
+
+
+def measure_resets(training: Training, steps: int, seed: int) -> dict[str, Figure]:
+    """Return the throughput of a training's env over a cycle of episodes, after a rehearsal of one.
+
+    Args:
+        steps: timed in each episode, after the first ones.
+        seed: of the env.
+    """
+    cv2.setNumThreads(1)
+    reset_s, first_s, step_s = [], [], []
+    with closing(FollowEnv(training.scenario, **training.env_keywords)) as env:
+        step = partial(env.step, np.zeros(env.action_space.shape or (), dtype=np.float32))
+        longest = env.settings.configuration({}).frame_count - 1
+        check("frames", steps <= longest - UNTIMED_FRAMES, f"at most {longest - UNTIMED_FRAMES}", steps)
+        # In another world: what a scenario keeps of its latest world must not help.
+        env.reset(seed=seed + 1)
+        for _ in range(UNTIMED_FRAMES + steps):
+            step()
+        for k in range(env.settings.episodes_per_world if env.settings.worlds else 1):
+            reset_s.append(_process_cpu_s(partial(env.reset, seed=None if k else seed)))
+            first_s.append(_process_cpu_s(lambda: [step() for _ in range(UNTIMED_FRAMES)]))
+            step_s.append(_process_cpu_s(lambda: [step() for _ in range(steps)]) / steps)
+    mean_reset_s, mean_first_s, mean_step_s = (float(np.mean(each)) for each in (reset_s, first_s, step_s))
+    count = min(training.episode_steps or longest, longest)
+    with_resets = count / (mean_reset_s + mean_first_s + (count - UNTIMED_FRAMES) * mean_step_s)
+    return {
+        "training_steps_per_s_without_resets": Figure(1.0 / mean_step_s, unit="1/s"),
+        "training_steps_per_s_with_resets": Figure(with_resets, unit="1/s"),
+        "training_reset_throughput": Figure(with_resets, 1.0 / mean_step_s),
+        "training_new_world_reset_cpu_s": seconds(reset_s[0]),
+        "training_reset_cpu_s": seconds(mean_reset_s),
+    }
+
+
+def _process_cpu_s(act: Callable[[], object]) -> float:
+    began = time.process_time()
+    act()
+    return time.process_time() - began
