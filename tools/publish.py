@@ -23,8 +23,7 @@ from benchmarks.contract.rows import FILE_NAME
 from benchmarks.run.arithmetic import calculates_like_published
 from benchmarks.run.result_folder import make_folder
 from benchmarks.run.workers import cores
-from benchmarks.show.console import console_of
-from benchmarks.show.progress import progress_bar
+from benchmarks.show.progress import console_of, progress_bar
 from benchmarks.statistics.summary import SUMMARY_FILE_NAME
 from sim.checks import check
 from tools.publishing import ledger

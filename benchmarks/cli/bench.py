@@ -151,7 +151,7 @@ class Bench(WithModules):
         return 1 if any(failed for _, failed, _ in made) else 0
 
     def _write_table(self, folders: Sequence[Path]) -> None:
-        from benchmarks.show.long_table import numbers_table
+        from benchmarks.show.results import numbers_table
 
         rows = [row for folder in dict.fromkeys(folders) for row in read_rows(folder)]
         text = numbers_table(rows).to_csv(index=False)

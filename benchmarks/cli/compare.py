@@ -19,7 +19,7 @@ from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import REAL, Row, read_rows
 from benchmarks.contract.suite import DEFAULT, EventWords, suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
-from benchmarks.show.console import console_of
+from benchmarks.show.progress import console_of
 from benchmarks.show.tables import NO_NUMBER
 from benchmarks.statistics.attributes import by_attribute
 from benchmarks.statistics.bootstrap import Comparison

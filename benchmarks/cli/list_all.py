@@ -16,11 +16,9 @@ from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import Suite, suites
 from benchmarks.run.editions import preset_edition
 from benchmarks.run.selection import trackers_of
-from benchmarks.show.console import console_of
-from benchmarks.show.envs_page import envs_page
-from benchmarks.show.metric_definitions import MetricDefinition, metric_definitions
-from benchmarks.show.progress import progress_bar
-from benchmarks.show.reference import reference_page
+from benchmarks.show.definitions import MetricDefinition, metric_definitions
+from benchmarks.show.progress import console_of, progress_bar
+from benchmarks.show.reference import envs_page, reference_page
 from scenarios import catalog
 from scenarios.catalog import unversioned
 from sim.checks import check

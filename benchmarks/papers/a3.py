@@ -13,7 +13,7 @@ from benchmarks.papers.ground_colours import CLASSES
 from benchmarks.papers.ground_confusion import confusion
 from benchmarks.papers.ground_figures import figures_of_town
 from benchmarks.papers.tracker_experiment import TrackerExperiment
-from benchmarks.show.video.contact_sheet import picture_sheet
+from benchmarks.show.video.drawing import picture_sheet
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.scenario import RendererName
 from trackers.road_shape.background_pf import BackgroundParameters

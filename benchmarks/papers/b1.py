@@ -17,7 +17,7 @@ from benchmarks.papers.experiment import Plots
 from benchmarks.papers.robustness import Sensitivity
 from benchmarks.show.palette import line_styles
 from benchmarks.show.plots import drawn_as, new_figure, svg
-from benchmarks.show.video.contact_sheet import picture_sheet
+from benchmarks.show.video.drawing import picture_sheet
 from scenarios.scenario import RendererName
 from trackers.kernels.boxes import box_centre, box_size
 from trackers.kernels.histogram import hs_bins, rectangle_histogram

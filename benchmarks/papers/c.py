@@ -15,8 +15,9 @@ from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.swim_figures import measured_tank, turning_gap, usual_gap
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.show.palette import line_styles
+from benchmarks.show.plots import plot_of
 from benchmarks.show.showing import showing_of
-from benchmarks.show.video.contact_sheet import picture_sheet
+from benchmarks.show.video.drawing import picture_sheet
 from benchmarks.statistics.summary import grouped
 from scenarios.scenario import RendererName
 from trackers import registry
@@ -36,11 +37,11 @@ class GapExperiment(TrackerExperiment):
     """See ``TrackerExperiment``. Figures 1 to 4 are trajectories; errors are shown as the suite's curves."""
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots:
-        """See ``PaperExperiment``: the error over the length of the gap and over the change of heading."""
+        """See ``PaperExperiment``: the error over the length of the gap."""
         self._show_paths(out, seeds.start, renderer)
         drawn = {name: grouped(rows)[self.condition(renderer)][name] for name in self.trackers}
         styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
-        plots = showing_of(suite(self.suite)).figures(drawn, styles)
+        plots = [plot_of(chart, styles) for chart in showing_of(suite(self.suite)).charts(drawn)]
         return Plots("Errors over the gap's length", {f"{plot.title} {plot.words}": plot.svg for plot in plots})
 
     def _show_paths(self, out: Path, seed: int, renderer: RendererName) -> None:

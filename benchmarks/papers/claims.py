@@ -10,7 +10,7 @@ from rich import box
 from rich.table import Table
 
 from benchmarks.contract.text import interval_text, number_text, ranges_text, unit_sign
-from benchmarks.show.console import console_of
+from benchmarks.show.progress import console_of
 
 
 @dataclass(frozen=True, slots=True)

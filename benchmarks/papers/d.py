@@ -14,6 +14,7 @@ from benchmarks.papers.experiment import Plots
 from benchmarks.papers.robustness import Robustness, scaled
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.show.palette import line_styles
+from benchmarks.show.plots import plot_of
 from benchmarks.show.showing import showing_of
 from benchmarks.statistics.pooling import Median
 from benchmarks.statistics.summary import grouped
@@ -49,9 +50,9 @@ class HarbourExperiment(TrackerExperiment):
         """See ``PaperExperiment``: one visit with both methods, and the suite's figures."""
         condition = self.condition(renderer)
         drawn = {name: grouped(rows)[condition][name] for name in self.trackers}
-        showing_of(suite(self.suite)).picture(out, condition, drawn, self.trackers)
+        self.keep_picture(out, condition, drawn)
         styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
-        plots = showing_of(suite(self.suite)).figures(drawn, styles)
+        plots = [plot_of(chart, styles) for chart in showing_of(suite(self.suite)).charts(drawn)]
         return Plots("What the paper could not measure", {f"{plot.title} {plot.words}": plot.svg for plot in plots})
 
 

@@ -14,10 +14,9 @@ from benchmarks.papers.claims import Claim, Finding, print_findings, print_matri
 from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.robustness import print_sensitivity
 from benchmarks.run.outcome import WHY_MOVED
-from benchmarks.show.page import page_style
+from benchmarks.show.page import page_environment, page_style
 from benchmarks.show.pictures import read_pictures
 from benchmarks.show.progress import progress_bar
-from benchmarks.show.templates import page_environment
 from benchmarks.statistics.bootstrap import bootstrap_interval
 from benchmarks.statistics.summary import paired
 from scenarios.scenario import RendererName

@@ -10,23 +10,23 @@ from typing import Any
 
 from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import Row, read_rows
-from benchmarks.contract.suite import suite
+from benchmarks.contract.suite import Condition, suite
 from benchmarks.papers.claims import Claim
 from benchmarks.papers.experiment import PaperExperiment, Plots
 from benchmarks.papers.robustness import FOLDER, Robustness, Sensitivity, alias, sensitivity
 from benchmarks.run.experiment import Experiment, Progress
 from benchmarks.run.experiment import run as run_experiment
-from benchmarks.run.jobs import opened
 from benchmarks.run.result_folder import MadeNow
 from benchmarks.run.selection import experiment_on, job_on, tracker_named
-from benchmarks.show.replay import replay
+from benchmarks.show.pictures import drawn_cells, keep_event_picture
 from benchmarks.show.showing import showing_of
-from benchmarks.show.video.contact_sheet import contact_sheet
+from benchmarks.show.video.drawing import InLargerView, picture_sheet
 from benchmarks.statistics.summary import grouped
 from scenarios import catalog
 from scenarios.scenario import RendererName
 
 _SCALE = 3.0
+_CELL_PX = 600
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -133,20 +133,25 @@ class TrackerExperiment(PaperExperiment):
             self._show_frames(out, seeds.start, renderer)
         else:
             condition = self.condition(renderer)
-            showing_of(suite(self.suite)).picture(out, condition, grouped(rows)[condition], self.trackers)
+            self.keep_picture(out, condition, grouped(rows)[condition])
         return None
+
+    def keep_picture(self, out: Path, condition: Condition, trackers: Mapping[str, Sequence[Row]]) -> None:
+        """Keep the suite's picture of an event, with the paper's trackers, if it has one."""
+        event = showing_of(suite(self.suite)).event_picture
+        if event is not None:
+            keep_event_picture(out, condition, trackers, self.trackers, event)
 
     def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:
         """Run one episode with each method; show the observed frame inside the larger view."""
-        rows = {}
+        cells = []
         for tracker in self.trackers:
             how: Any = {"controller": self.controller, "renderer": renderer, "repeats": 1}
-            with opened(job_on(self.suite, self.scenario, self.preset, seed, (tracker,), **how)) as live:
-                count = min(max(self.frames) + 1, live.loop.episode.frame_count)
-                rows[tracker] = list(replay(live, scale=_SCALE, wanted=self.frames, frame_count=count))
+            job = job_on(self.suite, self.scenario, self.preset, seed, (tracker,), **how)
+            cells += drawn_cells(job, lambda episode: InLargerView(_CELL_PX), self.frames, scale=_SCALE)
         caption = (
             f"Frames {', '.join(map(str, self.frames))}, as in the paper's figure, of seed {seed}. White: the "
             "camera's picture; its surroundings are not shown to trackers. Blue: the car. Orange: the estimate. "
             "Yellow: the particles. An arrow at the border points to a place beyond it."
         )
-        self.write_figure(out, contact_sheet(rows), seed, renderer, "figure", caption)
+        self.write_figure(out, picture_sheet(cells, _CELL_PX), seed, renderer, "figure", caption)

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Sequence
 from typing import Any
 
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from benchmarks.contract.metric import Metric
 from benchmarks.contract.suite import Condition, suite
 from benchmarks.contract.text import number_text
-from benchmarks.show.palette import line_styles, on_light
-from benchmarks.show.plots import drawn_on_light, in_percent
-from benchmarks.show.tables import column_of, every_metric
+from benchmarks.show.charts import DotChart
+from benchmarks.show.palette import line_styles
+from benchmarks.show.plots import ShownFigure, draw_dots, drawn_as
+from benchmarks.show.tables import column_of, names_and_roles, rank
+from benchmarks.statistics.bootstrap import Interval
 from benchmarks.statistics.summary import condition_of, label_of, steering_words
 from sim.checks import check
 
@@ -23,15 +22,6 @@ _WIDTH_INCHES, _LINE_INCHES, _FRAME_INCHES = 6.4, 0.28, 0.9
 """Width of the figure, height of a contestant's line, and of what stands above and below a condition's lines."""
 
 Entry = dict[str, Any]
-
-
-class ShownFigure(Figure):
-    """A figure that a notebook shows as a picture, with or without ``matplotlib.pyplot``."""
-
-    def _repr_png_(self) -> bytes:
-        buffer = io.BytesIO()
-        self.savefig(buffer, format="png", dpi=100)
-        return buffer.getvalue()
 
 
 def metric_figure(summary: Sequence[Entry], metric: str) -> ShownFigure:
@@ -47,63 +37,50 @@ def metric_figure(summary: Sequence[Entry], metric: str) -> ShownFigure:
     check("metric", metric in known, f"one of {', '.join(known)}", repr(metric))
     groups: dict[Condition, list[Entry]] = {}
     for entry in summary:
-        if entry["metric"] == metric:
-            groups.setdefault(condition_of(entry), []).append(entry)
-    heights = [_FRAME_INCHES + _LINE_INCHES * len(entries) for entries in groups.values()]
-    with drawn_on_light():
+        groups.setdefault(condition_of(entry), []).append(entry)
+    shown = {
+        condition: mine
+        for condition, entries in groups.items()
+        if (mine := [entry for entry in entries if entry["metric"] == metric])
+    }
+    heights = [_FRAME_INCHES + _LINE_INCHES * len(entries) for entries in shown.values()]
+    with drawn_as(metric):
         figure = ShownFigure(figsize=(_WIDTH_INCHES, sum(heights)), layout="constrained")
-        places = figure.subplots(len(groups), squeeze=False, height_ratios=heights)[:, 0]
-        for axes, (condition, entries) in zip(places, groups.items(), strict=True):
-            everything = [entry for entry in summary if condition_of(entry) == condition]
-            _draw(axes, condition, entries, _colours(condition, everything))
+        places = figure.subplots(len(shown), squeeze=False, height_ratios=heights)[:, 0]
+        for axes, (condition, entries) in zip(places, shown.items(), strict=True):
+            _draw(axes, condition, entries, groups[condition])
     return figure
 
 
-def _colours(condition: Condition, everything: Sequence[Entry]) -> dict[str, str]:
-    """Return the colour of each contestant: the report's, which depends on all that ran beside it."""
-    lines = every_metric(suite(condition[0]), everything).lines
-    styles = line_styles(list({line.names[0]: line.role for line in lines}.items()))
-    return {"+".join(line.names): on_light(styles[line.names[0]].colour) for line in lines}
+def _draw(axes: Axes, condition: Condition, entries: Sequence[Entry], everything: Sequence[Entry]) -> None:
+    """Draw the entries from the top: the better the mean, the higher; one without a mean has no dot.
 
-
-def _draw(axes: Axes, condition: Condition, entries: Sequence[Entry], colours: dict[str, str]) -> None:
-    """Draw the entries from the top: the better the mean, the higher; one without a mean has no dot."""
-    metric = suite(condition[0]).metric(entries[0]["metric"])
-    ranked = sorted(entries, key=lambda entry: _worth(metric, entry["mean"]))
-    for place, entry in enumerate(ranked):
-        if entry["mean"] is None:
-            continue
-        colour = colours[label_of(entry)]
-        ends = [entry["mean"] if entry[key] is None else entry[key] for key in ("ci_low", "ci_high")]
-        axes.plot(ends, [place, place], color=colour, linewidth=2, solid_capstyle="butt")
-        axes.plot([entry["mean"]], [place], "o", color=colour, markersize=6, markeredgewidth=0)
-    axes.set_yticks(range(len(ranked)), [label_of(entry) for entry in ranked])
-    axes.set_ylim(-0.6, len(ranked) - 0.4)
-    axes.tick_params(length=0)
-    axes.grid(False, axis="y")
-    axes.set_axisbelow(True)
-    axes.set_xlabel(_label(metric))
+    Colours are the report's, which depend on all contestants of the condition.
+    """
+    scores = suite(condition[0])
+    metric = scores.metric(entries[0]["metric"])
+    styles = line_styles(names_and_roles(scores, everything))
+    by_name = {label_of(entry): (styles[scores.names_of(entry)[0]], entry) for entry in entries}
+    ranked = sorted(by_name, key=lambda name: rank(metric, by_name[name][1]))
     _, scenario, preset, renderer, _ = condition
     episodes = max(entry["n"] for entry in entries)
-    title = f"{scenario} {preset}, {steering_words(condition)}, {renderer}, {episodes} seeds, 95 % intervals"
-    axes.set_title(title, loc="left", fontsize=9)
-    if metric.unit == "fraction":
-        axes.set_xlim(-0.02, 1.02)
-        in_percent(axes.xaxis)
-
-
-def _worth(metric: Metric, mean: float | None) -> float:
-    if mean is None:
-        return -math.inf
-    if metric.ideal is not None:
-        return -abs(mean - metric.ideal)
-    return mean if metric.better == "higher" else -mean
-
-
-def _label(metric: Metric) -> str:
     column = column_of(metric)
     unit = f" ({column.unit})" if column.unit and metric.unit != "fraction" else ""
     goal = f"{metric.better} is better"
     if metric.ideal is not None:
         goal = f"ideal: {number_text(metric.ideal, metric.unit)} {column.unit}".rstrip()
-    return f"{column.title}{unit}, {goal}"
+    chart = DotChart(
+        title=f"{scenario} {preset}, {steering_words(condition)}, {renderer}, {episodes} seeds, 95 % intervals",
+        words="",
+        lines={name: {name: _interval(by_name[name][1])} for name in ranked},
+        x_label=f"{column.title}{unit}, {goal}",
+        x_scale="share" if metric.unit == "fraction" else "linear",
+    )
+    draw_dots(axes, chart, {name: style for name, (style, _) in by_name.items()})
+    axes.set_xlabel(chart.x_label)
+    axes.set_title(chart.title, loc="left", fontsize=9)
+
+
+def _interval(entry: Entry) -> Interval:
+    mean = math.nan if entry["mean"] is None else entry["mean"]
+    return Interval(mean, *(mean if entry[key] is None else entry[key] for key in ("ci_low", "ci_high")))

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from benchmarks.show.dot_plot import plot_groups
+
 from benchmarks.contract.metric import Metric, Quantity
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import EventWords, Scene, Suite, add_scene, register_suite
-from benchmarks.show.dot_plot import plot_groups
 from benchmarks.show.palette import LineStyle
 from benchmarks.show.plots import Plot
 from benchmarks.show.showing import Showing, register_showing

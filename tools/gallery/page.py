@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.contract.suite import suites
-from benchmarks.show.templates import page_environment
+from benchmarks.show.page import page_environment
 from scenarios import catalog
 from scenarios.scenario import Scenario
 from tools.gallery.pictures import ShownPreset, newest_scenarios, shown_presets

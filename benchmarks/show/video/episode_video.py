@@ -1,12 +1,17 @@
-"""MP4 files of episodes with the drawing of their scenario, e.g. the observed frame inside a larger view."""
+"""MP4 files of episodes with the drawing of their scenario, under each picture a caption with a time line."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from fractions import Fraction
 from pathlib import Path
+from types import TracebackType
+from typing import cast
 
+import av
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.run.episodes import Simulated
 from benchmarks.run.experiment import Progress
@@ -15,14 +20,15 @@ from benchmarks.run.jobs import Job, opened
 from benchmarks.run.result_folder import make_folder
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
-from benchmarks.show.video.caption import Caption
-from benchmarks.show.video.drawing import Drawing
-from benchmarks.show.video.instant import Instant
-from benchmarks.show.video.mp4 import Mp4Writer
+from benchmarks.show.video import marks
+from benchmarks.show.video.drawing import Drawing, Instant, draw_legend, outlined
 from sim.checks import check
 
 MOST_PIXELS = 4096 * 4096
 """Limit of a larger view, whose buffers and encoder then take 2 GB."""
+HEIGHT_PX = 116
+_TRACK_TOP, _TRACK_BOTTOM = 78, 106
+_STEERED = outlined("2nd camera", marks.OBSERVED)
 
 
 def render_episode(
@@ -87,3 +93,111 @@ def write_video(
             picture = drawing.picture(instant)
             caption = caption or Caption(drawing, title, frame_count, picture.shape[1])
             video.write(np.concatenate([picture, caption.draw(instant)]))
+
+
+class Caption:
+    """Draws the strip frame by frame, with a time line of all frames so far."""
+
+    def __init__(self, drawing: Drawing, title: str, frame_count: int, width_px: int) -> None:
+        self._drawing = drawing
+        self._title = title
+        self._frame_count = frame_count
+        self._width = width_px
+        self._shades: list[tuple[marks.Rgb, ...]] = []
+        self._probabilities: list[float] = []
+
+    def draw(self, instant: Instant) -> NDArray[np.uint8]:
+        """Return the strip (HEIGHT_PX, width, 3) of the next instant."""
+        truth, estimate = instant.frame.truth, instant.estimate
+        probability = None if estimate is None else estimate.in_view_probability
+        self._shades.append(self._drawing.shades(instant))
+        self._probabilities.append(np.nan if probability is None else probability)
+        strip = np.full((HEIGHT_PX, self._width, 3), marks.GROUND, dtype=np.uint8)
+        marks.draw_text(strip, (16, 28), f"frame {truth.frame}", marks.INK, size=19, weight=600)
+        marks.draw_text(strip, (130, 28), f"{truth.time_s:.1f} s", marks.QUIET, size=16)
+        end = marks.draw_text(strip, (200, 28), self._drawing.describe(instant), marks.INK, size=16)
+        if estimate is not None and np.isnan(estimate.position_px).any():
+            marks.draw_text(strip, (end + 28, 28), "tracker: no answer", marks.ESTIMATE, size=16)
+        elif probability is not None:
+            marks.draw_text(strip, (end + 28, 28), f"tracker: {probability:.0%} in view", marks.ESTIMATE, size=16)
+        width = marks.text_width_px(self._title, size=14)
+        marks.draw_text(strip, (self._width - 16 - width, 27), self._title, marks.QUIET, size=14)
+        signs = self._drawing.signs if instant.frame.steered is None else (*self._drawing.signs, _STEERED)
+        draw_legend(strip, (16, 58), signs, with_tracker=instant.answer is not None)
+        self._draw_time_line(strip)
+        return strip
+
+    def _draw_time_line(self, strip: NDArray[np.uint8]) -> None:
+        left, right = 16, self._width - 16
+        edges = np.linspace(left, right, self._frame_count + 1)
+        strip[_TRACK_TOP:_TRACK_BOTTOM, left:right] = (36, 39, 45)
+        for k, shades in enumerate(self._shades):
+            rows = np.linspace(_TRACK_TOP, _TRACK_BOTTOM, len(shades) + 1).round().astype(int)
+            for top, bottom, shade in zip(rows[:-1], rows[1:], shades, strict=True):
+                strip[top:bottom, round(edges[k]) : round(edges[k + 1])] = shade
+        known = np.flatnonzero(np.isfinite(self._probabilities))
+        if len(known) > 1:
+            share = np.array(self._probabilities)[known]
+            y = _TRACK_BOTTOM - 3 - share * (_TRACK_BOTTOM - _TRACK_TOP - 6)
+            x = 0.5 * (edges[known] + edges[known + 1])
+            marks.draw_lines(strip, [np.stack([x, y], axis=1)], marks.ESTIMATE)
+        now = edges[len(self._shades)]
+        marks.draw_lines(strip, [[(now, _TRACK_TOP - 4.0), (now, _TRACK_BOTTOM + 4.0)]], marks.INK, 1)
+
+
+class Mp4Writer:
+    """Writes pictures to ``path`` as a context manager.
+
+    The file is written as ``.part`` and renamed at the end of the context; after an error nothing is left.
+    One encoding thread and no time stamps: the same pictures make the same bytes.
+    """
+
+    def __init__(self, path: Path, rate_hz: float, *, quality: int = 20) -> None:
+        """Args: ``rate_hz`` > 0 frames a second; ``quality`` 0 (lossless) to 51 (worst), x264's CRF."""
+        check("rate_hz", rate_hz > 0, "a number > 0", rate_hz)
+        self._path = path
+        self._part = path.with_name(path.name + ".part")
+        self._rate = Fraction(rate_hz).limit_denominator(1001)
+        self._quality = quality
+        self._size: tuple[int, int] | None = None
+
+    def __enter__(self) -> Mp4Writer:
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            self._part.touch()
+        except OSError as error:
+            wanted = f"out: expected a file that can be written, got {str(self._path)!r}: {error.strerror}"
+            raise ValueError(wanted) from None
+        # The library opens the file only with the first picture.
+        self._file = av.open(str(self._part), "w", format="mp4", options={"movflags": "+faststart"})
+        self._file.flags |= cast(int, av.container.Flags.bitexact.value)
+        self._stream = self._file.add_stream(
+            "libx264",
+            rate=self._rate,
+            options={"crf": str(self._quality), "preset": "veryfast", "threads": "1", "tune": "animation"},
+        )
+        self._stream.pix_fmt = "yuv420p"
+        return self
+
+    def write(self, image_rgb: NDArray[np.uint8]) -> None:
+        """Append a picture (H, W, 3). An odd last row or column is left out: yuv420p has even sizes only."""
+        height, width = (side & ~1 for side in image_rgb.shape[:2])
+        if self._size is None:
+            self._size = (height, width)
+            self._stream.width, self._stream.height = width, height
+        check("image_rgb", (height, width) == self._size, f"{self._size} like the first picture", (height, width))
+        picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(image_rgb[:height, :width]), format="rgb24")
+        self._file.mux(self._stream.encode(picture))
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            check("pictures", kind is not None or self._size is not None, "at least one", "none")
+            if kind is None:
+                self._file.mux(self._stream.encode())
+            self._file.close()
+            if kind is None:
+                self._part.replace(self._path)
+        finally:
+            self._part.unlink(missing_ok=True)

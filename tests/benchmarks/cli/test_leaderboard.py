@@ -11,8 +11,7 @@ from rich.console import Console
 from benchmarks.cli import leaderboard
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import suite
-from benchmarks.show.markdown import head
-from benchmarks.show.tables import column_of
+from benchmarks.show.tables import column_of, head
 from benchmarks.statistics.summary import read_summary
 from tests.benchmarks.fake_rows import TRACKERS, write_rows
 

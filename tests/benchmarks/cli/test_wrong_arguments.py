@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.cli import main as cli
 from benchmarks.cli.main import main
-from benchmarks.show.video.mp4 import Mp4Writer
+from benchmarks.show.video.episode_video import Mp4Writer
 from tests.benchmarks.no_room import no_room
 
 pytestmark = pytest.mark.usefixtures("fake_suite")

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from benchmarks.contract import text as numbers
 from benchmarks.contract.suite import suite, suites
 from benchmarks.show import tables
-from benchmarks.show.markdown import head
-from benchmarks.show.metric_definitions import metrics_of
+from benchmarks.show.definitions import metrics_of
+from benchmarks.show.tables import head
 
 FRAME_OUT = suite("frame-out")
 

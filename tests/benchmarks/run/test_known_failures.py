@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.show.frame_out import picture
 
 from benchmarks.contract.rows import BlockKey
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.known_failures import FILE_NAME, ended_processes, read_failures, write_failures
 from benchmarks.run.selection import tracker_named
-from benchmarks.show.frame_out import picture
 from benchmarks.show.page import write_report
 from tests.benchmarks.fake_episode import FakeEpisode
 from tests.benchmarks.named import run_named as run

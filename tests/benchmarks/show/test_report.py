@@ -13,11 +13,11 @@ import pytest
 from benchmarks.contract.rows import read_rows
 from benchmarks.contract.suite import suite
 from benchmarks.show import curves, plots, tables
-from benchmarks.show.markdown import lines_in_parts
 from benchmarks.show.page import write_report
 from benchmarks.show.palette import PLACEHOLDERS, line_styles
 from benchmarks.show.pictures import made_from, read_pictures, remove_picture, write_picture
 from benchmarks.show.provenance import provenance
+from benchmarks.show.tables import lines_in_parts
 from tests.benchmarks.fake_rows import TRACKERS, rows_of, write_rows
 from trackers.papers import PAPERS
 

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 
 from benchmarks import Results
 from benchmarks.contract.rows import read_rows
-from benchmarks.show.long_table import lists_table, numbers_table
 from benchmarks.show.metric_plot import metric_figure
 from benchmarks.show.palette import PLACEHOLDERS, light_colours, on_light
+from benchmarks.show.results import lists_table, numbers_table
 from tests.benchmarks.fake_rows import TRACKERS, write_rows
 
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from benchmarks.show.fish.figures import figures, turn_error
 
 from benchmarks.judges.fish.gap_protocol import BLOCK_FRAMES, BridgedGap, Gap, Tracks
 from benchmarks.judges.fish.gap_scores import GAP_FRAMES, TURNS_DEG, GapTask, gap_scores, successors
 from benchmarks.run.guards import Guard, GuardedGapMethod
-from benchmarks.show.fish.figures import figures, turn_error
 from benchmarks.show.palette import line_styles
 from tests.benchmarks.judges.fish.gap_methods import Fails, GivesUp, Knows, swimming
 from trackers.gaps.types import Bridge

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from benchmarks.show.fish.timelines import plot_timeline
 
 from benchmarks.contract.judging import Ending
 from benchmarks.judges.fish.judge import AT_ONCE, FishJudge
-from benchmarks.show.fish.timelines import plot_timeline
 from scenarios.fish_tank.truth import FishTruth
 from tests.benchmarks.judges.fish.gap_methods import Knows
 from tests.benchmarks.judges.fish.hand_made import CAMERA, LENGTH_PX, empty_pictures, frame_of, track, truth_of

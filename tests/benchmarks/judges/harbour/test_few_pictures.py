@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from benchmarks.show.harbour.figures import by_pictures, figures
 
 from benchmarks.judges.harbour.few_pictures import COUNTS, TAUGHT_BY_FEW, FewPictures
-from benchmarks.show.harbour.figures import by_pictures, figures
 from benchmarks.show.palette import line_styles
 from benchmarks.statistics import froc
 from scenarios.loop import ManyFromPictures

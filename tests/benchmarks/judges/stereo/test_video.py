@@ -9,18 +9,17 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
+from benchmarks.show.stereo import picture
+from benchmarks.show.stereo.drawing import StereoDrawing, describe_person
+from benchmarks.show.stereo.instant import draw_left_and_plan, settings_in_words
 
 from benchmarks.run.selection import job_on
 from benchmarks.show import event_picture
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
-from benchmarks.show.stereo import picture
-from benchmarks.show.stereo.drawing import StereoDrawing, describe_person
-from benchmarks.show.stereo.instant import draw_left_and_plan, settings_in_words
 from benchmarks.show.video import legend, marks
-from benchmarks.show.video.drawing import InLargerView
+from benchmarks.show.video.drawing import InLargerView, Instant
 from benchmarks.show.video.episode_video import render_episode, write_video
-from benchmarks.show.video.instant import Instant
 from tests.benchmarks.fake_episode import FakeEpisode, live
 from tests.benchmarks.judges.follow import fake_follow
 from tests.benchmarks.judges.follow.fake_follow import HIDDEN, FakeFollow, FakeFollowEpisode, FollowKnowing

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 from benchmarks.show.follow.figures import figures, marks, plot_shares
+
 from benchmarks.show.palette import line_styles
 
 

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from benchmarks.show.harbour.drawing import _ALARM, _NEITHER, HarbourDrawing
 from benchmarks.show.harbour.plan_view import PlanView
+
 from benchmarks.show.video import legend, marks
-from benchmarks.show.video.instant import Instant
+from benchmarks.show.video.drawing import Instant
 from scenarios.harbour.truth import HarbourMap
 from tests.benchmarks.judges.harbour.hand_made import CLUTTER, frame_of, standing, track, truth_of
 from trackers.types import Estimate, Track

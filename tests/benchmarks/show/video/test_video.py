@@ -13,11 +13,8 @@ from hypothesis import strategies as st
 
 from benchmarks.show.replay import replay
 from benchmarks.show.video import marks
-from benchmarks.show.video.caption import Caption
-from benchmarks.show.video.drawing import InLargerView
-from benchmarks.show.video.episode_video import write_video
-from benchmarks.show.video.instant import Instant, describe_state, draw_instant
-from benchmarks.show.video.mp4 import Mp4Writer
+from benchmarks.show.video.drawing import InLargerView, Instant, describe_state, draw_instant
+from benchmarks.show.video.episode_video import Caption, Mp4Writer, write_video
 from tests.benchmarks.fake_episode import HEIGHT, WIDTH, FakeEpisode, FakeTracker, live
 from trackers.types import CameraCommand, Estimate, Observation
 
