@@ -98,11 +98,15 @@ def figure_of(chart: Chart, styles: Styles) -> ShownFigure:
         styles = line_styles(list(chart.roles.items())) if chart.roles else styles
         draw_dots(axes, chart, styles)
         # A tracker on a line of its own name needs no entry.
-        named = dict.fromkeys(name for line, values in chart.lines.items() for name in values if name != line)
-        handles = [Line2D([], [], color=styles[name].colour, marker="o", linestyle="", label=name) for name in named]
+        named = {name for line, values in chart.lines.items() for name in values if name != line}
+        handles = [
+            Line2D([], [], color=style.colour, marker="o", linestyle="", label=name)
+            for name, style in styles.items()
+            if name in named
+        ]
     else:
         figure, axes = new_figure(chart.x_label, chart.y_label)
-        handles = [_draw_curve(axes, chart, name, styles[name]) for name in chart.curves]
+        handles = [_draw_curve(axes, chart, name, styles[name]) for name in styles if name in chart.curves]
         _annotate(axes, chart)
         _scale(axes, "x", chart.x_scale, np.concatenate([curve.x for curve in chart.curves.values()]))
         _scale(axes, "y", chart.y_scale)
@@ -150,6 +154,9 @@ def draw_dots(axes: Axes, chart: DotChart, styles: Styles) -> None:
     axes.set_yticks(places, list(chart.lines))
     axes.set_ylim(-0.6, len(places) - 0.4)
     axes.grid(False, axis="y")
+    if chart.x_scale == "log":
+        ends = [each for values in chart.lines.values() for value in values.values() for each in value]
+        axes.set_xlim(0.6 * min(ends), 1.6 * max(ends))
     _scale(axes, "x", chart.x_scale)
 
 

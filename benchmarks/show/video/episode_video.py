@@ -6,7 +6,6 @@ import os
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path
-from types import TracebackType
 from typing import cast
 
 import av
@@ -87,12 +86,17 @@ def write_video(
     out: Path, instants: Iterable[Instant], drawing: Drawing, *, rate_hz: float, title: str, frame_count: int
 ) -> None:
     """Write instants as an MP4, under each a caption with ``title`` and a time line of ``frame_count``."""
+    write_mp4(out, _captioned(instants, drawing, title, frame_count), rate_hz)
+
+
+def _captioned(
+    instants: Iterable[Instant], drawing: Drawing, title: str, frame_count: int
+) -> Iterator[NDArray[np.uint8]]:
     caption = None
-    with Mp4Writer(out, rate_hz) as video:
-        for instant in instants:
-            picture = drawing.picture(instant)
-            caption = caption or Caption(drawing, title, frame_count, picture.shape[1])
-            video.write(np.concatenate([picture, caption.draw(instant)]))
+    for instant in instants:
+        picture = drawing.picture(instant)
+        caption = caption or Caption(drawing, title, frame_count, picture.shape[1])
+        yield np.concatenate([picture, caption.draw(instant)])
 
 
 class Caption:
@@ -145,59 +149,43 @@ class Caption:
         marks.draw_lines(strip, [[(now, _TRACK_TOP - 4.0), (now, _TRACK_BOTTOM + 4.0)]], marks.INK, 1)
 
 
-class Mp4Writer:
-    """Writes pictures to ``path`` as a context manager.
+def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], rate_hz: float, *, quality: int = 20) -> None:
+    """Write pictures (H, W, 3) as H.264 in MP4.
 
-    The file is written as ``.part`` and renamed at the end of the context; after an error nothing is left.
-    One encoding thread and no time stamps: the same pictures make the same bytes.
+    The file is written as ``.part`` and renamed at the end; after an error nothing is left. One encoding thread and no
+    time stamps: the same pictures make the same bytes. An odd last row or column is left out: yuv420p has even sizes
+    only.
+
+    Args:
+        rate_hz: frames a second, > 0. quality: 0 (lossless) to 51 (worst), x264's CRF.
+
+    Raises:
+        ValueError: if the file cannot be written, without pictures, and for pictures of several sizes.
     """
-
-    def __init__(self, path: Path, rate_hz: float, *, quality: int = 20) -> None:
-        """Args: ``rate_hz`` > 0 frames a second; ``quality`` 0 (lossless) to 51 (worst), x264's CRF."""
-        check("rate_hz", rate_hz > 0, "a number > 0", rate_hz)
-        self._path = path
-        self._part = path.with_name(path.name + ".part")
-        self._rate = Fraction(rate_hz).limit_denominator(1001)
-        self._quality = quality
-        self._size: tuple[int, int] | None = None
-
-    def __enter__(self) -> Mp4Writer:
-        try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            self._part.touch()
-        except OSError as error:
-            wanted = f"out: expected a file that can be written, got {str(self._path)!r}: {error.strerror}"
-            raise ValueError(wanted) from None
+    check("rate_hz", rate_hz > 0, "a number > 0", rate_hz)
+    part, size = path.with_name(path.name + ".part"), None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.touch()
+    except OSError as error:
+        wanted = f"out: expected a file that can be written, got {str(path)!r}: {error.strerror}"
+        raise ValueError(wanted) from None
+    try:
         # The library opens the file only with the first picture.
-        self._file = av.open(str(self._part), "w", format="mp4", options={"movflags": "+faststart"})
-        self._file.flags |= cast(int, av.container.Flags.bitexact.value)
-        self._stream = self._file.add_stream(
-            "libx264",
-            rate=self._rate,
-            options={"crf": str(self._quality), "preset": "veryfast", "threads": "1", "tune": "animation"},
-        )
-        self._stream.pix_fmt = "yuv420p"
-        return self
-
-    def write(self, image_rgb: NDArray[np.uint8]) -> None:
-        """Append a picture (H, W, 3). An odd last row or column is left out: yuv420p has even sizes only."""
-        height, width = (side & ~1 for side in image_rgb.shape[:2])
-        if self._size is None:
-            self._size = (height, width)
-            self._stream.width, self._stream.height = width, height
-        check("image_rgb", (height, width) == self._size, f"{self._size} like the first picture", (height, width))
-        picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(image_rgb[:height, :width]), format="rgb24")
-        self._file.mux(self._stream.encode(picture))
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            check("pictures", kind is not None or self._size is not None, "at least one", "none")
-            if kind is None:
-                self._file.mux(self._stream.encode())
-            self._file.close()
-            if kind is None:
-                self._part.replace(self._path)
-        finally:
-            self._part.unlink(missing_ok=True)
+        with av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as file:
+            file.flags |= cast(int, av.container.Flags.bitexact.value)
+            options = {"crf": str(quality), "preset": "veryfast", "threads": "1", "tune": "animation"}
+            stream = file.add_stream("libx264", rate=Fraction(rate_hz).limit_denominator(1001), options=options)
+            stream.pix_fmt = "yuv420p"
+            for image_rgb in pictures:
+                height, width = (side & ~1 for side in image_rgb.shape[:2])
+                if size is None:
+                    size = stream.height, stream.width = height, width
+                check("image_rgb", (height, width) == size, f"{size} like the first picture", (height, width))
+                even = np.ascontiguousarray(image_rgb[:height, :width])
+                file.mux(stream.encode(av.VideoFrame.from_ndarray(even, format="rgb24")))
+            check("pictures", size is not None, "at least one", "none")
+            file.mux(stream.encode())
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

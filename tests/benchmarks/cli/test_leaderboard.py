@@ -11,7 +11,7 @@ from rich.console import Console
 from benchmarks.cli import leaderboard
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import suite
-from benchmarks.show.tables import column_of, head
+from benchmarks.show.tables import column_of
 from benchmarks.statistics.summary import read_summary
 from tests.benchmarks.fake_rows import TRACKERS, write_rows
 
@@ -37,9 +37,7 @@ def test_no_word_is_cut_and_each_number_has_its_interval(
     assert len(intervals) >= 2 * len(TRACKERS)
     shown, _, left_out = out.partition("not shown, as the table would be too wide:")
     heads = {
-        word
-        for name in suite("frame-out").headline
-        for word in head(column_of(suite("frame-out").metric(name))).split()
+        word for name in suite("frame-out").headline for word in column_of(suite("frame-out").metric(name)).head.split()
     }
     assert set(re.findall(r"[a-z]{3,}", shown.split("─")[0].split("them")[-1])) <= heads | {"tracker", "role"}
     assert (left_out == "") == (width >= 132)
@@ -55,13 +53,13 @@ def test_metrics_and_plots_are_chosen(results: Path, capsys: pytest.CaptureFixtu
         "kept_rate",
         "offscreen_error_30_m",
         "--plot",
-        "CALIBRATED",
+        "FOUND AGAIN",
     ]
     assert main(words) == 0
     table = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("| tracker"))
     assert table == "| tracker | role | kept rate (%) ↑ | offscreen error 30 (m) ↓ |"
     page = (results / "report.html").read_text()
-    assert re.findall(r"<figcaption><h3>(.*?)</h3>", page) == ["Is the posterior calibrated?"]
+    assert re.findall(r"<figcaption><h3>(.*?)</h3>", page) == ["How soon is it found again?"]
     assert "recovery rate" in page.partition("Every metric")[2]
 
 
