@@ -5,6 +5,7 @@ All are in Japanese. What the copies that the methods were written from do not s
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 
@@ -71,11 +72,9 @@ PAPERS = {
     )
 }
 """Letter -> paper."""
-_ROOMS = {"road_shape": "A", "light_adaptive_stereo": "B", "gap_kalman": "C", "eigen_swarm": "D"}
-"""Room of a method -> letter of its paper."""
 
 
 def paper_of(module: str) -> Paper | None:
     """Return the paper whose method a module defines, by the room that it is in; None for any other module."""
-    letter = _ROOMS.get(module.removeprefix("trackers.").partition(".")[0])
-    return None if letter is None else PAPERS[letter]
+    match = re.match(r"trackers\.paper_([a-d])\.", module)
+    return PAPERS[match[1].upper()] if match else None

@@ -142,7 +142,7 @@ def _annotate(axes: Axes, chart: CurveChart) -> None:
 
 def draw_dots(axes: Axes, chart: DotChart, styles: Styles) -> None:
     """Draw the dots of a chart with their intervals, the first line above; a mean of NaN has none."""
-    names = list(dict.fromkeys(name for values in chart.lines.values() for name in values))
+    names = [name for name in styles if any(name in values for values in chart.lines.values())]
     alone = all(len(values) <= 1 for values in chart.lines.values())
     places = np.arange(len(chart.lines))[::-1]
     for place, values in zip(places, chart.lines.values(), strict=True):

@@ -238,10 +238,10 @@ def test_a_scene_is_added_to_a_suite_once() -> None:
 
 
 def test_what_is_shown_without_a_controller_fits_the_tracker() -> None:
-    assert suite_watching("toy-yard-v1", "warm_bodies") == "toy-many"
-    assert suite_watching("toy-yard-v1", None) == "toy-many"
-    assert suite_watching("toy-yard-v1", "colour_pf") == "follow"
-    assert suite_watching("road-town-v2", "colour_pf") == "frame-out"
+    assert suite_watching("toy-yard-v1", "warm_bodies").name == "toy-many"
+    assert suite_watching("toy-yard-v1", None).name == "toy-many"
+    assert suite_watching("toy-yard-v1", "colour_pf").name == "follow"
+    assert suite_watching("road-town-v2", "colour_pf").name == "frame-out"
 
 
 # Tracks that are odd, through the guarded loop ------------------------------------------------------------------------
