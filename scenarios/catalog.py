@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from sim.choices import check_choice
+from sim.checks import check_choice
 
 if TYPE_CHECKING:
     from scenarios.scenario import Scenario, Survey

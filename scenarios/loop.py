@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scenarios.command_link import CommandLink
 from scenarios.scenario import Episode, Frame
 from sim.rng import generator
-from trackers.gaps.types import GapMethod
+from trackers.gaps import GapMethod
 from trackers.protocols import (
     BridgingTracker,
     Controller,

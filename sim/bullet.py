@@ -1,7 +1,7 @@
 """PyBullet beside a world: its renderer as a reference, and the world as a live physics simulation.
 
 The scenes need neither: they move their bodies by plans of their own, and ``raster`` draws them. This is the only
-module that imports PyBullet, and it does so when one of these is asked for: ``TinyRenderer`` (``--renderer pybullet``),
+module that imports PyBullet, and it does so when one of these is created: ``TinyRenderer`` (``--renderer pybullet``),
 or ``client``, for a robot, for dynamics, or for rays cast by an engine that is not ours.
 """
 

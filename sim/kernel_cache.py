@@ -12,7 +12,7 @@ _folder: tempfile.TemporaryDirectory[str] | None = None
 
 
 def ensure_kernel_cache() -> None:
-    """Let numba keep kernels in a private temporary folder, and say so, where it finds no place: it would raise.
+    """Set a temporary folder for numba's cache, with a note on stderr, where numba would find no place and raise.
 
     Processes that this one starts use the same folder, which is removed at the end of this one.
     """
@@ -28,8 +28,8 @@ def ensure_kernel_cache() -> None:
     except RuntimeError:
         _folder = tempfile.TemporaryDirectory(prefix="frameout-kernels-")
         os.environ["NUMBA_CACHE_DIR"] = config.CACHE_DIR = _folder.name  # type: ignore[attr-defined]
-        told = f"{wanted} and the home folder cannot be written; NUMBA_CACHE_DIR names a folder that stays"
-        print(f"note: compiled kernels are kept in {_folder.name} until this process ends, as {told}", file=sys.stderr)
+        why = f"{wanted} and the home folder cannot be written; NUMBA_CACHE_DIR names a folder that stays"
+        print(f"note: compiled kernels are kept in {_folder.name} until this process ends, as {why}", file=sys.stderr)
 
 
 def _anything() -> None:

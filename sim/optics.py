@@ -103,10 +103,7 @@ def rays(
 
 
 def intersect_plane(
-    camera: PinholeCamera,
-    T_world_camera: NDArray[np.float64],
-    pixels: NDArray[np.float64],
-    plane_height_m: float,
+    camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixels: NDArray[np.float64], plane_height_m: float
 ) -> NDArray[np.float64]:
     """Return where the rays of ``pixels`` (..., 2) meet the plane z = ``plane_height_m``: (..., 2) world metres.
 

@@ -124,7 +124,7 @@ class RippledSurface:
         return result
 
     def grid(self) -> SurfaceGrid:
-        """Return the surface at ``time_s``, valid until the next time asked for.
+        """Return the surface at ``time_s``, valid until the method is called at another time.
 
         With twelve points to the shortest wave, linear interpolation is right to 3.4 % of that wave's part.
         """

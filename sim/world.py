@@ -1,6 +1,6 @@
 """The world: textured bodies at poses. Scenes move the bodies, renderers draw them; nothing here simulates physics.
 
-``sim.bullet`` makes a physics simulation of a world for those who want one.
+``sim.bullet`` makes a physics simulation of a world for uses that need one.
 """
 
 from __future__ import annotations

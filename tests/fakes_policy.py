@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.belief.features import FEATURES
-from trackers.controllers.policy_file import Policy
+from trackers.controllers.policy import Policy
 from trackers.types import Carrier
 
 

@@ -16,7 +16,7 @@ from trackers import registry as tracker_registry
 from trackers.controllers import catalogue
 
 ROOT = Path(__file__).parents[1]
-GENERAL = tuple(f"trackers/controllers/{name}.py" for name in ("catalogue", "policy", "policy_file"))
+GENERAL = tuple(f"trackers/controllers/{name}.py" for name in ("catalogue", "policy"))
 """Modules in these rooms that serve all of their kind."""
 LISTS = {
     "scenarios/catalog.py": ("_ENTRIES", "SUCCESSORS"),
@@ -37,7 +37,8 @@ SUITES = suite_registry._MODULES
 def own_rooms() -> tuple[str, ...]:
     """Return the folders and modules of a scene or a suite, of the papers, of trackers and controllers made for one."""
     scenes = [entry.place.partition(":")[0] for entry in SCENES]
-    modules = [*scenes, *SUITES.values(), *tracker_registry._MODULES, *catalogue._MODULES]
+    modules = [*scenes, *SUITES.values(), *tracker_registry._MODULES]
+    modules += [f"trackers.controllers.{module}" for named in catalogue._MODULES.values() for module in named.values()]
     paths = [Path(*module.split(".")) for module in modules]
     shown = [f"benchmarks/show/{name.replace('-', '_')}/" for name in SUITES]
     return "benchmarks/papers/", *shown, *{f"{path.parent}/" if len(path.parts) > 2 else f"{path}.py" for path in paths}

@@ -16,7 +16,7 @@ from rich.table import Table
 from benchmarks.cli.arguments import COUNT, NAMES, SEEDS, check_unset, names, seed_range
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.text import counted
-from benchmarks.learning.settings import EPISODES
+from benchmarks.learning.training import EPISODES
 from benchmarks.run.packages import needs_data
 from benchmarks.run.result_folder import make_folder
 from benchmarks.show.progress import console_of, progress_bar
@@ -25,8 +25,7 @@ from benchmarks.statistics.summary import SUMMARY_FILE_NAME
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import is_playable
 from scenarios.scenario import Scenario
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 from tools.speed.env_stepping import ENV_ID, SCENARIO, measure_env
 from tools.speed.pictureless import measure_pictureless
 from tools.speed.rendering import FRAMES_PER_BARE_CALL, measure_scenario

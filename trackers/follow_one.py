@@ -37,12 +37,13 @@ class FollowOne:
     Two things end that:
 
     * It is away, or unlikely, for longer than 0.5 s. The target is then the confident track nearest to where it is
-      expected, within a distance that grows with time, of the kind that was said most often. That is a guess: if the
-      tracker later says the identity that the target had before, it is believed.
+      expected, within a distance that grows with time, of the kind that its track had most often. That is a guess: a
+      track that later has the identity of the target before it takes its place.
     * It stays where it is, and a track of its kind that began beside it leaves: what stays is what the target left
       behind in the background.
 
-    Who was seen apart from the target is someone else and is not taken for it, unless the target had that identity.
+    A track that was seen apart from the target is another object and is not taken for it, unless the target had that
+    identity.
     """
 
     def __init__(
@@ -75,7 +76,7 @@ class FollowOne:
         if (again := self._known_again(confident)) is not None:
             followed = again
         elif followed is not None:
-            followed = self._who_left(followed, confident) or followed
+            followed = self._track_that_left(followed, confident) or followed
         elif self._identity is None or away_s > _PATIENCE_S:
             followed = self._likeliest(confident, away_s)
             if followed is not None and self._identity is not None:
@@ -84,8 +85,8 @@ class FollowOne:
             self._note(followed, confident, observation.time_s)
         elif self._identity is None:
             self._others.update(each.identity for each in confident)
-        said = _of(tracks, self._identity)
-        return Estimate(position_px=np.full(2, np.nan)) if said is None else said.estimate
+        track = _of(tracks, self._identity)
+        return Estimate(position_px=np.full(2, np.nan)) if track is None else track.estimate
 
     @property
     def _middle_px(self) -> NDArray[np.float64]:
@@ -121,7 +122,7 @@ class FollowOne:
         place_px = track.estimate.position_px
         return bool(((self._box_xyxy[:2] <= place_px) & (place_px <= self._box_xyxy[2:])).all())
 
-    def _who_left(self, followed: Track, tracks: Sequence[Track]) -> Track | None:
+    def _track_that_left(self, followed: Track, tracks: Sequence[Track]) -> Track | None:
         """Return the track that began beside the followed one and left it, which stays."""
         place_px = followed.estimate.position_px
         for each in tracks:
@@ -138,7 +139,7 @@ class FollowOne:
         return not self._kinds or track.kind is None or track.kind == self._kinds.most_common(1)[0][0]
 
     def _note(self, followed: Track, tracks: Sequence[Track], time_s: float) -> None:
-        """Remember the target as it is, and who is someone else."""
+        """Store the target's latest state, and the identities of other objects."""
         place_px, dt_s = followed.estimate.position_px, time_s - self._known_s
         if followed.identity != self._identity:
             self._others.discard(followed.identity)

@@ -1,25 +1,26 @@
 """The four papers whose methods are here as written: the one place that holds their references.
 
-All are in Japanese. What the copies that the methods were written from do not show is left empty, and said so.
+All are in Japanese. Fields that the copies at hand do not show are empty, and ``Paper.reference`` names them.
 """
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, slots=True)
 class Paper:
-    """A paper, as far as its copy tells.
+    """A paper, as far as its copy shows.
 
     Attributes:
-        letter: its name in this project, A to D. about: one line.
+        letter: its name in this project, A to D. package: the package of ``trackers`` with its methods as written.
+        about: one line.
         authors: names; () = not on the copy. title: "" = not on the copy.
         venue: series, number and page; "" = not on the copy. date: year, or day; "" = not on the copy.
     """
 
     letter: str
+    package: str
     about: str
     authors: tuple[str, ...] = ()
     title: str = ""
@@ -49,15 +50,21 @@ PAPERS = {
     for each in (
         Paper(
             "A",
+            "road_shape",
             "a car seen from above, tracked through frame-outs",
             ("Ryuji Nawata", "Norikazu Ikoma", "Hideaki Kawano", "Hiroshi Maeda"),
             "Robust visual tracking using background information in dynamic image including out-of-field-of-view",
             "IPSJ SIG Technical Report, Vol. 2010-CVIM-171 No. 10, Information Processing Society of Japan",
             "18 March 2010",
         ),
-        Paper("B", "a person followed with a stereo camera under changing light, by the camera's own settings"),
+        Paper(
+            "B",
+            "light_adaptive_stereo",
+            "a person followed with a stereo camera under changing light, by the camera's own settings",
+        ),
         Paper(
             "C",
+            "gap_kalman",
             "lost pieces of the track of a fish, bridged by a Kalman filter",
             venue="85th National Convention of the Information Processing Society of Japan, 5ZG-07, p. 4-527",
             date="2023",
@@ -65,6 +72,7 @@ PAPERS = {
         # The address was found by the abstract; what we have of that page names neither authors nor title.
         Paper(
             "D",
+            "eigen_swarm",
             "intruders before a thermal camera, by eigenspaces and sets of particles",
             venue="Vol. 49 (the copy does not name the journal), "
             "https://ypir.lib.yamaguchi-u.ac.jp/on/journals/on000001/v/49/item/557",
@@ -75,6 +83,5 @@ PAPERS = {
 
 
 def paper_of(module: str) -> Paper | None:
-    """Return the paper whose method a module defines, by the room that it is in; None for any other module."""
-    match = re.match(r"trackers\.paper_([a-d])\.", module)
-    return PAPERS[match[1].upper()] if match else None
+    """Return the paper whose method a module defines, by its package; None for any other module."""
+    return next((each for each in PAPERS.values() if module.startswith(f"trackers.{each.package}.")), None)

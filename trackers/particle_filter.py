@@ -8,8 +8,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.kernels.resampling import systematic_indices
-from trackers.kernels.weights import normalise_log_weights
+from trackers.kernels.particles import normalise_log_weights, systematic_indices
 
 Observed = TypeVar("Observed", contravariant=True)
 _Observed = TypeVar("_Observed")

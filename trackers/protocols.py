@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.gaps.types import GapMethod
+from trackers.gaps import GapMethod
 from trackers.types import CameraCommand, CameraModel, Estimate, Observation, SiteSurvey, Start, Track
 
 
@@ -92,7 +93,7 @@ class DecidingTracker(MultiTracker, Protocol):
 
 
 def begin(tracker: MultiTracker, start: Start) -> None:
-    """Start a tracker with its inputs before the first picture: the site's survey, if it asks for one, and the rest."""
+    """Start a tracker with its inputs before the first picture, the site's survey too if it is a ``SiteTracker``."""
     if isinstance(tracker, SiteTracker) and start.site is not None:
         tracker.survey(start.site)
     tracker.start(start.background, start.camera)
@@ -103,4 +104,26 @@ class Controller(Protocol):
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command until the next picture."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class TargetState:
+    """The target's true state at one time, in the camera's frame (x right, y down, z forward).
+
+    Attributes:
+        place_m: (3,) position of its centre.
+        velocity_mps: (3,) velocity over the ground.
+    """
+
+    place_m: NDArray[np.float64]
+    velocity_mps: NDArray[np.float64]
+
+
+@runtime_checkable
+class BlindTracker(Tracker, Protocol):
+    """A tracker whose observations hold only time, camera model and measured ego pose; its pictures are empty."""
+
+    def set_state(self, observation: Observation, state: TargetState) -> None:
+        """Set the target's true state at the time of ``observation``: at the first picture and at each exit."""
         ...

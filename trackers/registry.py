@@ -14,7 +14,7 @@ A tracker registers where it is defined::
 
 Values found by tuning lie in ``trackers/tuned/NAME.json`` (written by ``frameout tune``) and take the place of the
 defaults. A paper's method keeps the values as written: where tuning found better ones, it stands a second time, as
-``NAME_tuned``. So does any method if that file has the key ``kept_as_written``, which says why.
+``NAME_tuned``. So does any method if that file has the key ``kept_as_written``, with the reason.
 """
 
 from __future__ import annotations
@@ -37,36 +37,44 @@ from trackers.types import Observation, SiteSurvey
 
 Role = Literal["ours", "variant", "as-written", "tuned", "baseline", "blind", "oracle", "external"]
 
-_MODULES = (
-    "trackers.baselines.single_target",
-    "trackers.baselines.ground_followers",
-    "trackers.baselines.csrt_pipe",
-    "trackers.baselines.sort",
-    "trackers.baselines.sort_appearance",
-    "trackers.baselines.bytetrack",
-    "trackers.road_shape.colour_pf",
-    "trackers.road_shape.road_shape_pf",
-    "trackers.road_shape.background_pf",
-    "trackers.mosaic_graph.tracker",
-    "trackers.light_adaptive_stereo.stereo_colour",
-    "trackers.baselines.stereo_gate",
-    "trackers.stereo_people.tracker",
-    "trackers.fish_chain.tracker",
-    "trackers.gap_kalman.tracker",
-    "trackers.blind.dead_reckoning",
-    "trackers.blind.straight_ahead",
-    "trackers.baselines.gap_methods",
-    "trackers.blind.gap_places",
-    "trackers.harbour_watch.tracker",
-    "trackers.eigen_swarm.tracker",
-    "trackers.eigen_swarm.learnt_confidence",
-    "trackers.baselines.ground_foreground",
-    "trackers.blind.harbour_blind",
-)
-"""Modules that define trackers. Add yours here."""
+_MODULES = {
+    "trackers.baselines.single_target": ("hold", "constant_velocity", "opencv_mil"),
+    "trackers.baselines.ground_followers": ("hold_ground", "constant_velocity_ground", "template_ground"),
+    "trackers.baselines.csrt_pipe": ("opencv_csrt",),
+    "trackers.baselines.sort": ("sort",),
+    "trackers.baselines.sort_appearance": ("sort_appearance",),
+    "trackers.baselines.bytetrack": ("bytetrack",),
+    "trackers.road_shape.colour_pf": ("colour_pf",),
+    "trackers.road_shape.road_shape_pf": ("road_shape_pf",),
+    "trackers.road_shape.background_pf": ("background_pf",),
+    "trackers.mosaic_graph.tracker": ("mosaic_graph_pf",),
+    "trackers.light_adaptive_stereo.stereo_colour": ("stereo_wb", "stereo_wb_shutter_gain"),
+    "trackers.baselines.stereo_gate": ("stereo_nearest", "stereo_colour_gate"),
+    "trackers.stereo_people.tracker": ("stereo_people",),
+    "trackers.fish_chain.tracker": ("shoal_chain",),
+    "trackers.gap_kalman.ca_kalman": ("ca_kalman",),
+    "trackers.blind.dead_reckoning": ("blind_carried", "blind_straight", "blind_turning", "blind_below", "blind_ahead"),
+    "trackers.baselines.gap_methods": (
+        "fish_hold",
+        "fish_constant_velocity",
+        "fish_damped_velocity",
+        "fish_linear",
+        "fish_hermite",
+    ),
+    "trackers.blind.gap_places": ("fish_mean_place", "fish_middle", "fish_wall_ahead"),
+    "trackers.harbour_watch.tracker": ("harbour_watch",),
+    "trackers.eigen_swarm.tracker": ("eigen_swarm",),
+    "trackers.eigen_swarm.learnt_confidence": ("eigen_swarm_learnt_confidence",),
+    "trackers.baselines.ground_foreground": ("harbour_mog2", "harbour_knn", "harbour_median"),
+    "trackers.blind.harbour_blind": ("harbour_blind", "harbour_posts"),
+}
+"""Module -> names of the trackers that it registers, in the order of ``entries``. A variant stands in the module of the
+tracker whose name its own begins with, and needs no entry. Add yours here.
+"""
+_HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
 OWN_NEEDS_MODULE = "; one of your own is known when its module is imported"
-"""What errors say of a name that is unknown."""
+"""Clause of the error about an unknown name."""
 _ENTRIES: dict[str, TrackerEntry] = {}
 _T = TypeVar("_T", bound=type)
 
@@ -122,8 +130,8 @@ class TrackerEntry(MethodEntry):
         reproducible: False for a method that draws random numbers without a seed.
         suites: names of its suites; () = the default one.
         edition: of its answers; raise it when they change.
-        missing: says what it needs that is not installed, and how to install it, "" if nothing; with something missing
-            the tracker is left out of default runs.
+        missing: returns what it needs that is not installed, and how to install it, "" if nothing; with something
+            missing the tracker is left out of default runs.
     """
 
     name: str
@@ -210,9 +218,6 @@ def register(
         if not begins:
             wanted = f"initialise, or start if it follows many targets, in class {tracker.__name__}"
             raise ValueError(f"tracker: expected a method {wanted}, got neither")
-        if not tracker.__module__.startswith(f"{__package__}."):
-            # Ours come first: a user's that takes the name of one is refused, not the one of that name.
-            entries()
         as_written = role == "as-written" or "kept_as_written" in _tuning(name, tracker.__module__)
         new = TrackerEntry(
             name=name,
@@ -252,34 +257,49 @@ def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> N
     Raises:
         ValueError: for a name that is taken, or an unknown tracker ``of``.
     """
-    base = _ENTRIES[of] if of in _ENTRIES else entry(of)
-    _add(dataclasses.replace(base, name=name, role="variant", summary=summary, overrides=overrides))
+    _add(dataclasses.replace(entry(of), name=name, role="variant", summary=summary, overrides=overrides))
 
 
 def entries() -> dict[str, TrackerEntry]:
-    """Return all trackers by name, in order of registration."""
+    """Return all trackers by name: ours in the order of ``_MODULES``, then others in order of registration."""
+    order = {module: place for place, module in enumerate(_MODULES)}
     for module in _MODULES:
         importlib.import_module(module)
-    return dict(_ENTRIES)
+    return dict(sorted(_ENTRIES.items(), key=lambda item: order.get(_home(item[0]), len(order))))
+
+
+def entry_or_none(name: str) -> TrackerEntry | None:
+    """Return one tracker's entry, None for an unknown name; of ours, only the module that defines it is imported."""
+    _load(name)
+    return _ENTRIES.get(name)
 
 
 def entry(name: str) -> TrackerEntry:
-    """Return one tracker's entry.
-
-    Raises:
-        ValueError: for an unknown name; lists the known ones.
-    """
-    known = entries()
-    if name not in known:
+    """See ``entry_or_none``. Raises ValueError for an unknown name; lists the known ones."""
+    found = entry_or_none(name)
+    if found is None:
+        known = entries()
         near = nearest(name, known) + OWN_NEEDS_MODULE
         raise ValueError(f"tracker: expected one of {', '.join(known)}; got {name!r}{near}")
-    return known[name]
+    return found
+
+
+def _home(name: str) -> str:
+    """Return the module that registers a tracker of ours, or one whose name begins with that; else ""."""
+    begun = (each for each in _HOMES if name == each or name.startswith(f"{each}_"))
+    return _HOMES.get(max(begun, key=len, default=""), "")
+
+
+def _load(name: str) -> None:
+    """Import the ``_home`` of a name, if it has one."""
+    if module := _home(name):
+        importlib.import_module(module)
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """Return the known name that ``name`` begins, or the nearest one, as a question in parentheses; else nothing.
 
-    The simulator, which trackers may not import, has ``sim.choices.suggestion`` for its own names.
+    The simulator, which trackers may not import, has ``sim.checks.suggestion`` for its own names.
     """
     names = list(known)
     # Of editions of one thing the latest, which is listed last.
@@ -305,12 +325,14 @@ def tuned_values(name: str, module: str) -> dict[str, Any]:
 
 
 def _tuning(name: str, module: str) -> dict[str, Any]:
-    """Return what ``tuned_file`` says; no values if there is none."""
+    """Return the content of ``tuned_file``; no values if there is none."""
     file = tuned_file(name, module)
     return json.loads(file.read_text()) if file.is_file() else {"parameters": {}}
 
 
 def _add(new: TrackerEntry) -> None:
+    # Ours come first: a user's tracker that takes the name of one of ours is refused, not ours at its import.
+    _load(new.name)
     if new != _ENTRIES.get(new.name, new):
         raise ValueError(f"name: expected one that no tracker has, got {new.name!r}")
     _ENTRIES[new.name] = new

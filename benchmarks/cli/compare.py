@@ -24,8 +24,7 @@ from benchmarks.show.tables import NO_NUMBER
 from benchmarks.statistics.attributes import by_attribute
 from benchmarks.statistics.bootstrap import Comparison
 from benchmarks.statistics.summary import label_of
-from sim.checks import check
-from sim.choices import check_choice, suggestion
+from sim.checks import check, check_choice, suggestion
 from trackers.controllers.catalogue import POLICY
 
 

@@ -24,9 +24,8 @@ import tyro
 from benchmarks.cli.own_faults import workers_fault
 from benchmarks.cli.printing import contestants_print_to_stderr
 from benchmarks.run.arithmetic import missing_settings
-from benchmarks.run.imports import ROOT, foreign_packages
-from benchmarks.run.own_modules import load_modules
-from sim.choices import check_choice, nearest, suggestion
+from benchmarks.run.own_modules import ROOT, foreign_packages, load_modules
+from sim.checks import check_choice, nearest, suggestion
 
 
 @dataclass(frozen=True)

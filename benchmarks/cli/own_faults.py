@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from benchmarks.run.imports import is_users
+from benchmarks.run.own_modules import is_users
 
 _FRAME = re.compile(r'File "([^"]+)", line (\d+), in ')
 

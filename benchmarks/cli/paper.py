@@ -15,8 +15,7 @@ from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.papers.repeat import repeat
 from benchmarks.run.selection import check_renderer
 from benchmarks.run.workers import cores
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 
 _EXPERIMENTS = ("A2", "A3", "B1", "B2", "B3", "C", "D")
 

@@ -15,11 +15,18 @@ import tyro
 from benchmarks.cli.arguments import COUNT, FOLDER, ONE_NAME, USUAL_SEEDS, VALUES, development_seeds, seed_range
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.text import counted
-from benchmarks.learning.error_models import make_error_model, save_error_model
 from benchmarks.learning.judging import Judging
 from benchmarks.learning.model_check import as_table, model_check
-from benchmarks.learning.settings import EPISODES, Algorithm, Corrects, Training
-from benchmarks.learning.training import Standing, needs_stable_baselines, train
+from benchmarks.learning.tracker_errors import make_error_model, save_error_model
+from benchmarks.learning.training import (
+    EPISODES,
+    Algorithm,
+    Corrects,
+    Standing,
+    Training,
+    needs_stable_baselines,
+    train,
+)
 from benchmarks.run.experiment import Progress
 from benchmarks.run.result_folder import make_folder
 from benchmarks.run.workers import cores

@@ -29,24 +29,24 @@ from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.rows import TEST_SPLIT
 from benchmarks.contract.suite import Scene, controllers_suite, suite
 from benchmarks.contract.text import counted
-from benchmarks.learning.controller_tuning import (
+from benchmarks.learning.training import EPISODES
+from benchmarks.learning.tuning import (
+    Budget,
     ControllerBudget,
+    ScoresOn,
+    Tuned,
     controller_scores,
     controllers_to_tune,
-    tunable_controller,
-    tune_controller,
-)
-from benchmarks.learning.fresh_scores import ScoresOn, fresh_entries, scored_anew
-from benchmarks.learning.search import needs_optuna
-from benchmarks.learning.settings import EPISODES
-from benchmarks.learning.tracker_tuning import (
-    Budget,
-    Tuned,
     failures_in_words,
+    fresh_entries,
+    needs_optuna,
+    scored_anew,
     tracker_scores,
     trackers_to_tune,
+    tunable_controller,
     tunables,
     tune,
+    tune_controller,
     write_tuned,
 )
 from benchmarks.run.failures import Failure
@@ -55,8 +55,7 @@ from benchmarks.run.selection import tracker_named
 from benchmarks.run.workers import cores
 from benchmarks.show.progress import progress_bar
 from scenarios import catalog
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 from trackers import registry
 from trackers.atomic_file import write_atomic
 from trackers.controllers.catalogue import controller_entry

@@ -8,7 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 from scenarios.scenario import Episode, Frame
 from scenarios.truth import Truth
-from trackers.gaps.types import GapMethod
+from trackers.gaps import GapMethod
 from trackers.types import CameraCommand, Track
 
 _T = TypeVar("_T", bound=Truth)

@@ -19,8 +19,7 @@ from benchmarks.contract.tracker_spec import TrackerSpec
 from scenarios.catalog import unversioned
 from scenarios.scenario import Episode, Scenario
 from scenarios.truth import Truth, TruthExtent
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 
 _MODULES = {
     "frame-out": "benchmarks.judges.frame_out.suite",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from benchmarks.contract.suite import controllers_suite
-from benchmarks.learning.settings import Training
+from benchmarks.learning.training import Training
 from benchmarks.run.episode_time import seconds_of_episode
 from benchmarks.run.selection import job_on
 from benchmarks.run.workers import cores

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.learning.recorded_runs import read_run, write_runs
-from benchmarks.learning.settings import EPISODES
+from benchmarks.learning.tracker_errors import read_run, write_runs
+from benchmarks.learning.training import EPISODES
 from benchmarks.learning.without_pictures import scores_without_pictures
 from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.settings import FollowSettings

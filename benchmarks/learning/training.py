@@ -1,30 +1,276 @@
-"""Training of a policy with stable-baselines3, with checkpoints; the policy is stored without pickle."""
+"""Trains a policy that steers by a tracker's estimate, with Stable-Baselines3: settings, checkpoints, the run."""
 
 from __future__ import annotations
 
 import dataclasses
 import hashlib
 import json
+import secrets
+import shutil
+import signal
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from benchmarks.learning.checkpoint import checkpointed_settings, checkpointed_steps, load_checkpoint, save_checkpoint
-from benchmarks.learning.settings import EPISODES, Training
-from benchmarks.learning.stop_signals import StopSignals
 from benchmarks.run.own_modules import load_modules
+from benchmarks.run.workers import cores
 from scenarios import catalog
 from scenarios.envs.pictureless.error_model import error_model
+from scenarios.envs.pictureless.vector_env import Starts
+from scenarios.envs.reward import Reward
+from scenarios.kept_world import KeepsWorlds
 from sim.checks import check
 from trackers.belief.features import FEATURES
-from trackers.controllers.catalogue import controller_entry
-from trackers.controllers.policy_file import Policy, save_policy
+from trackers.controllers.catalogue import controller_entry, our_controller
+from trackers.controllers.policy import Policy, save_policy
+
+_PICTURELESS_ENVS = 256
+_WORLDS = 2
+EPISODES = Path("results/episodes")
+"""Folder of planned episodes for envs without pictures, kept for reuse."""
+Algorithm = Literal["ppo", "sac"]
+Corrects = Literal["always", "unseen"]
+
+
+@dataclass(frozen=True)
+class Training:
+    """Everything that a training depends on.
+
+    Attributes:
+        env: env id.
+        algorithm: ``ppo``, or ``sac`` (off-policy).
+        steps: of all envs together.
+        tracker: in the loop; without pictures its error model.
+        preset: of the scenario; empty: the env's.
+        controller: the one that the policy corrects; empty: ours for the carrier; ``none``: the policy steers alone.
+        controller_values: parameter values in place of the tuned ones.
+        corrects: when it corrects: ``always``, or while the target is ``unseen``.
+        correction_share: the largest correction, as a share of the command's limit.
+        reward: weights of its terms.
+        pictures: train in the rendered env; otherwise in the one without pictures.
+        worlds, episodes_per_world: with pictures, see ``FollowSettings``; None: 2 where the scenario can keep worlds,
+            otherwise 0.
+        envs: number of envs that run together; 0: 256 without pictures, one for each core with them.
+        episodes: number planned for the env without pictures, with seeds from 0.
+        starts: first frame without pictures: frame 0 (``episodes``), as in the rendered env, or shortly before the
+            target is likely to be lost (``frame-outs``).
+        episode_steps: maximum number of steps of an episode; None: all of them, as are scored.
+        seed: of all random numbers.
+        modules: users' own modules, imported first in every process.
+    """
+
+    env: str
+    algorithm: Algorithm = "ppo"
+    steps: int = 4_000_000
+    tracker: str = ""
+    preset: str = ""
+    controller: str = ""
+    controller_values: dict[str, float] = field(default_factory=dict)
+    corrects: Corrects = "always"
+    correction_share: float = 0.5
+    reward: Reward = field(default_factory=Reward)
+    pictures: bool = False
+    worlds: int | None = None
+    episodes_per_world: int = 20
+    envs: int = 0
+    episodes: int = 256
+    starts: Starts = "episodes"
+    episode_steps: int | None = None
+    seed: int = 0
+    modules: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        catalog.check_env(self.env)
+        check("algorithm", self.algorithm in ("ppo", "sac"), "ppo or sac", repr(self.algorithm))
+        for name in ("steps", "episodes", "episode_steps"):
+            value = getattr(self, name)
+            check(name, value is None or value >= 1, "a whole number >= 1", value)
+        check("envs", self.envs >= 0, "a whole number >= 0", self.envs)
+        whole = self.starts == "episodes" or not self.pictures
+        check("starts", whole, "episodes with pictures, which begin on frame 0", repr(self.starts))
+        check("worlds", self.pictures or not self.worlds, "0 without pictures, where there are none", self.worlds)
+        alone = self.controller != "none" or not self.controller_values
+        check("controller_values", alone, "none with controller none", repr(self.controller_values))
+        check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
+
+    @property
+    def env_count(self) -> int:
+        """Number of envs that run together."""
+        return self.envs or (cores(None) if self.pictures else _PICTURELESS_ENVS)
+
+    @property
+    def scenario(self) -> str:
+        """Catalogue id of the env's scenario."""
+        return catalog.envs()[self.env][0]
+
+    @property
+    def tracker_name(self) -> str:
+        """The tracker, by default that of the env."""
+        return self.tracker or catalog.envs()[self.env][1]
+
+    @property
+    def preset_name(self) -> str:
+        """The preset, by default that of the env."""
+        return self.preset or catalog.env_preset(self.scenario)
+
+    @property
+    def controller_name(self) -> str:
+        """The controller that the policy corrects, by default ours for the carrier; ``none`` without one."""
+        return self.controller or our_controller(catalog.scenario(self.scenario).carrier.name)
+
+    @property
+    def resolved(self) -> dict[str, Any]:
+        """What the training depends on, with the names in place of defaults, and without what it has no use for."""
+        known = {"preset": self.preset_name, "controller": self.controller_name, "tracker": self.tracker_name}
+        unused = () if self.pictures else ("worlds", "episodes_per_world")
+        return {name: value for name, value in (asdict(self) | known).items() if name not in unused}
+
+    @property
+    def env_keywords(self) -> dict[str, Any]:
+        """Keywords of ``gym.make`` and ``gym.make_vec`` for this training's env."""
+        alone = self.controller_name == "none"
+        steering: dict[str, Any] = {"action": "command"}
+        if not alone:
+            steering = {
+                "action": "correction",
+                "controller": self.controller_name,
+                "controller_values": self.controller_values,
+                "corrects": self.corrects,
+                "correction_share": self.correction_share,
+            }
+        if self.pictures:
+            keeps = isinstance(catalog.scenario(self.scenario), KeepsWorlds)
+            worlds = (_WORLDS if keeps else 0) if self.worlds is None else self.worlds
+            steering |= {"worlds": worlds, "episodes_per_world": self.episodes_per_world}
+        return {"preset": self.preset_name, "tracker": self.tracker_name, "reward": self.reward, **steering}
+
+
+class StopSignals:
+    """A context in which SIGINT and SIGTERM raise KeyboardInterrupt; held signals raise it upon release."""
+
+    def __init__(self) -> None:
+        self._held = self._came = False
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __enter__(self) -> StopSignals:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            self._before[number] = signal.signal(number, self._take)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def hold(self) -> None:
+        """Hold signals from now on."""
+        self._held = True
+
+    def release(self) -> None:
+        """Raise KeyboardInterrupt for a held signal; later signals raise it at once."""
+        self._held = False
+        if self._came:
+            raise KeyboardInterrupt
+
+    def _take(self, *_: object) -> None:
+        self._came = True
+        if not self._held:
+            raise KeyboardInterrupt
+
+
+_FOLDER, _OLD = "checkpoint", ".checkpoint.old"
+_REPLAYED = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
+_OPTIMISER = "optimizer"
+
+
+def save_checkpoint(model: Any, out: Path, settings: dict[str, Any]) -> None:
+    """Write a model's state atomically: a killed run leaves the previous checkpoint."""
+    from safetensors.torch import save
+
+    for left_over in out.glob(f".{_FOLDER}.new.*"):
+        shutil.rmtree(left_over, ignore_errors=True)
+    beside = out / f".{_FOLDER}.new.{secrets.token_hex(8)}"
+    beside.mkdir(parents=True)
+    # save_file does not raise OSError on a full disk.
+    (beside / "tensors.safetensors").write_bytes(save(_tensors(model)))
+    state = {"settings": settings, "steps": model.num_timesteps, "updates": model._n_updates}
+    buffer = getattr(model, "replay_buffer", None)
+    if buffer is not None:
+        filled = buffer.buffer_size if buffer.full else buffer.pos
+        np.savez(beside / "replay.npz", **{name: getattr(buffer, name)[:filled] for name in _REPLAYED})
+        state |= {"replay_position": int(buffer.pos), "replay_full": bool(buffer.full)}
+    (beside / "state.json").write_text(json.dumps(state) + "\n")
+    place, old = out / _FOLDER, out / _OLD
+    if place.exists():
+        shutil.rmtree(old, ignore_errors=True)
+        place.rename(old)
+    beside.rename(place)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def checkpointed_settings(out: Path) -> dict[str, Any] | None:
+    """Return the settings of the checkpoint in a folder, None if there is none."""
+    state = _latest(out) / "state.json"
+    if not state.is_file():
+        return None
+    settings: dict[str, Any] = json.loads(state.read_text())["settings"]
+    return settings
+
+
+def checkpointed_steps(out: Path) -> int:
+    """Return the number of steps before the checkpoint in a folder."""
+    return int(json.loads((_latest(out) / "state.json").read_text())["steps"])
+
+
+def load_checkpoint(model: Any, out: Path) -> None:
+    """Load the checkpoint in a folder into a fresh model of the same settings."""
+    from safetensors.torch import load_file
+
+    folder = _latest(out)
+    state = json.loads((folder / "state.json").read_text())
+    parameters = model.get_parameters()
+    for name, tensor in load_file(folder / "tensors.safetensors").items():
+        group, *keys = name.split("/")
+        if group == "log_ent_coef":
+            model.log_ent_coef.data.copy_(tensor)
+        elif _OPTIMISER in group:
+            # The optimiser is fresh: its groups come from the settings.
+            parameters[group]["state"].setdefault(int(keys[0]), {})[keys[1]] = tensor
+        else:
+            parameters[group][keys[0]] = tensor
+    model.set_parameters(parameters)
+    model.num_timesteps, model._n_updates = state["steps"], state["updates"]
+    buffer = getattr(model, "replay_buffer", None)
+    if buffer is not None:
+        with np.load(folder / "replay.npz", allow_pickle=False) as arrays:
+            for name in _REPLAYED:
+                getattr(buffer, name)[: len(arrays[name])] = arrays[name]
+        buffer.pos, buffer.full = state["replay_position"], state["replay_full"]
+
+
+def _latest(out: Path) -> Path:
+    """Return the folder of the checkpoint; the previous one after a kill between the two renames."""
+    return out / _FOLDER if (out / _FOLDER).exists() else out / _OLD
+
+
+def _tensors(model: Any) -> dict[str, Any]:
+    """Return all tensors of a model by ``group/name``, those of optimisers by ``group/number/name``."""
+    tensors: dict[str, Any] = {}
+    for group, content in model.get_parameters().items():
+        if _OPTIMISER in group:
+            for number, values in content["state"].items():
+                tensors |= {f"{group}/{number}/{name}": value for name, value in values.items()}
+        else:
+            tensors |= {f"{group}/{name}": value for name, value in content.items()}
+    if getattr(model, "log_ent_coef", None) is not None:
+        tensors["log_ent_coef"] = model.log_ent_coef
+    return {name: tensor.detach().clone().contiguous() for name, tensor in tensors.items()}
+
 
 _INSTALL = "pip install 'frameout[train]'"
 _HIDDEN = (128, 64)

@@ -17,7 +17,7 @@ from benchmarks.show.video.drawing import picture_sheet
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.scenario import RendererName
 from trackers.road_shape.background_pf import BackgroundParameters
-from trackers.road_shape.ground_classes import load_class_statistics
+from trackers.road_shape.existence import load_class_statistics
 
 _COUNTED = "of the frame-outs {}, those after which it is on the car again and still is one second later"
 

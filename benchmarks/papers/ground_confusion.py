@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from benchmarks.papers.ground_colours import CLASSES, labelled_frames
 from scenarios.road_town.scenario import RoadTownScenario
 from scenarios.scenario import RendererName
-from trackers.road_shape.ground_classes import ClassStatistics
-from trackers.road_shape.pixel_classes import PixelClassifier
+from trackers.road_shape.existence import ClassStatistics, PixelClassifier
 
 
 def confusion(

@@ -12,15 +12,18 @@ from benchmarks.show.video import marks
 from scenarios.road_town.scenario import RoadTownScenario
 from scenarios.scenario import RendererName
 from trackers.kernels.boxes import box_centre
-from trackers.kernels.colour_template import ColourTemplate
+from trackers.kernels.histogram import ColourTemplate
 from trackers.road_shape.background_motion import STILL
-from trackers.road_shape.car_state import image_centre
-from trackers.road_shape.existence import ExistenceMap
-from trackers.road_shape.ground_classes import ClassStatistics
-from trackers.road_shape.pixel_classes import OTHER_EXISTENCE, ROAD_EXISTENCE, PixelClassifier
+from trackers.road_shape.colour_pf import image_centre
+from trackers.road_shape.existence import (
+    OTHER_EXISTENCE,
+    ROAD_EXISTENCE,
+    ClassStatistics,
+    ExistenceMap,
+    PixelClassifier,
+)
 from trackers.road_shape.road_lines import RoadSearch
-from trackers.road_shape.road_model import RoadCurve, RoadModel
-from trackers.road_shape.spline import evaluate_spline
+from trackers.road_shape.road_model import RoadCurve, RoadModel, evaluate_spline
 from trackers.types import Observation
 
 _CLASS_RGB = np.array([(0, 0, 255), (0, 255, 0), (255, 0, 0)], np.uint8)

@@ -10,8 +10,7 @@ import numpy as np
 from scenarios.loop import ManyFromPictures, first_box, given
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
-from trackers.blind.protocol import BlindTracker, TargetState
-from trackers.protocols import Tracker
+from trackers.protocols import BlindTracker, TargetState, Tracker
 from trackers.types import Estimate, Observation, Start, Track
 
 WHAT_BLIND_MEANS = (

@@ -37,11 +37,11 @@ import numpy as np
 
 from benchmarks.contract.suite import Suite
 from benchmarks.contract.tracker_spec import TrackerSpec
-from benchmarks.run.imports import imported_files
+from benchmarks.run.own_modules import imported_files
 from scenarios import catalog
 from scenarios.scenario import Scenario
 from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry
-from trackers.controllers.policy_file import load_policy, policy_path
+from trackers.controllers.policy import load_policy, policy_path
 
 if TYPE_CHECKING:
     pass

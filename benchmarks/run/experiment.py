@@ -15,9 +15,9 @@ from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.editions import Editions
 from benchmarks.run.episodes import EpisodeSpec, editions_of
+from benchmarks.run.failures import earlier, read_failures, write_failures
 from benchmarks.run.jobs import Job, key_of
 from benchmarks.run.keeping import Keeper
-from benchmarks.run.known_failures import earlier, read_failures, write_failures
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.result_folder import alone_in, append_block, make_folder, tidy, up_to_date
 from benchmarks.run.workers import results

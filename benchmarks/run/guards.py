@@ -14,15 +14,14 @@ import numpy as np
 from benchmarks.contract.judging import Ending, Score
 from benchmarks.judges.tracker_speed import times
 from benchmarks.run.failures import ENDED_PROCESS, place_of, reason_of
-from benchmarks.run.oddities import AnswerWatch
+from benchmarks.run.outcome import AnswerWatch
 from benchmarks.run.own_inputs import check_unchanged, own
 from benchmarks.run.process_state import ProcessState
 from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most
 from scenarios.loop import Contestant, ManyContestant, OutsourcingContestant, given
 from scenarios.scenario import Frame
 from trackers.estimate_check import check_estimate, check_probability, check_tracks
-from trackers.gaps.check import check_bridge
-from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
+from trackers.gaps import Bridge, GapMethod, Piece, Surroundings, check_bridge
 from trackers.protocols import Controller
 from trackers.types import Answer, CameraCommand, Estimate, Observation, Start, Track
 

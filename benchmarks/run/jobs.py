@@ -26,7 +26,7 @@ from benchmarks.run.failures import Failure
 from benchmarks.run.guards import Guard, GuardedController, GuardedTracker
 from benchmarks.run.keeping import Keeper
 from benchmarks.run.notes import Note, note_at
-from benchmarks.run.oddities import AnswerWatch, Oddities
+from benchmarks.run.outcome import AnswerWatch, Oddities
 from scenarios.loop import Loop, tracker_stream
 from scenarios.scenario import Frame
 from scenarios.truth import Truth, TruthExtent, check_truth

@@ -1,15 +1,122 @@
-"""What a run leaves beside its rows: what failed, what gave no answer, how much there was."""
+"""What a run leaves beside its rows: what failed, what gave no answer, whose answers are odd.
+
+Answers of another unit or layout pass every check, e.g. boxes of left, top, width and height, and score nothing: a line
+for each oddity follows a run."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from benchmarks.contract.text import counted
 from benchmarks.run.failures import Failure
-from benchmarks.run.oddities import Oddities
+from scenarios.scenario import Frame
+from trackers.types import Answer, Estimate, Track
+
+_BOXES = "boxes are x_min, y_min, x_max, y_max in pixels of the picture"
+_SHOWN_FROM: Mapping[str, tuple[float, str]] = {
+    "no depth": (0.0, "{n} of {m} tracks have no depth_m, which this suite needs; CONTRIBUTING.md says what else"),
+    "new identities": (
+        0.9,
+        "in {n} of {m} pictures all identities are new; a target keeps its own from picture to picture",
+    ),
+    "fractions": (0.5, f"in {{n}} of {{m}} pictures the estimate lies in its first pixel, from 0 to 1; {_BOXES}"),
+    "apart": (0.5, f"in {{n}} of {{m}} pictures the position lies outside its box; {_BOXES}"),
+    "outside": (0.99, f"in {{n}} of {{m}} pictures the estimate lies outside the picture; {_BOXES}"),
+}
+"""Oddity -> share of pictures, or tracks, beyond which it is told, and the words. A picture counts where all of its
+tracks are odd."""
+_FEWEST = 5
+"""Pictures, or tracks, that say something."""
+
+
+@dataclass
+class Oddities:
+    """Numbers of odd answers.
+
+    Attributes:
+        odd: (contestant, oddity) -> number of pictures or tracks. of: the same -> of how many.
+        told: (contestant, what else it did or lacks) -> number of episodes.
+    """
+
+    odd: Counter[tuple[str, str]] = field(default_factory=Counter)
+    of: Counter[tuple[str, str]] = field(default_factory=Counter)
+    told: Counter[tuple[str, str]] = field(default_factory=Counter)
+
+    def __add__(self, other: Oddities) -> Oddities:
+        return Oddities(self.odd + other.odd, self.of + other.of, self.told + other.told)
+
+    def add(self, name: str, watch: AnswerWatch, told: Sequence[str]) -> None:
+        """Add what one episode has shown of a contestant; ``told``: what else, in words, e.g. what it left running."""
+        self.odd.update({(name, oddity): number for oddity, number in watch.odd.items()})
+        self.of.update({(name, oddity): number for oddity, number in watch.of.items()})
+        self.told.update((name, what) for what in told)
+
+    def in_words(self) -> Iterator[str]:
+        """Yield a line for each contestant and oddity."""
+        for (name, oddity), m in self.of.items():
+            share, words = _SHOWN_FROM[oddity]
+            n = self.odd[name, oddity]
+            if m >= _FEWEST and n > share * m:
+                yield f"{name}: {words.format(n=f'{n:,}', m=f'{m:,}')}"
+        for (name, what), n in self.told.items():
+            yield f"{name} {what}, in {counted(n, 'episode')}"
+
+
+class AnswerWatch:
+    """Counts the odd answers of one contestant.
+
+    Attributes:
+        odd, of: oddity -> number, see ``Oddities``.
+    """
+
+    def __init__(self, needs_depth: bool = False) -> None:
+        """``needs_depth``: whether tracks without a depth score nothing."""
+        self.odd: Counter[str] = Counter()
+        self.of: Counter[str] = Counter()
+        self._needs_depth = needs_depth
+        self._before: frozenset[int] = frozenset()
+
+    def see(self, frame: Frame, answer: Answer) -> None:
+        """Count the next answer, which has been checked."""
+        if isinstance(answer, Estimate):
+            estimates = [answer]
+        else:
+            self._see_tracks(answer)
+            estimates = [track.estimate for track in answer]
+        said = [each for each in estimates if not np.isnan(each.position_px).any()]
+        if said:
+            size_px = np.array([frame.observation.camera.width_px, frame.observation.camera.height_px])
+            self._see_places(said, size_px)
+
+    def _see_tracks(self, tracks: Sequence[Track]) -> None:
+        identities = frozenset(track.identity for track in tracks)
+        if self._before and identities:
+            self._count("new identities", identities.isdisjoint(self._before))
+        self._before = identities
+        if self._needs_depth:
+            self.of["no depth"] += len(tracks)
+            self.odd["no depth"] += sum(track.estimate.depth_m is None for track in tracks)
+
+    def _see_places(self, said: Sequence[Estimate], size_px: NDArray[np.int64]) -> None:
+        places = np.array([each.position_px for each in said])
+        boxed = [each for each in said if each.box_xyxy is not None]
+        self._count("outside", bool(((places < 0) | (places > size_px)).any(axis=1).all()))
+        self._count("fractions", bool(((places >= 0) & (places <= 1)).all()))
+        if boxed:
+            boxes = np.array([each.box_xyxy for each in boxed])
+            middles = np.array([each.position_px for each in boxed])
+            self._count("apart", bool(((middles < boxes[:, :2]) | (middles > boxes[:, 2:])).any(axis=1).all()))
+
+    def _count(self, oddity: str, is_odd: bool) -> None:
+        self.of[oddity] += 1
+        self.odd[oddity] += is_odd
+
 
 WHY_MOVED = "rows of other editions or of a stopped run, or ones that a second run in the folder has made too"
 """What every message about moved rows leaves open."""

@@ -22,8 +22,7 @@ from scenarios import catalog
 from scenarios.command_link import LINKS
 from scenarios.loop import Contestant, FromPictures, ManyFromPictures
 from scenarios.scenario import Episode, RendererName, Scenario
-from sim.checks import check
-from sim.choices import check_choice, suggestion
+from sim.checks import check, check_choice, suggestion
 from trackers import registry
 from trackers.controllers import catalogue
 from trackers.follow_one import FollowOne
@@ -93,8 +92,9 @@ def tracker_named(name: str, **values: Any) -> TrackerSpec:
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
-    if values or name in registry.entries():
-        return registered(registry.entry(name), **values)
+    entry = registry.entry(name) if values else registry.entry_or_none(name)
+    if entry is not None:
+        return registered(entry, **values)
     known = trackers_of()
     if name not in known:
         unknown = f"{registry.OWN_NEEDS_MODULE} (--modules; in Python modules=)"
@@ -243,7 +243,7 @@ def _trackers_named(
 def _tracker_of(suite: Suite, scenario: Scenario, name: str, own_modules: bool) -> TrackerSpec:
     """Return a tracker that may take part. Raises ValueError for another name."""
     scene = suite.scene(scenario.id)
-    entry = registry.entries().get(name)
+    entry = registry.entry_or_none(name)
     if entry is None or {suite.tracked_by(scene), suite.name}.isdisjoint(entry.suites or (DEFAULT,)):
         expected = trackers_in(suite, scene)
         if name in expected:

@@ -8,7 +8,7 @@ import os
 from functools import cache
 from pathlib import Path
 
-from benchmarks.run import imports
+from benchmarks.run import own_modules as imports
 
 _PACKAGES = ("trackers", "scenarios")
 

@@ -14,7 +14,7 @@ from markupsafe import Markup
 from benchmarks.contract.rows import REAL, Row, read_rows
 from benchmarks.contract.suite import Condition, Suite, suite
 from benchmarks.run.blindfold import WHAT_BLIND_MEANS
-from benchmarks.run.known_failures import ended_processes
+from benchmarks.run.failures import ended_processes
 from benchmarks.show import tables
 from benchmarks.show.charts import Chart, DotChart
 from benchmarks.show.definitions import MetricDefinition, metric_definitions

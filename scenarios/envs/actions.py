@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from scenarios.envs.settings import FollowSettings
 from sim.checks import check
-from trackers.belief.command_shares import command_of, is_seen, shares_of
+from trackers.belief.features import command_of, is_seen, shares_of
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
 from trackers.protocols import Controller
 from trackers.types import CameraCommand, Carrier, Estimate, Observation

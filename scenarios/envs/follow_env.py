@@ -21,11 +21,8 @@ from scenarios.envs.watched_episode import watched_episode
 from scenarios.envs.world_bank import DEVELOPMENT_SEEDS, WorldBank
 from scenarios.kept_world import KeepsWorlds, KeptWorld
 from scenarios.loop import Loop
-from sim.checks import check
-from sim.choices import check_choice
-from trackers.belief.command_shares import shares_of
-from trackers.belief.feature_filter import FeatureFilter
-from trackers.belief.features import FEATURES
+from sim.checks import check, check_choice
+from trackers.belief.features import FEATURES, FeatureFilter, shares_of
 from trackers.types import CameraCommand, Carrier
 
 Observed = NDArray[Any] | dict[str, NDArray[Any]]

@@ -10,8 +10,7 @@ import numpy as np
 
 from scenarios.in_view import SHORTEST_LENGTH_PX, centring, is_in_view, length_px
 from scenarios.scenario import Frame
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 
 TERMS = ("in_view", "centred", "size", "effort", "loss")
 

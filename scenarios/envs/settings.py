@@ -14,8 +14,7 @@ from scenarios.command_link import LINKS, Link
 from scenarios.envs.reward import Reward, reward_of
 from scenarios.kept_world import KeepsWorlds
 from scenarios.scenario import RendererName
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 from trackers import registry
 
 ObservationMode = Literal["track", "pixels", "both"]

@@ -22,7 +22,7 @@ from scenarios.stage import Stage, covers_all
 from scenarios.truth import TruthExtent, without_pixels
 from scenarios.visibility import Exits, states_of
 from sim.labels import bright_fractions
-from sim.meshes.fish_look import draw_look
+from sim.meshes.fish import draw_look
 from sim.optics import PinholeCamera, look_down_pose
 from sim.render.refraction import ThroughWater
 from sim.rng import generator

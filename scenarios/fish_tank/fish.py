@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from scenarios.fish_tank.shoal import Swims
 from sim.jointed_labels import enclosing_bounds, joined, merge_parts, seen_body
-from sim.meshes.fish import fish_segments, half_size
-from sim.meshes.fish_look import FishLook
+from sim.meshes.fish import FishLook, fish_segments, half_size
 from sim.motion.swim import CENTRE_LINE_POINTS, SEGMENT_ENDS, swim_pose
 from sim.optics import PinholeCamera, project
 from sim.render.refraction import project_through

@@ -36,8 +36,7 @@ from scenarios.visibility import Exits, centres_px, states_of
 from sim.optics import PinholeCamera
 from sim.pose import rotation_by
 from sim.rng import generator
-from sim.sensors.thermal_config import ThermalConfig
-from sim.sensors.thermal_sensor import ThermalSensor
+from sim.sensors.thermal_sensor import ThermalConfig, ThermalSensor
 from sim.shaders.thermal.shader import ThermalShader
 from sim.world import World
 from trackers.types import CameraCommand, CameraModel, EgoPose, Observation, Start, SteeredCamera

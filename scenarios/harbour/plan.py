@@ -12,7 +12,7 @@ from scenarios.harbour import routes
 from scenarios.harbour.layout import BERTHS, FAIRWAY_X_M, OPEN_BAYS_Y_M, PARKING_X_M, PARKING_Y_M, WALL_X_M
 from scenarios.harbour.presets import Harbour
 from scenarios.harbour.routes import Journey
-from sim.meshes.person_look import PersonLook
+from sim.meshes.person_parts import PersonLook
 from sim.meshes.vehicle import VEHICLES
 
 _USUAL_CARS = 5

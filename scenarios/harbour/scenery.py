@@ -31,7 +31,7 @@ WALL_TOP_M, WALL_FOOT_M, WALL_BANDS = -0.2, -3.2, 15
 SPAN_M = 90.0
 """Quay and wall reach this far to either side."""
 VENT, LAMP = "vent", "lamp"
-"""What is heated from within; all other materials are those of ``sim.thermal.materials``."""
+"""What is heated from within; all other materials are those of ``sim.thermal.heat``."""
 _OPENINGS, _WALLS, _ROOFS = (
     ("painted steel", "glass", VENT),
     ("brick", "concrete", "timber"),

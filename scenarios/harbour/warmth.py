@@ -20,8 +20,7 @@ from scenarios.harbour.scenery import (
 )
 from sim.meshes.boat import BoatPart
 from sim.meshes.thermal_paint import CarPart, PersonPart
-from sim.thermal.heat import Course, Surface, course, shade_light_wm2, worn_k
-from sim.thermal.materials import MATERIALS
+from sim.thermal.heat import MATERIALS, Course, Surface, course, shade_light_wm2, worn_k
 from sim.thermal.weather import Weather
 
 Kelvins = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]

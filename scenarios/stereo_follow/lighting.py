@@ -13,8 +13,7 @@ from scenarios.stereo_follow.light_plan import LightPlan
 from scenarios.stereo_follow.panels import add_panel, bright_area
 from sim.shaders.baked.bake import BakedLight, Panel, Sky, Source, bake_light, mean_reflectance
 from sim.shaders.baked.shader import BakedLightShader
-from sim.shaders.black_body import black_body_rgb
-from sim.shaders.colour import LUMINANCE_WEIGHTS
+from sim.shaders.colour import LUMINANCE_WEIGHTS, black_body_rgb
 from sim.shaders.daylight import Sun
 from sim.world import World
 

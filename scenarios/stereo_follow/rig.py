@@ -13,9 +13,9 @@ from scenarios.stereo_follow.camera import SENSOR, camera_model, draw_mount, reg
 from sim.optics import PinholeCamera
 from sim.render.pipeline import Capture, Shader, capture
 from sim.rng import generator
+from sim.sensors.automatic import metered_radiance
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorSettings
-from sim.sensors.exposure import metered_radiance
 from sim.world import World
 from trackers.types import CameraSettings, EgoPose, Observation
 

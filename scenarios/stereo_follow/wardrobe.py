@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from sim.meshes.person import PersonLook
-from sim.meshes.person_clothes import RGB
+from sim.meshes.person import RGB, PersonLook
 
 _TOPS_RGB: tuple[RGB, ...] = (
     (70, 92, 128),

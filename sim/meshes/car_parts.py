@@ -140,11 +140,7 @@ def add_cabin(facets: Facets, shape: CabinShape) -> None:
     rings = np.array(
         [
             np.column_stack([outline, np.full(len(outline), height)])
-            for outline, height in (
-                (base, shape.base - 0.06),
-                (top, shape.top - 0.05),
-                (inner, shape.top),
-            )
+            for outline, height in ((base, shape.base - 0.06), (top, shape.top - 0.05), (inner, shape.top))
         ]
     )
     window = _window_colours(shape)

@@ -2,17 +2,159 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
-from sim.mesh import TexturedMesh
-from sim.meshes.fish_look import FishLook
-from sim.meshes.fish_skin import EYE_UV, FIN_UV, body_uv, paint
+from sim.checks import check, check_types, check_within
+from sim.mesh import Texture, TexturedMesh
 from sim.motion.swim import SEGMENT_COUNT, SEGMENT_ENDS
+
+RGB = tuple[int, int, int]
+
+_LENGTH_SPREAD, _WIDTH_SPREAD = 0.07, 0.06
+"""Standard deviations among adults of one age, as shares; our choice, as are all below."""
+_SHADE_SPREAD, _HUE_SPREAD = 0.16, 0.02
+_STRIPE_SPREAD = 0.12
+_MOST_SPOTS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class FishLook:
+    """One fish's size, colours (sRGB 0-255) and markings.
+
+    Attributes:
+        length_m: from snout to the end of the tail fin, within [0.01, 0.3].
+        width: factor of the body's width, within [0.8, 1.25].
+        back_rgb, flank_rgb: the back is the darker one.
+        fin_rgb: of fins, which are clear in truth and take a little of the floor's colour.
+        stripes: contrast of the stripes along the flanks, within [0, 1].
+        spots: dark spots on the back, as (place behind the snout as a share of length, darkness in [0, 1]).
+    """
+
+    length_m: float = 0.035
+    width: float = 1.0
+    back_rgb: RGB = (74, 70, 58)
+    flank_rgb: RGB = (150, 150, 140)
+    fin_rgb: RGB = (128, 124, 108)
+    stripes: float = 0.45
+    spots: tuple[tuple[float, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check sizes and colours.
+
+        Raises:
+            ValueError: for an impossible one.
+        """
+        check_types(self)
+        check_within(self, "length_m", 0.01, 0.3)
+        check_within(self, "width", 0.8, 1.25)
+        check_within(self, "stripes", 0.0, 1.0)
+        for name in ("back_rgb", "flank_rgb", "fin_rgb"):
+            rgb = getattr(self, name)
+            check(name, all(0 <= c <= 255 for c in rgb), "three numbers from 0 to 255", rgb)
+        for spot in self.spots:
+            check("spots", len(spot) == 2 and all(0 <= part <= 1 for part in spot), "pairs within [0, 1]", spot)
+
+
+def draw_look(rng: np.random.Generator, variety: float) -> FishLook:
+    """Return the look of one fish of a shoal.
+
+    Args:
+        rng: draws the same number of values whatever the variety.
+        variety: 0 = all fish look the same; 1 = they differ in size, shade, stripes and spots as adults of one strain.
+
+    Raises:
+        ValueError: for a variety outside [0, 1].
+    """
+    check("variety", 0.0 <= variety <= 1.0, "a number in [0, 1]", variety)
+    mean = FishLook()
+    length, width, shade, stripes = variety * np.clip(rng.normal(size=4), -2.0, 2.0)
+    hue = 1.0 + variety * _HUE_SPREAD * np.clip(rng.normal(size=3), -2.0, 2.0)
+    count = round(variety * _MOST_SPOTS * float(rng.random()))
+    places, darkness = rng.uniform(0.25, 0.75, _MOST_SPOTS), rng.uniform(0.3, 0.8, _MOST_SPOTS)
+    light = np.exp(_SHADE_SPREAD * shade)
+    return FishLook(
+        length_m=mean.length_m * float(np.exp(_LENGTH_SPREAD * length)),
+        width=float(np.clip(mean.width * (1.0 + _WIDTH_SPREAD * width), 0.8, 1.25)),
+        back_rgb=_tinted(mean.back_rgb, light * hue),
+        flank_rgb=_tinted(mean.flank_rgb, np.sqrt(light) * hue),
+        fin_rgb=mean.fin_rgb,
+        stripes=float(np.clip(mean.stripes + _STRIPE_SPREAD * stripes, 0.0, 1.0)),
+        spots=tuple((float(p), float(d)) for p, d in zip(places[:count], darkness[:count], strict=True)),
+    )
+
+
+def _tinted(rgb: RGB, factor: object) -> RGB:
+    red, green, blue = np.clip(np.rint(np.array(rgb) * factor), 0, 255).astype(int).tolist()
+    return red, green, blue
+
+
+HEIGHT_TEXELS, WIDTH_TEXELS = 96, 24
+_BODY_TEXELS = 64
+"""Rows of the skin, from snout to tail; columns go from the middle of the back down to that of the belly. Both sides of
+a fish are alike, so that there is no seam on its back."""
+_FIN_ROWS, _EYE_ROWS = (68, 82), (82, 96)
+
+FIN_UV = (0.5, (_FIN_ROWS[0] + _FIN_ROWS[1]) / 2 / HEIGHT_TEXELS)
+EYE_UV = (0.5, (_EYE_ROWS[0] + _EYE_ROWS[1]) / 2 / HEIGHT_TEXELS)
+"""Where fins and eyes have their one colour."""
+
+_EYE_RGB = (22, 21, 20)
+_STRIPES_RAD = np.deg2rad([42.0, 75.0, 108.0])
+"""Azimuths of the stripes from the middle of the back."""
+
+
+def body_uv(share: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the place (V, 2) in the texture of points on the skin.
+
+    Args:
+        share: (V,) behind the snout, in lengths. y, z: (V,) to the left of and above the axis.
+    """
+    u = np.abs(np.arctan2(y, z)) / np.pi
+    v = np.clip(share, 0.0, 1.0) * (_BODY_TEXELS / HEIGHT_TEXELS)
+    return np.column_stack([u, v])
+
+
+def paint(look: FishLook, rng: np.random.Generator) -> Texture:
+    """Return a fish's texture.
+
+    Args:
+        rng: of the mottling.
+    """
+    picture = np.empty((HEIGHT_TEXELS, WIDTH_TEXELS, 3))
+    picture[:] = look.fin_rgb
+    picture[:_BODY_TEXELS] = _skin(look, rng)
+    picture[_BODY_TEXELS : _FIN_ROWS[0]] = picture[_BODY_TEXELS - 1]
+    picture[_EYE_ROWS[0] :] = _EYE_RGB
+    return Texture(np.clip(picture + 0.5, 0, 255).astype(np.uint8), smooth=True)
+
+
+def _skin(look: FishLook, rng: np.random.Generator) -> NDArray[np.float64]:
+    share = ((np.arange(_BODY_TEXELS) + 0.5) / _BODY_TEXELS)[:, None]
+    azimuth = (np.pi * (np.arange(WIDTH_TEXELS) + 0.5) / WIDTH_TEXELS)[None]
+    back, flank = np.array(look.back_rgb, dtype=float), np.array(look.flank_rgb, dtype=float)
+    # The dark of the back reaches farther down on the head.
+    edge = np.deg2rad(38.0) + np.deg2rad(30.0) * np.clip((0.2 - share) / 0.08, 0.0, 1.0)
+    dark = 1.0 / (1.0 + np.exp((azimuth - edge) / np.deg2rad(9.0)))
+    colour = flank + (back - flank) * dark[..., None]
+    belly = np.clip((azimuth - np.deg2rad(120.0)) / np.deg2rad(30.0), 0.0, 1.0)
+    colour += (230.0 - colour) * (0.6 * belly * np.ones_like(share))[..., None]
+    lines = sum(np.exp(-0.5 * ((azimuth - at) / np.deg2rad(8.0)) ** 2) for at in _STRIPES_RAD)
+    behind_gills = np.clip((share - 0.2) / 0.04, 0.0, 1.0)
+    shade = 1.0 - 0.7 * look.stripes * lines * behind_gills
+    for place, darkness in look.spots:
+        shade = shade * (1.0 - darkness * np.exp(-0.5 * ((share - place) / 0.018) ** 2 - 0.5 * (azimuth / 0.5) ** 2))
+    # A pale edge of the gills, and mottling.
+    shade = shade * (1.0 + 0.18 * np.exp(-0.5 * ((share - 0.2) / 0.012) ** 2))
+    mottling = gaussian_filter(rng.normal(size=colour.shape[:2]), 1.2, mode="nearest")
+    return colour * (shade * (1.0 + 0.05 * mottling / mottling.std()))[..., None]
+
 
 PROFILE = np.array(
     [

@@ -73,12 +73,7 @@ def _raised(flat: TexturedMesh, height_m: Height) -> TexturedMesh:
 
 
 def kerb(
-    polyline_m: NDArray[np.float64],
-    width_m: float,
-    height_m: float,
-    rgb: tuple[int, int, int],
-    *,
-    bevel_m: float,
+    polyline_m: NDArray[np.float64], width_m: float, height_m: float, rgb: tuple[int, int, int], *, bevel_m: float
 ) -> TexturedMesh:
     """Return a low strip of stone along a polyline (n, 2), open below and at its ends; n >= 2 distinct points.
 

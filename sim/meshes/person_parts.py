@@ -1,4 +1,4 @@
-"""The shapes of a person's clothed parts: limbs, trunk, head, shoes, as shares of stature.
+"""Sizes, looks and shapes of a person's clothed parts: limbs, trunk, head, shoes, as shares of stature.
 
 Every shape stands in the frame of its part (see ``sim.motion.skeleton``). Ends are rounded and reach beyond the joints,
 so that nothing gapes where they bend. Lengths are those of the skeleton; breadths and depths are chosen by eye for
@@ -7,13 +7,176 @@ clothed adults within the breadths of Drillis and Contini (1966): shoulders 0.25
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sim.meshes.person_loft import Patch, SmoothShape, Station, joined, loft, rings
-from sim.motion.skeleton import Skeleton
+from sim.checks import check
+from sim.motion.skeleton import Skeleton, skeleton
+
+RGB = tuple[int, int, int]
+HAIR_STYLES = ("short", "long")
+PATTERNS = ("plain", "stripes", "check")
+
+
+@dataclass(frozen=True, slots=True)
+class PersonLook:
+    """One person's size, colours (sRGB 0-255) and clothes.
+
+    Attributes:
+        stature_m: within ``STATURE_M`` of ``sim.motion.skeleton``.
+        build: factor of girths within ``BUILD`` there.
+        hair_style: long hair reaches the shoulders.
+        cap_rgb: of a cap worn over it, None for no cap.
+        top_pattern: horizontal stripes or a check in a darker shade of the top.
+        sleeves: short ones end above the elbow.
+        legwear: shorts end at the knee.
+        backpack_rgb: None for no backpack.
+    """
+
+    stature_m: float = 1.74
+    build: float = 1.0
+    skin_rgb: RGB = (204, 158, 130)
+    hair_rgb: RGB = (62, 46, 36)
+    hair_style: Literal["short", "long"] = "short"
+    cap_rgb: RGB | None = None
+    top_rgb: RGB = (70, 92, 128)
+    top_pattern: Literal["plain", "stripes", "check"] = "plain"
+    sleeves: Literal["long", "short"] = "long"
+    legwear: Literal["trousers", "shorts"] = "trousers"
+    legwear_rgb: RGB = (52, 56, 70)
+    shoes_rgb: RGB = (44, 42, 44)
+    backpack_rgb: RGB | None = None
+
+    def __post_init__(self) -> None:
+        """Check sizes and words.
+
+        Raises:
+            ValueError: for an impossible size or an unknown word.
+        """
+        skeleton(self.stature_m, self.build)
+        for name in ("skin", "hair", "cap", "top", "legwear", "shoes", "backpack"):
+            rgb = getattr(self, f"{name}_rgb")
+            good = rgb is None or (len(rgb) == 3 and all(0 <= c <= 255 for c in rgb))
+            check(f"{name}_rgb", good, "three numbers from 0 to 255", rgb)
+        check("hair_style", self.hair_style in HAIR_STYLES, f"one of {HAIR_STYLES}", self.hair_style)
+        check("top_pattern", self.top_pattern in PATTERNS, f"one of {PATTERNS}", self.top_pattern)
+        check("sleeves", self.sleeves in ("long", "short"), "long or short", self.sleeves)
+        check("legwear", self.legwear in ("trousers", "shorts"), "trousers or shorts", self.legwear)
+
+
+Station = tuple[float, float, float, float, float]
+"""(z, x of the centre, reach ahead, reach behind, half width) of one cross section, all in the same unit."""
+
+
+class SmoothShape(NamedTuple):
+    """A part of a mesh, with normals of its own at every vertex.
+
+    Attributes:
+        vertices_m, normals: (V, 3).
+        uv: (V, 2) in the texture.
+        faces: (F, 3) indices of vertices, counter-clockwise seen from outside.
+    """
+
+    vertices_m: NDArray[Any]
+    normals: NDArray[Any]
+    uv: NDArray[Any]
+    faces: NDArray[Any]
+
+
+class Patch(NamedTuple):
+    """A rectangle of a texture in shares of its sides: left, top, right and bottom edge."""
+
+    left: float
+    top: float
+    right: float
+    bottom: float
+
+
+def rings(stations: Sequence[Station], sides: int, unit_m: float, squareness: float = 2.0) -> NDArray[np.float64]:
+    """Return cross sections (S, N, 3): superellipses ``|x / a|^n + |y / b|^n = 1``, n = 2 for ellipses.
+
+    Points go round counter-clockwise seen from above, from straight behind (where a seam shows least in front) on to
+    the right-hand side and the front.
+    """
+    angle = np.pi + 2.0 * np.pi * np.arange(sides) / sides
+    cosine, sine = np.cos(angle), np.sin(angle)
+    along = np.sign(cosine) * np.abs(cosine) ** (2.0 / squareness)
+    across = np.sign(sine) * np.abs(sine) ** (2.0 / squareness)
+    z, centre, ahead, behind, half_width = (np.array(column)[:, None] for column in zip(*stations, strict=True))
+    x = centre + np.where(along > 0, ahead, behind) * along
+    return unit_m * np.stack([x, half_width * across, np.broadcast_to(z, x.shape)], axis=-1)
+
+
+def loft(
+    rings_m: NDArray[np.float64], top_m: float, bottom_m: float, patch: Patch, *, upright: bool = False
+) -> SmoothShape:
+    """Return a closed skin over rings (S, N, 3) from top to bottom, counter-clockwise seen from above.
+
+    Args:
+        top_m, bottom_m: how far the tips lie beyond the middle of the first and of the last ring; 0 closes it plane,
+            less makes it hollow.
+        patch: of the texture, wound once around: its left edge at point 0, its top at the top.
+        upright: the texture's rows are evenly spaced in height, not along the skin.
+    """
+    count, sides = rings_m.shape[:2]
+    tips = rings_m[[0, -1]].mean(axis=1)
+    tips[:, 2] += (top_m, -bottom_m)
+    skin = np.concatenate([np.tile(tips[:1], (1, sides, 1)), rings_m, np.tile(tips[1:], (1, sides, 1))])
+    normals = _normals(skin)
+    steps = np.diff(skin, axis=0)
+    lengths = np.abs(steps[..., 2].mean(axis=1)) if upright else np.linalg.norm(steps, axis=2).mean(axis=1)
+    u = np.tile(np.arange(sides + 1) / sides, (count + 2, 1))
+    # Each triangle at a tip has a tip of its own, in its middle.
+    u[[0, -1]] = np.minimum(u[[0, -1]] + 0.5 / sides, 1.0)
+    v = np.repeat((np.concatenate([[0.0], np.cumsum(lengths)]) / lengths.sum())[:, None], sides + 1, axis=1)
+    size = np.array([patch.right - patch.left, patch.bottom - patch.top])
+    uv = np.array([patch.left, patch.top]) + np.stack([u, v], axis=-1) * size
+    # The first column comes again at the right edge of the texture.
+    return SmoothShape(
+        np.concatenate([skin, skin[:, :1]], axis=1).reshape(-1, 3),
+        np.concatenate([normals, normals[:, :1]], axis=1).reshape(-1, 3),
+        uv.reshape(-1, 2),
+        _faces(count + 2, sides),
+    )
+
+
+def _faces(rows: int, sides: int) -> NDArray[np.int64]:
+    """Return triangles over rows of ``sides + 1`` points of which the first and the last are tips."""
+    row, side = np.meshgrid(np.arange(rows - 1), np.arange(sides), indexing="ij")
+    upper = row * (sides + 1) + side
+    lower = upper + sides + 1
+    falling = np.stack([upper, lower, lower + 1], axis=-1)[:-1]
+    rising = np.stack([upper, lower + 1, upper + 1], axis=-1)[1:]
+    return np.concatenate([falling.reshape(-1, 3), rising.reshape(-1, 3)])
+
+
+def _normals(skin_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return unit normals (S, N, 3): of every point the mean of those of the four faces around it, by area."""
+    following = np.roll(skin_m, -1, axis=1)
+    # Twice the area of the quadrilaterals between two rings and two columns, as vectors outwards.
+    area = np.cross(skin_m[1:] - following[:-1], following[1:] - skin_m[:-1])
+    around = area + np.roll(area, 1, axis=1)
+    total = np.zeros_like(skin_m)
+    total[:-1] += around
+    total[1:] += around
+    total[0], total[-1] = area[0].sum(axis=0), area[-1].sum(axis=0)
+    return total / np.linalg.norm(total, axis=2, keepdims=True)
+
+
+def joined(shapes: Sequence[SmoothShape]) -> SmoothShape:
+    """Return several shapes as one."""
+    starts = np.cumsum([0, *(len(shape.vertices_m) for shape in shapes[:-1])])
+    return SmoothShape(
+        np.concatenate([shape.vertices_m for shape in shapes]),
+        np.concatenate([shape.normals for shape in shapes]),
+        np.concatenate([shape.uv for shape in shapes]),
+        np.concatenate([shape.faces + start for shape, start in zip(shapes, starts, strict=True)]),
+    )
+
 
 Patches = Mapping[str, Patch]
 
@@ -184,10 +347,7 @@ def head(bones: Skeleton, patches: Patches, hair: str, cap: bool) -> SmoothShape
     _raise_nose(ring)
     ring[..., 0] += HEAD_FORWARD
     skull = loft(bones.stature * ring, 0.003 * bones.stature, 0.002 * bones.stature, patches["head"], upright=True)
-    neck_stations = [
-        (0.060, 0.004, 0.028, 0.030, 0.0290),
-        (-0.022, -0.003, 0.036, 0.038, 0.0380),
-    ]
+    neck_stations = [(0.060, 0.004, 0.028, 0.030, 0.0290), (-0.022, -0.003, 0.036, 0.038, 0.0380)]
     neck = loft(rings(neck_stations, 6, bones.stature), 0.0, 0.0, patches["neck"])
     parts = [skull, neck, _ear(bones, patches, 1.0), _ear(bones, patches, -1.0)]
     if hair == "long":
@@ -229,10 +389,7 @@ def _raise_nose(ring: NDArray[np.float64]) -> None:
 
 
 def _ear(bones: Skeleton, patches: Patches, side: float) -> SmoothShape:
-    stations = [
-        (0.0860, -0.004, 0.007, 0.009, 0.0050),
-        (0.0650, -0.001, 0.006, 0.007, 0.0045),
-    ]
+    stations = [(0.0860, -0.004, 0.007, 0.009, 0.0050), (0.0650, -0.001, 0.006, 0.007, 0.0045)]
     ring = rings(stations, 4, bones.stature)
     ring += bones.stature * np.array([HEAD_FORWARD, side * 0.0455, 0.0])
     return loft(ring, 0.004 * bones.stature, 0.004 * bones.stature, patches["ear"])

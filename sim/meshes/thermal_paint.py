@@ -17,9 +17,8 @@ from sim.checks import check
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.car_parts import Swatch
 from sim.meshes.facets import palette, swatch_uv
-from sim.meshes.person import covered
-from sim.meshes.person_clothes import PATCHES
-from sim.meshes.person_look import PersonLook
+from sim.meshes.person import PATCHES, covered
+from sim.meshes.person_parts import PersonLook
 from sim.meshes.vehicle import vehicle
 
 NO_VARIATION = 128

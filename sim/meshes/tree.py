@@ -77,10 +77,7 @@ def _crown(
 
 
 def _lump(
-    subdivisions: int,
-    centre: tuple[float, float, float],
-    radii: tuple[float, float, float],
-    rng: np.random.Generator,
+    subdivisions: int, centre: tuple[float, float, float], radii: tuple[float, float, float], rng: np.random.Generator
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     ball = trimesh.creation.icosphere(subdivisions=subdivisions)
     spin = trimesh.transformations.random_rotation_matrix(rng.random(3))[:3, :3]

@@ -8,16 +8,7 @@ from functools import cache, lru_cache
 import numpy as np
 
 from sim.mesh import Texture, TexturedMesh
-from sim.meshes.car_parts import (
-    BodyShape,
-    CabinShape,
-    Swatch,
-    add_body,
-    add_cabin,
-    add_mirrors,
-    add_wheels,
-    colour,
-)
+from sim.meshes.car_parts import BodyShape, CabinShape, Swatch, add_body, add_cabin, add_mirrors, add_wheels, colour
 from sim.meshes.facets import Facets, palette
 
 VehicleModel = Callable[[Facets], None]

@@ -9,8 +9,17 @@ from numba import njit
 from numpy.typing import NDArray
 
 from sim.render.compilation import row_kernel
-from sim.render.runs import LANES, PITCH, find_runs, new_lines
-from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level, number_texels
+from sim.render.rows import (
+    LANES,
+    LEVEL_0_UP_TO,
+    PITCH,
+    TEXEL_LINES,
+    fetch_row,
+    find_runs,
+    mip_level,
+    new_lines,
+    number_texels,
+)
 from sim.render.textures import TexturePool
 from sim.render.visibility import (
     BODY,
@@ -76,9 +85,9 @@ class ResolveScratch(NamedTuple):
     """Scratch of ``resolve_row``, for rows of W pixels.
 
     Attributes:
-        real: line buffer (``sim.render.runs``) of depth, and x, y and z of the normal.
+        real: line buffer (``sim.render.rows``) of depth, and x, y and z of the normal.
         normal: (3, ``PITCH``), the same x, y and z.
-        whole: line buffer of what ``sim.render.sampling`` needs, and the instance id.
+        whole: line buffer of what ``sim.render.rows`` needs, and the instance id.
         firsts: of runs (> W,).
         colour: (W,).
     """
@@ -106,13 +115,19 @@ def resolve_picture(seen: Visible, base_colour_rgb: NDArray[np.uint8], normal_wo
     for row in range(seen.triangle.shape[0]):
         surfaces = SurfaceRow(scratch.colour, seen.depth_m[row], seen.instance_id[row], scratch.normal)
         resolve_row(seen, row, scratch, surfaces)
-        for column in range(width):
-            texel = surfaces.colour[column]
-            base_colour_rgb[row, column, 0] = texel & np.uint32(255)
-            base_colour_rgb[row, column, 1] = (texel >> np.uint32(8)) & np.uint32(255)
-            base_colour_rgb[row, column, 2] = (texel >> np.uint32(16)) & np.uint32(255)
-            for k in range(3):
-                normal_world[row, column, k] = surfaces.normal[k, column]
+        write_row(surfaces, base_colour_rgb[row], normal_world[row])
+
+
+@row_kernel()
+def write_row(surfaces: SurfaceRow, base_colour_rgb: NDArray[np.uint8], normal_world: NDArray[np.float32]) -> None:
+    """Write a row of a ``GBuffer``; arrays are (W, 3)."""
+    for column in range(base_colour_rgb.shape[0]):
+        texel = surfaces.colour[column]
+        base_colour_rgb[column, 0] = texel & np.uint32(255)
+        base_colour_rgb[column, 1] = (texel >> np.uint32(8)) & np.uint32(255)
+        base_colour_rgb[column, 2] = (texel >> np.uint32(16)) & np.uint32(255)
+        for k in range(3):
+            normal_world[column, k] = surfaces.normal[k, column]
 
 
 @njit(cache=True, error_model="numpy")

@@ -7,9 +7,11 @@ import functools
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar
 
 from numba import njit
+from numba.core.caching import FunctionCache
 
 _PACKAGE = Path(__file__).resolve().parent.parent
 _announced = False
@@ -25,6 +27,29 @@ def row_kernel(**options: Any) -> Callable[[_Kernel], _Kernel]:
     """
     decorator: Callable[[_Kernel], _Kernel] = njit(cache=True, **_NO_REFERENCE_COUNTING, **options)
     return decorator
+
+
+class _NamedCache(FunctionCache):
+    """Compiled forms of a closure on disk, told apart by its qualified name and the types of its arguments.
+
+    In numba's own key stand the pickled variables of the closure, and a pickled kernel is another one in each process.
+    """
+
+    def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+        return sig, codegen.magic_tuple()
+
+
+def closure_kernel(function: FunctionType, name: str) -> Any:
+    """Return a function that calls kernels from its closure as a ``row_kernel``.
+
+    Args:
+        name: names function and kernels. Its compiled forms have files of their own by this name: a file with types of
+            a module that is missing in another process could not be read there.
+    """
+    function.__qualname__ = name
+    kernel: Any = njit(**_NO_REFERENCE_COUNTING)(function)
+    kernel._cache = _NamedCache(function)
+    return kernel
 
 
 @functools.cache

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Generic, Protocol, TypeGuard, TypeVar
+from typing import Any, Generic, NamedTuple, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,11 +74,7 @@ class Sensor(Protocol[_Picture]):
     """Makes pictures of radiance with as many channels as the shader's."""
 
     def expose(
-        self,
-        radiance: NDArray[np.float32],
-        camera: PinholeCamera,
-        frame: int,
-        motion: CameraMotion | None = None,
+        self, radiance: NDArray[np.float32], camera: PinholeCamera, frame: int, motion: CameraMotion | None = None
     ) -> _Picture:
         """Take the picture of a frame, then let the sensor's loops take one step.
 
@@ -168,14 +164,22 @@ def capture(
         settings: of the picture, with which the sensor's loops stay as they are: for the second camera of a stereo
             pair.
     """
+    shot = _Shot(camera, T_world_camera, frame, settings, motion)
     if _draws_rows(renderer) and _lights_rows(shader):
-        if _develops_rows(sensor):
-            return _capture_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, settings, motion)
-        return _capture_lit_by_rows(renderer, shader, sensor, camera, T_world_camera, frame, settings, motion)
+        return _capture_by_rows(renderer, shader, sensor, shot)
     gbuffer = renderer.gbuffer(camera, T_world_camera)
-    radiance = shader.shade(gbuffer, camera, T_world_camera)
-    picture = _photograph(sensor, radiance, camera, frame, settings, motion)
+    picture = _photograph(sensor, shader.shade(gbuffer, camera, T_world_camera), shot)
     return Capture(picture, gbuffer.depth_m, gbuffer.instance_id)
+
+
+class _Shot(NamedTuple):
+    """How one picture is taken: the arguments of ``capture``."""
+
+    camera: PinholeCamera
+    T_world_camera: NDArray[np.float64]
+    frame: int
+    settings: Any
+    motion: CameraMotion | None
 
 
 # Checking the protocol at run time, for every picture, would take a hundred times as long.
@@ -191,62 +195,30 @@ def _develops_rows(sensor: Sensor[_Picture]) -> TypeGuard[RowSensor[_Picture]]:
     return hasattr(sensor, "developing")
 
 
-def _photograph(
-    sensor: Sensor[_Picture],
-    radiance: NDArray[np.float32],
-    camera: PinholeCamera,
-    frame: int,
-    settings: Any,
-    motion: CameraMotion | None,
-) -> _Picture:
-    if settings is None:
-        return sensor.expose(radiance, camera, frame, motion=motion)
-    return sensor.develop(radiance, camera, frame, settings, motion=motion)
+def _photograph(sensor: Sensor[_Picture], radiance: NDArray[np.float32], shot: _Shot) -> _Picture:
+    if shot.settings is None:
+        return sensor.expose(radiance, shot.camera, shot.frame, motion=shot.motion)
+    return sensor.develop(radiance, shot.camera, shot.frame, shot.settings, motion=shot.motion)
 
 
 def _capture_by_rows(
-    renderer: RowRenderer,
-    shader: RowShader,
-    sensor: RowSensor[_Picture],
-    camera: PinholeCamera,
-    T_world_camera: NDArray[np.float64],
-    frame: int,
-    settings: Any,
-    motion: CameraMotion | None,
+    renderer: RowRenderer, shader: RowShader, sensor: Sensor[_Picture], shot: _Shot
 ) -> Capture[_Picture]:
-    seen = renderer.visible(camera, T_world_camera)
+    camera, resolving, lighting = shot.camera, renderer.resolving, shader.lighting
+    seen = renderer.visible(camera, shot.T_world_camera)
     height, width = seen.depth_m.shape
-    light = shader.row_light(seen.depth_m, camera, T_world_camera)
-    if sensor.needs_whole(camera, settings, motion):
-        film = sensor.film(height, width)
-        finish_rows(renderer.resolving, seen, np.arange(height), shader.lighting, light, film)
-        picture = _photograph(sensor, film, camera, frame, settings, motion)
-        return Capture(picture, seen.depth_m, seen.instance_id)
+    light = shader.row_light(seen.depth_m, camera, shot.T_world_camera)
+    if not _develops_rows(sensor) or sensor.needs_whole(camera, shot.settings, shot.motion):
+        shape = height, lighting.channels, width
+        film = sensor.film(height, width) if _develops_rows(sensor) else np.empty(shape, np.float32)
+        finish_rows(resolving, seen, np.arange(height), lighting, light, film)
+        return Capture(_photograph(sensor, film, shot), seen.depth_m, seen.instance_id)
     # The metered rows come first: their scattered light falls on all others.
     metered_rows, other_rows = _metered_and_other_rows(height, sensor.metered_row_step)
     film = sensor.film(len(metered_rows), width)
-    finish_rows(renderer.resolving, seen, metered_rows, shader.lighting, light, film)
-    picture, development = sensor.develop_first(film, metered_rows, camera, frame, settings)
-    finish_rows(renderer.resolving, seen, other_rows, shader.lighting, light, film[:1], sensor.developing, development)
-    return Capture(picture, seen.depth_m, seen.instance_id)
-
-
-def _capture_lit_by_rows(
-    renderer: RowRenderer,
-    shader: RowShader,
-    sensor: Sensor[_Picture],
-    camera: PinholeCamera,
-    T_world_camera: NDArray[np.float64],
-    frame: int,
-    settings: Any,
-    motion: CameraMotion | None,
-) -> Capture[_Picture]:
-    seen = renderer.visible(camera, T_world_camera)
-    height, width = seen.depth_m.shape
-    light = shader.row_light(seen.depth_m, camera, T_world_camera)
-    radiance = np.empty((height, shader.lighting.channels, width), np.float32)
-    finish_rows(renderer.resolving, seen, np.arange(height), shader.lighting, light, radiance)
-    picture = _photograph(sensor, radiance, camera, frame, settings, motion)
+    finish_rows(resolving, seen, metered_rows, lighting, light, film)
+    picture, development = sensor.develop_first(film, metered_rows, camera, shot.frame, shot.settings)
+    finish_rows(resolving, seen, other_rows, lighting, light, film[:1], sensor.developing, development)
     return Capture(picture, seen.depth_m, seen.instance_id)
 
 

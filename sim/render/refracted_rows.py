@@ -11,10 +11,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sim.render.attributes import LEVEL_BLOCK, SHORT, Drawn, SurfaceRow
+from sim.render.attributes import LEVEL_BLOCK, SHORT, Drawn, SurfaceRow, write_row
 from sim.render.compilation import row_kernel
-from sim.render.runs import LANES, PITCH, find_runs, new_lines
-from sim.render.sampling import LEVEL_0_UP_TO, TEXEL_LINES, fetch_row, mip_level
+from sim.render.rows import LANES, LEVEL_0_UP_TO, PITCH, TEXEL_LINES, fetch_row, find_runs, mip_level, new_lines
 from sim.render.textures import TexturePool
 from sim.render.visibility import (
     BODY,
@@ -30,7 +29,7 @@ from sim.render.visibility import (
     U,
     V,
 )
-from sim.render.water.ends import Endings
+from sim.render.water.trace import Endings
 
 _DEPTH, _NORMAL, _COLUMN, _ROW, _LINES = 0, 1, 4, 5, 6
 """Lines of the scratch."""
@@ -84,13 +83,7 @@ def resolve_refracted(seen: Refracted, base_colour_rgb: NDArray[np.uint8], norma
     for row in range(seen.depth_m.shape[0]):
         surfaces = SurfaceRow(scratch.colour, seen.depth_m[row], seen.instance_id[row], scratch.normal)
         resolve_refracted_row(seen, row, scratch, surfaces)
-        for column in range(width):
-            texel = surfaces.colour[column]
-            base_colour_rgb[row, column, 0] = texel & np.uint32(255)
-            base_colour_rgb[row, column, 1] = (texel >> np.uint32(8)) & np.uint32(255)
-            base_colour_rgb[row, column, 2] = (texel >> np.uint32(16)) & np.uint32(255)
-            for k in range(3):
-                normal_world[row, column, k] = surfaces.normal[k, column]
+        write_row(surfaces, base_colour_rgb[row], normal_world[row])
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
@@ -223,7 +216,7 @@ def _number_texels(
     real: NDArray[np.float32],
     texel: NDArray[np.uint32],
 ) -> None:
-    """As ``sim.render.sampling.number_texels``, at the places in the inner picture.
+    """As ``sim.render.rows.number_texels``, at the places in the inner picture.
 
     Args:
         across, down: change of the texel's column or row per column and per row, constant, and the last texel.

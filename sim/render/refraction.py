@@ -3,7 +3,7 @@
 The ray of pixel p meets the surface at depth z_s along the optical axis and is bent there (Snell). The bent ray points
 towards pixel ``p + e``, in which all rays parallel to it meet, so that what lies on it at depth w would be seen
 straight on at pixel ``p + (1 - z_s / w) e``. The other renderer draws the world twice: what is above the water as the
-camera sees it, and what is in it from an eye that is nearly that of the bent rays, see ``sim.render.water.ways``.
+camera sees it, and what is in it from an eye that is nearly that of the bent rays, see ``sim.render.water.trace``.
 """
 
 from __future__ import annotations
@@ -17,17 +17,13 @@ from numpy.typing import NDArray
 from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, project, ray_of_pixel
-from sim.render.canvas import Canvas
 from sim.render.compilation import announce_compilation
 from sim.render.protocol import Renderer
-from sim.render.raster import Raster
+from sim.render.raster import Canvas, Raster
 from sim.render.refracted_rows import Refracted, new_refracted_scratch, resolve_refracted, resolve_refracted_row
 from sim.render.row_stages import RowStage
-from sim.render.water.ends import Endings, new_endings
-from sim.render.water.entries import find_entries
-from sim.render.water.rays import STEP_PX, WaterBody, WaterRays, bend_rays
-from sim.render.water.trace import trace
-from sim.render.water.ways import Eye, eye_of, ways_of
+from sim.render.water.rays import STEP_PX, WaterBody, WaterRays, bend_rays, find_entries
+from sim.render.water.trace import Endings, Eye, eye_of, new_endings, trace, ways_of
 from sim.water_surface import RippledSurface
 
 _ROWS = RowStage(resolve_refracted_row, new_refracted_scratch)
@@ -152,10 +148,7 @@ def water_rays(
 
 
 def project_through(
-    surface: RippledSurface,
-    camera: PinholeCamera,
-    T_world_camera: NDArray[np.float64],
-    points_m: NDArray[np.float64],
+    surface: RippledSurface, camera: PinholeCamera, T_world_camera: NDArray[np.float64], points_m: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the pixels (N, 2) at which a camera above the water sees points (N, 3), as ``sim.optics.project``.
 

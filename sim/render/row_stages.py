@@ -1,7 +1,8 @@
 """The fast path of rendering: rows of pixels, each taken through all stages by one kernel.
 
-A shader supplies the stage that lights a row, a sensor the one that develops it. The compiled form of each pair has a
-file of its own, as a file with types of a missing module cannot be read.
+A renderer supplies the kernel that resolves the surfaces of a row, a shader the one that lights them, a sensor the one
+that develops their radiance. For each combination a template, ``_finishing`` or ``_picture_lighting``, makes a function
+that calls these kernels; it is compiled as a whole.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
 from sim.render.attributes import ResolveScratch, SurfaceRow, new_resolve_scratch
-from sim.render.compilation import announce_compilation, forget_stale_kernels, row_kernel
+from sim.render.compilation import announce_compilation, closure_kernel, forget_stale_kernels, row_kernel
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +75,7 @@ def finish_rows(
     """
     width = seen.depth_m.shape[1]
     scratch = RowScratch(*(_scratch(stage, width) for stage in (resolving, lighting, developing)))
-    kernel = _bound(_finish_rows, resolve=resolving.kernel, light_row=lighting.kernel, develop_row=developing.kernel)
+    kernel = _compiled(_finishing, resolving.kernel, lighting.kernel, developing.kernel)
     kernel(seen, rows, light, development, radiance, scratch)
 
 
@@ -82,7 +83,7 @@ def light_picture(lighting: RowStage, light: Any, gbuffer: GBuffer) -> NDArray[n
     """Return the radiance (H, C, W) of a G-buffer by the kernel of a shader's rows."""
     height, width = gbuffer.depth_m.shape
     radiance = np.empty((height, lighting.channels, width), np.float32)
-    kernel = _bound(_light_picture, light_row=lighting.kernel)
+    kernel = _compiled(_picture_lighting, lighting.kernel)
     kernel(gbuffer, light, new_resolve_scratch(width), _scratch(lighting, width), radiance)
     return radiance
 
@@ -94,48 +95,57 @@ def _scratch(stage: RowStage, width: int) -> Any:
 
 
 @cache
-def _bound(function: FunctionType, **kernels: Any) -> Any:
-    """Return the compiled form of a function with these kernels bound to its global names."""
-    bound = FunctionType(function.__code__, {**function.__globals__, **kernels}, function.__name__)
-    names = [f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}" for kernel in kernels.values()]
-    bound.__qualname__ = ".".join([function.__qualname__, *names])
-    compiled = row_kernel()(bound)
-    for kernel in kernels.values():
+def _compiled(template: Callable[..., FunctionType], *kernels: Any) -> Any:
+    """Return the compiled form of ``template(*kernels)``, a function that calls these kernels."""
+    names = [f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}" for kernel in kernels]
+    compiled = closure_kernel(template(*kernels), ".".join([template.__name__, *names]))
+    for kernel in kernels:
         forget_stale_kernels(Path(kernel.py_func.__code__.co_filename).parent, compiled)
     announce_compilation(compiled)
     return compiled
 
 
-def _finish_rows(
-    seen: Any,
-    rows: NDArray[np.int64],
-    light: Any,
-    development: Any,
-    radiance: NDArray[np.float32],
-    scratch: RowScratch,
-) -> None:
-    for k in range(rows.shape[0]):
-        row = rows[k]
-        radiance_row = radiance[k % radiance.shape[0]]
-        surfaces = SurfaceRow(scratch.resolve.colour, seen.depth_m[row], seen.instance_id[row], scratch.resolve.normal)
-        resolve(seen, row, scratch.resolve, surfaces)  # type: ignore[name-defined]  # noqa: F821
-        light_row(light, row, surfaces, scratch.light, radiance_row)  # type: ignore[name-defined]  # noqa: F821
-        develop_row(development, row, scratch.develop, radiance_row)  # type: ignore[name-defined]  # noqa: F821
+def _finishing(resolve: Callable[..., None], light_row: Callable[..., None], develop_row: Callable[..., None]) -> Any:
+    """Return the function that takes each row of a picture through the kernels of three stages."""
+
+    def finish(
+        seen: Any,
+        rows: NDArray[np.int64],
+        light: Any,
+        development: Any,
+        radiance: NDArray[np.float32],
+        scratch: RowScratch,
+    ) -> None:
+        colour, normal = scratch.resolve.colour, scratch.resolve.normal
+        for k in range(rows.shape[0]):
+            row = rows[k]
+            radiance_row = radiance[k % radiance.shape[0]]
+            surfaces = SurfaceRow(colour, seen.depth_m[row], seen.instance_id[row], normal)
+            resolve(seen, row, scratch.resolve, surfaces)
+            light_row(light, row, surfaces, scratch.light, radiance_row)
+            develop_row(development, row, scratch.develop, radiance_row)
+
+    return finish
 
 
-def _light_picture(
-    gbuffer: GBuffer, light: Any, resolve: ResolveScratch, scratch: Any, radiance: NDArray[np.float32]
-) -> None:
-    colour, normal = resolve.colour, resolve.normal
-    base_colour_rgb, normal_world = gbuffer.base_colour_rgb, gbuffer.normal_world
-    for row in range(gbuffer.depth_m.shape[0]):
-        for column in range(gbuffer.depth_m.shape[1]):
-            colour[column] = (
-                np.uint32(base_colour_rgb[row, column, 0])
-                | np.uint32(base_colour_rgb[row, column, 1]) << np.uint32(8)
-                | np.uint32(base_colour_rgb[row, column, 2]) << np.uint32(16)
-            )
-            for k in range(3):
-                normal[k, column] = normal_world[row, column, k]
-        surfaces = SurfaceRow(colour, gbuffer.depth_m[row], gbuffer.instance_id[row], normal)
-        light_row(light, row, surfaces, scratch, radiance[row])  # type: ignore[name-defined]  # noqa: F821
+def _picture_lighting(light_row: Callable[..., None]) -> Any:
+    """Return the function that lights each row of a G-buffer by the kernel of a shader."""
+
+    def light_rows(
+        gbuffer: GBuffer, light: Any, resolve: ResolveScratch, scratch: Any, radiance: NDArray[np.float32]
+    ) -> None:
+        colour, normal = resolve.colour, resolve.normal
+        base_colour_rgb, normal_world = gbuffer.base_colour_rgb, gbuffer.normal_world
+        for row in range(gbuffer.depth_m.shape[0]):
+            for column in range(gbuffer.depth_m.shape[1]):
+                colour[column] = (
+                    np.uint32(base_colour_rgb[row, column, 0])
+                    | np.uint32(base_colour_rgb[row, column, 1]) << np.uint32(8)
+                    | np.uint32(base_colour_rgb[row, column, 2]) << np.uint32(16)
+                )
+                for k in range(3):
+                    normal[k, column] = normal_world[row, column, k]
+            surfaces = SurfaceRow(colour, gbuffer.depth_m[row], gbuffer.instance_id[row], normal)
+            light_row(light, row, surfaces, scratch, radiance[row])
+
+    return light_rows

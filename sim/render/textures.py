@@ -21,7 +21,7 @@ class TexturePool(NamedTuple):
 
     Attributes:
         texels: (N,) uint32, ``R | G << 8 | B << 16``, all levels of all textures one after the other, each in
-            tiles of 4x4 texels (see ``sim.render.sampling``).
+            tiles of 4x4 texels (see ``sim.render.rows``).
         where: (T, L, 2) int32, first texel of a level in ``texels``, and texels from a row of its tiles to the next.
         scale: (T, L, 2) float32, width and height of a level in those of level 0.
         last: (T, L, 2) float32, number of a level's last column and row.
@@ -118,7 +118,7 @@ def _write_mip_chain(texture: Texture, sizes: list[tuple[int, int]], texels: NDA
 
 def _write_tiles(rgb: NDArray[np.uint8], texels: NDArray[np.uint32]) -> None:
     """Write a level (H, W, 3) to ``texels`` (N,), zero before, in tiles of 4x4, filled up with the last row and
-    column: at least one of each is added; see ``sim.render.sampling``.
+    column: at least one of each is added; see ``sim.render.rows``.
     """
     height, width = rgb.shape[:2]
     rows, columns = height // 4 + 1, width // 4 + 1

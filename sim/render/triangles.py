@@ -1,4 +1,4 @@
-"""Rows and columns of a picture that triangles of the world cover.
+"""View matrices, and the rows and columns of a picture that triangles of the world cover.
 
 One description serves a perspective picture and an orthographic map. A (4, 4) *view matrix* takes a
 homogeneous world point to ``(q_x, q_y, q_w, g)``. Its pixel is ``(q_x, q_y) / q_w`` and its *nearness* ``g
@@ -18,6 +18,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from sim.optics import PinholeCamera, invert_pose
 
 
 @njit(cache=True)
@@ -128,9 +130,7 @@ def chunk_may_show(
 
 @njit(cache=True)
 def project_vertices(
-    matrix: NDArray[np.float64],
-    vertices_m: NDArray[np.float32],
-    projected: NDArray[np.float64],
+    matrix: NDArray[np.float64], vertices_m: NDArray[np.float32], projected: NDArray[np.float64]
 ) -> None:
     """Write ``matrix @ (vertex, 1)`` of every vertex (n, 3) to ``projected`` (>= n, 4)."""
     for n in range(vertices_m.shape[0]):
@@ -219,3 +219,21 @@ def row_span(edges: NDArray[np.float64], edge_count: int, row: int, width: int) 
     if not left < right:
         return 0, 0
     return int(np.ceil(left)), int(np.ceil(right))
+
+
+def camera_view(camera: PinholeCamera, T_world_camera: NDArray[np.float64], pixel_offset: float) -> NDArray[np.float64]:
+    """Return the (4, 4) view matrix of a camera that samples pixel (i, j) at ``(j, i) + pixel_offset``.
+
+    ``q_x = f x + (c_x - offset) z``, ``q_y = f y + (c_y - offset) z``, ``q_w = z``, ``g = 1`` for a point
+    (x, y, z) of the camera frame.
+    """
+    centre_x, centre_y = camera.centre_px - pixel_offset
+    matrix = np.array(
+        [
+            [camera.focal_px, 0.0, centre_x, 0.0],
+            [0.0, camera.focal_px, centre_y, 0.0],
+            [0.0, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
+    return matrix @ invert_pose(np.asarray(T_world_camera, dtype=float))

@@ -8,12 +8,19 @@ from numpy.typing import NDArray
 from sim.optics import CameraMotion, PinholeCamera
 from sim.render.compilation import announce_compilation
 from sim.render.row_stages import RowStage
+from sim.sensors.automatic import (
+    METER_STEP_PX,
+    channel_gains,
+    luminance_of,
+    metered_radiance,
+    next_exposure,
+    next_gains,
+    right_exposure,
+    right_gains,
+)
 from sim.sensors.config import Picture, SensorConfig, SensorSettings
-from sim.sensors.exposure import METER_STEP_PX, luminance_of, metered_radiance, next_exposure, right_exposure
-from sim.sensors.lens import veil
 from sim.sensors.motion_blur import blur_by_motion, needs_blur
-from sim.sensors.noise import Development, develop_row, develop_rows, frame_keys, new_develop_scratch, response
-from sim.sensors.white_balance import channel_gains, next_gains, right_gains
+from sim.sensors.noise import Development, develop_row, develop_rows, frame_keys, new_develop_scratch, response, veil
 
 
 class CameraSensor:
@@ -38,11 +45,7 @@ class CameraSensor:
         self._exposure_held, self._white_balance_held = exposure, white_balance
 
     def expose(
-        self,
-        radiance: NDArray[np.float32],
-        camera: PinholeCamera,
-        frame: int,
-        motion: CameraMotion | None = None,
+        self, radiance: NDArray[np.float32], camera: PinholeCamera, frame: int, motion: CameraMotion | None = None
     ) -> Picture:
         """Take the picture of a frame from its radiance (H, 3, W) in cd/m², see ``Sensor``."""
         metered = metered_radiance(radiance)

@@ -57,11 +57,7 @@ def _blur_length_px(width: int, height: int, motion: NDArray[np.float64], exposu
 
 @njit(cache=True)
 def _average_along(
-    radiance: NDArray[np.float32],
-    motion: NDArray[np.float64],
-    share: float,
-    taps: int,
-    blurred: NDArray[np.float32],
+    radiance: NDArray[np.float32], motion: NDArray[np.float64], share: float, taps: int, blurred: NDArray[np.float32]
 ) -> None:
     """Add up ``taps`` bilinear samples at the middles of equal pieces of the path of each block's middle.
 

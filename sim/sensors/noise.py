@@ -1,4 +1,4 @@
-"""From radiance to codes, with the noise of photons and of the read-out.
+"""From radiance to codes, with light that the lens scatters and the noise of photons and of the read-out.
 
     electrons  e  = L * electrons_per_nit_s * exposure
     noisy      e' = min(e + sqrt(e + read_noise²) * n, full_well),   n ~ N(0, 1)
@@ -21,10 +21,31 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from sim.render.compilation import row_kernel
+from sim.sensors.automatic import channel_gains
 from sim.sensors.config import SensorConfig, SensorSettings
-from sim.sensors.lens import scatter_row
-from sim.sensors.white_balance import channel_gains
 from sim.shaders.colour import linear_to_srgb
+
+
+def veil(metered: NDArray[np.float64], share: float) -> NDArray[np.float32]:
+    """Return the light (3,) that lens and housing spread evenly over a picture, given its mean radiance (3,).
+
+    A share of all light is scattered (veiling glare, ISO 9358): ``L' = (1 - share) L + share mean(L)``, of which this
+    is the last part.
+    """
+    return (share * metered).astype(np.float32)
+
+
+@row_kernel()
+def scatter_row(
+    radiance: NDArray[np.float32], share: np.float32, veil: NDArray[np.float32], scattered: NDArray[np.float32]
+) -> None:
+    """Write ``(1 - share) L + veil`` of one row (3, W)."""
+    kept = np.float32(1.0) - share
+    for channel in range(3):
+        line, into, more = radiance[channel], scattered[channel], veil[channel]
+        for k in range(line.shape[0]):
+            into[k] = kept * line[k] + more
+
 
 WHITE = 4095
 CODES = np.round(255.0 * linear_to_srgb(np.arange(WHITE + 1) / WHITE)).astype(np.uint8)
@@ -57,12 +78,7 @@ def response(config: SensorConfig, settings: SensorSettings) -> NDArray[np.float
     gains = channel_gains(settings.red_gain, settings.blue_gain)
     per_electron = [WHITE * settings.gain * gain / config.full_well_e for gain in gains]
     return np.array(
-        [
-            config.electrons_per_nit_s * settings.exposure_s,
-            config.full_well_e,
-            config.read_noise_e**2,
-            *per_electron,
-        ],
+        [config.electrons_per_nit_s * settings.exposure_s, config.full_well_e, config.read_noise_e**2, *per_electron],
         dtype=np.float32,
     )
 
@@ -71,7 +87,7 @@ class Development(NamedTuple):
     """What becomes of a picture's radiance.
 
     Attributes:
-        share: of the light that is scattered. veil: (3,) float32, see ``lens.veil``.
+        share: of the light that is scattered. veil: (3,) float32, see ``veil``.
         response: (6,), see ``response``. keys: (2,), see ``frame_keys``.
         image_rgb: (H, W, 3) uint8, written.
     """

@@ -1,20 +1,245 @@
-"""An uncooled thermal camera: from radiance in its band to counts and to the 8 bits that it shows.
+"""An uncooled thermal camera: from radiance in its band to counts, and by its gain control to the 8 bits that it shows.
+
+Plateau equalisation (Vickers, "Plateau equalization algorithm for real-time display of high-quality infrared imagery",
+Optical Engineering 35, 1996): grey levels are shared out by the histogram, of which no count gets more than a plateau,
+so that wide, even surfaces leave levels to the rest. A share of the levels is spread evenly over the range in use. No
+step is steeper than the largest gain. The curve in use follows at a rate of its own.
+
+    blurred  b = [a, 1 - 2 a, a] along rows and columns, 2 a = blur²
+    count      = clip(round((b (1 + g) + o + age d + noise n - lowest) / step), 0, 16383),   n ~ N(0, 1)
+
+g, o and d belong to the pixel: spread of responsivity, pattern left by the latest correction, and drift since.
 
 Noise and pattern depend on the frame alone, whatever was taken before it; the gain control has a memory.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
+from sim.checks import check_types, check_within
 from sim.optics import CameraMotion, PinholeCamera
-from sim.render.compilation import announce_compilation
-from sim.sensors.gain_control import BIN_COUNTS, apply_tone, bin_at, histogram, right_tone
-from sim.sensors.noise import frame_keys
-from sim.sensors.thermal_config import ThermalConfig, ThermalPicture, ThermalSettings
-from sim.sensors.thermal_noise import LARGEST_COUNT, Bolometers, count_picture, fill_deviates
+from sim.render.compilation import announce_compilation, row_kernel
+from sim.sensors.noise import NORMAL, TEN_BITS, frame_keys, hash_row
 from sim.thermal.radiance import apparent_temperature_k, band_radiance, band_slope
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalConfig:
+    """An uncooled microbolometer camera for 8 to 14 µm. Kelvins are those of a black body of about 300 K.
+
+    Attributes:
+        rate_hz: of its pictures.
+        blur_px: standard deviation of the blur by optics and pixel, in [0, 0.7].
+        netd_k: standard deviation of the noise from picture to picture.
+        fixed_pattern_k: of the fixed pattern that a correction leaves.
+        drift_k: of what the pattern gains until the next correction, a quarter of it in columns.
+        bowl_k: by how much the corners drift from the middle until then, as the housing warms.
+        level_k: standard deviation of the step of the whole picture at a correction.
+        gain_spread: standard deviation of the pixels' responsivities.
+        shutter_every_s: time between corrections. shutter_s: for so long the picture is held meanwhile.
+        plateau: share of a picture that one count in the histogram of the gain control stands for at most.
+        linear: share of the grey levels that the gain control spreads evenly over the range, whatever is there.
+        largest_gain: grey levels per kelvin.
+        settling_s: time constant of the gain control.
+    """
+
+    rate_hz: float = 0.5
+    blur_px: float = 0.55
+    netd_k: float = 0.06
+    fixed_pattern_k: float = 0.025
+    drift_k: float = 0.08
+    bowl_k: float = 0.25
+    level_k: float = 0.15
+    gain_spread: float = 0.003
+    shutter_every_s: float = 180.0
+    shutter_s: float = 0.8
+    plateau: float = 0.004
+    linear: float = 0.25
+    largest_gain: float = 30.0
+    settling_s: float = 4.0
+
+    def __post_init__(self) -> None:
+        check_types(self)
+        check_within(self, "rate_hz shutter_every_s settling_s largest_gain", 0, above=True)
+        check_within(self, "blur_px", 0, 0.7)
+        check_within(self, "netd_k fixed_pattern_k drift_k bowl_k level_k shutter_s", 0)
+        check_within(self, "gain_spread linear", 0, 0.5)
+        check_within(self, "plateau", 0, 1, above=True)
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalSettings:
+    """Settings of one picture.
+
+    Attributes:
+        gain: grey levels per kelvin, mean over the middle half of the picture.
+        tone: (4096,) float32, the grey level of each four counts.
+        is_held: True for a picture that is that before, as the shutter was closed.
+        has_stepped: True if the shutter corrected the pattern since the last picture, or the gain control changed grey
+            levels at once.
+        exposure_s: a bolometer has none.
+    """
+
+    gain: float
+    tone: NDArray[np.float32]
+    is_held: bool = False
+    has_stepped: bool = False
+    exposure_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ThermalPicture:
+    """Output of the sensor.
+
+    Attributes:
+        image_rgb: (H, W, 3) uint8, grey, a view of one array.
+        counts: (H, W) uint16, 14 bits.
+        radiance: (H, W) float32, what came in: W/(m² sr), without blur and noise.
+        settings: in use for this picture.
+    """
+
+    image_rgb: NDArray[np.uint8]
+    counts: NDArray[np.uint16]
+    radiance: NDArray[np.float32]
+    settings: ThermalSettings
+
+
+BIN_COUNTS = 4
+BINS = (1 << 14) // BIN_COUNTS
+SAMPLED = 2
+"""Every second pixel of every second row is in the histogram."""
+_OUTLIERS = 0.001
+"""Share of the picture beyond either end of the range."""
+_WHITE = 255.0
+
+
+@njit(cache=True)
+def histogram(counts: NDArray[np.uint16]) -> NDArray[np.int64]:
+    """Return how many of the sampled pixels are in each bin (BINS,)."""
+    found = np.zeros(BINS, np.int64)
+    for row in range(0, counts.shape[0], SAMPLED):
+        for column in range(0, counts.shape[1], SAMPLED):
+            found[counts[row, column] // BIN_COUNTS] += 1
+    return found
+
+
+@njit(cache=True)
+def right_tone(found: NDArray[np.int64], plateau: float, linear: float, largest_per_bin: float) -> NDArray[np.float32]:
+    """Return the grey level (BINS,) of each bin that fits a histogram.
+
+    Args:
+        plateau: share of the picture that a bin may stand for at most.
+        linear: share of the levels that are spread evenly.
+        largest_per_bin: greatest step from one bin to the next.
+    """
+    total = found.sum()
+    first, last = bin_at(found, _OUTLIERS), bin_at(found, 1.0 - _OUTLIERS)
+    most, counted = max(plateau * total, 1.0), 0.0
+    for k in range(first, last + 1):
+        counted += min(float(found[k]), most)
+    tone, even, used = np.zeros(found.shape[0]), linear / (last + 1 - first), 0.0
+    for k in range(first, last + 1):
+        share = (1.0 - linear) * min(float(found[k]), most) / counted + even
+        step = min(_WHITE * share, largest_per_bin)
+        tone[k] = used + 0.5 * step
+        used += step
+    tone[last + 1 :] = used
+    # Where the largest gain leaves levels over, the picture lies in the middle of them.
+    return (tone + 0.5 * (_WHITE - used)).astype(np.float32)
+
+
+@njit(cache=True)
+def bin_at(found: NDArray[np.int64], share: float) -> int:
+    """Return the bin in which a share of a histogram is reached."""
+    wanted, below = share * found.sum(), 0
+    for k in range(found.shape[0]):
+        below += found[k]
+        if below >= wanted:
+            return k
+    return found.shape[0] - 1
+
+
+@njit(cache=True)
+def apply_tone(counts: NDArray[np.uint16], grey_of_bin: NDArray[np.uint8], grey: NDArray[np.uint8]) -> None:
+    """Write the grey level (H, W) of each count (H, W)."""
+    for row in range(counts.shape[0]):
+        for column in range(counts.shape[1]):
+            grey[row, column] = grey_of_bin[counts[row, column] // BIN_COUNTS]
+
+
+LARGEST_COUNT = (1 << 14) - 1
+_HALF, _ZERO, _ONE = np.float32(0.5), np.float32(0.0), np.float32(1.0)
+_LARGEST = np.float32(LARGEST_COUNT)
+
+
+class Bolometers(NamedTuple):
+    """Pixels at one time, all float32.
+
+    Attributes:
+        gain: (H, W), g. offset, drift: (H, W) radiance, o and d.
+        age: share of the time between corrections that has passed.
+        noise: standard deviation of radiance. side: a, the neighbours' share of the blur.
+        lowest: radiance of count 0. per_radiance: counts.
+    """
+
+    gain: NDArray[np.float32]
+    offset: NDArray[np.float32]
+    drift: NDArray[np.float32]
+    age: np.float32
+    noise: np.float32
+    side: np.float32
+    lowest: np.float32
+    per_radiance: np.float32
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def count_picture(
+    radiance: NDArray[np.float32],
+    pixels: Bolometers,
+    keys: NDArray[np.uint32],
+    hashes: NDArray[np.uint32],
+    lines: NDArray[np.float32],
+    counts: NDArray[np.uint16],
+) -> None:
+    """Write the counts (H, W) of a picture (H, W).
+
+    Args:
+        keys: (2,), see ``sim.sensors.noise.frame_keys``.
+        hashes: (W,) scratch. lines: (2, W + 2) scratch.
+    """
+    height, width = radiance.shape
+    side, centre = pixels.side, _ONE - np.float32(2.0) * pixels.side
+    down, noise = lines[0], lines[1]
+    for row in range(height):
+        above, here, below = radiance[max(row - 1, 0)], radiance[row], radiance[min(row + 1, height - 1)]
+        for k in range(width):
+            down[k + 1] = centre * here[k] + side * (above[k] + below[k])
+        down[0], down[width + 1] = down[1], down[width]
+        hash_row(keys, row, hashes)
+        for k in range(width):
+            noise[k] = NORMAL[hashes[k] & TEN_BITS]
+        gain, offset, drift, line = pixels.gain[row], pixels.offset[row], pixels.drift[row], counts[row]
+        for k in range(width):
+            blurred = centre * down[k + 1] + side * (down[k] + down[k + 2])
+            read = blurred * (_ONE + gain[k]) + offset[k] + pixels.age * drift[k] + pixels.noise * noise[k]
+            count = (read - pixels.lowest) * pixels.per_radiance + _HALF
+            line[k] = np.uint16(np.int32(min(max(count, _ZERO), _LARGEST)))
+
+
+@row_kernel()
+def fill_deviates(keys: NDArray[np.uint32], hashes: NDArray[np.uint32], deviates: NDArray[np.float32]) -> None:
+    """Write values of N(0, 1) for the pixels of a pattern (H, W); ``hashes`` (W,) is scratch."""
+    for row in range(deviates.shape[0]):
+        hash_row(keys, row, hashes)
+        for k in range(deviates.shape[1]):
+            deviates[row, k] = NORMAL[hashes[k] & TEN_BITS]
+
 
 REFERENCE_K = 300.0
 RANGE_K = (233.0, 423.0)
@@ -45,11 +270,7 @@ class ThermalSensor:
         announce_compilation(count_picture)
 
     def expose(
-        self,
-        radiance: NDArray[np.float32],
-        camera: PinholeCamera,
-        frame: int,
-        motion: CameraMotion | None = None,
+        self, radiance: NDArray[np.float32], camera: PinholeCamera, frame: int, motion: CameraMotion | None = None
     ) -> ThermalPicture:
         """Take the picture of a frame from its radiance (H, 1, W) in W/(m² sr), see ``Sensor``.
 

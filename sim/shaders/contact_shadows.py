@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from sim.mesh import TexturedMesh
 from sim.optics import PinholeCamera
-from sim.render.view import camera_view
+from sim.render.triangles import camera_view
 from sim.render.visibility import NEAR_M
 from sim.shaders.baked.light_grid import HEIGHTS_M, Grid
 from sim.world import World

@@ -14,8 +14,7 @@ from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, rays
 from sim.render.compilation import announce_compilation
-from sim.shaders.black_body import black_body_rgb
-from sim.shaders.colour import srgb_to_linear
+from sim.shaders.colour import black_body_rgb, srgb_to_linear
 
 _LINEAR = srgb_to_linear(np.arange(256) / 255.0).astype(np.float32)
 _NEAREST_M = 0.05
@@ -182,10 +181,7 @@ def small_sources(lamps: Sequence[Lamp], areas: Sequence[BrightArea]) -> Sources
 
 @njit(cache=True)
 def _illuminance(
-    point: NDArray[np.float64],
-    normal: NDArray[np.floating],
-    sources: Sources,
-    total: NDArray[np.float64],
+    point: NDArray[np.float64], normal: NDArray[np.floating], sources: Sources, total: NDArray[np.float64]
 ) -> None:
     """Add to ``total`` (3,) the direct light of the sources, see ``LampShader.illuminance_lx``."""
     for source in range(sources.positions_m.shape[0]):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sim.checks import check_types, check_within
-from sim.thermal.sky import Air, air_mass
+from sim.thermal.radiance import Air, air_mass
 
 STEFAN_BOLTZMANN = 5.670374e-8
 _SOLAR_CONSTANT_WM2 = 1361.0

@@ -55,7 +55,7 @@ from sim.checks import check
 from tests.trackers.drawn_harbour import CAMERA, SURVEY, DrawnHarbour
 from trackers.controllers.catalogue import controllers
 from trackers.follow_one import FollowOne
-from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
+from trackers.gaps import Bridge, GapMethod, Piece, Surroundings
 from trackers.types import CameraCommand, CameraModel, CameraRegisters, Estimate, Observation, Start, Track
 
 HERE = Path(__file__).parent

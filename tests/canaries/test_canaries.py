@@ -59,7 +59,7 @@ CONSTANTS = {
     "scenarios.harbour.moorings._ROPE_M": (0.3, "scene harbour-v1 quick"),
     "trackers.mosaic_graph.registration._CORNER_DISTANCE_PX": (12, "tracker mosaic_graph_pf"),
     "trackers.light_adaptive_stereo.person_kalman._WALKING_MPS": (2.0, "tracker stereo_wb"),
-    "trackers.fish_chain.chain._FIRST_LESSON": (10, "tracker shoal_chain"),
+    "trackers.fish_chain.tracker._FIRST_LESSON": (10, "tracker shoal_chain"),
     "trackers.eigen_swarm.eigenspaces._ROUNDING_VARIANCE": (1.0, "tracker eigen_swarm"),
     "trackers.follow_one._SIDES_PER_S": (0.1, "suite follow"),
     "benchmarks.judges.frame_out.episode_scores.NEES_CAP": (1.0, "suite frame-out"),

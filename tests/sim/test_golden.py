@@ -12,18 +12,12 @@ from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
 from sim.shaders.daylight import DaylightShader, Sun
 from tests.golden_picture import differences, require_kept
-from tests.sim.demo_scene import build_town
 
 CAMERA = PinholeCamera.from_field_of_view(320, 240, np.radians(60))
 VIEWS = {
     "from_above": (look_down_pose(np.array([5.0, 8.0, 60.0]), 0.3, 0.2, -0.1), Sun((0.5, 0.3, 0.6), 8e4)),
     "low_sun": (look_down_pose(np.array([-40.0, 0.0, 25.0]), 0.2, 1.2, 0.1), Sun((0.6, -0.9, 0.3), 5e4)),
 }
-
-
-@pytest.fixture(scope="module")
-def town():
-    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
 def _picture(town, name: str) -> np.ndarray:

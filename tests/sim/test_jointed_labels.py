@@ -55,12 +55,7 @@ def _on_board(width_m: float, height_m: float, pose: NDArray[np.float64]) -> NDA
 
 
 @settings(max_examples=60, deadline=None)
-@given(
-    ahead=st.floats(1.5, 9.0),
-    left=st.floats(-4.0, 4.0),
-    up=st.floats(-1.0, 3.0),
-    covered=st.integers(0, 48),
-)
+@given(ahead=st.floats(1.5, 9.0), left=st.floats(-4.0, 4.0), up=st.floats(-1.0, 3.0), covered=st.integers(0, 48))
 def test_one_part_has_the_labels_of_one_body(ahead, left, up, covered):
     # Off the places at which edges and samples coincide, where rounding decides.
     mesh, pose = block((1e-3, 0.9, 1.7)), at(ahead + 0.0137, left + 0.00713, up + 0.00371)

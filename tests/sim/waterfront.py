@@ -10,8 +10,7 @@ from sim.optics import PinholeCamera
 from sim.pose import pose_on_ground
 from sim.shaders.thermal.sea import Sea
 from sim.shaders.thermal.shader import ThermalShader
-from sim.thermal.heat import Surface, course
-from sim.thermal.materials import MATERIALS
+from sim.thermal.heat import MATERIALS, Surface, course
 from sim.thermal.waves import SeaState, SeaWaves
 from sim.thermal.weather import Weather
 from sim.world import Body, World

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from trackers.belief.belief_filter import BeliefFilter
+from trackers.belief.sighting import BeliefFilter
 from trackers.controllers.catalogue import register_controller
 from trackers.controllers.hold import HoldController
 from trackers.registry import tunable

@@ -18,7 +18,7 @@ from benchmarks.run.guards import GuardedTracker
 from scenarios.loop import Contestant, FromPictures, Loop, ManyContestant, ManyFromPictures
 from tests.benchmarks.fake_episode import FakeTracker
 from tests.toy_scene.scenario import TOY_YARD, YardEpisode
-from trackers.gaps.types import Bridge, Piece, Surroundings
+from trackers.gaps import Bridge, Piece, Surroundings
 from trackers.types import CameraModel, Estimate, Observation, Track
 
 PAST = Piece(0, np.zeros((4, 2)), 0.1)
@@ -169,7 +169,7 @@ def test_a_note_is_written_before_a_tracker_is_asked_for_anything(episode: YardE
 def test_a_closed_guard_holds_nothing_of_its_contestant(episode: YardEpisode) -> None:
     guard, ending = ended(episode, ManyFromPictures(Bridges()))
     assert ending.new_gap_method is not None
-    method = weakref.ref(guard._gap_method)  # type: ignore[attr-defined]
+    method = weakref.ref(guard.gap_method)
     del ending
     guard.close()
     gc.collect()

@@ -8,8 +8,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.site.view import SiteView
-from trackers.types import CameraModel, EgoPose, Observation, SiteSurvey
+from trackers.estimate_check import check_tracks
+from trackers.protocols import MultiTracker
+from trackers.site import SiteView
+from trackers.types import CameraModel, EgoPose, Observation, SiteSurvey, Track
 
 WIDTH_PX, HEIGHT_PX = 192, 144
 CAMERA = CameraModel(WIDTH_PX, HEIGHT_PX, 770.0, band="thermal")
@@ -63,3 +65,11 @@ class DrawnHarbour:
     def pictures(self, count: int) -> list[Observation]:
         """Return the next pictures, without people."""
         return [self.picture() for _ in range(count)]
+
+
+def checked_answers(tracker: MultiTracker, pictures: Sequence[Observation]) -> list[Sequence[Track]]:
+    """Return a started tracker's answers on pictures; all of them keep their contract."""
+    answers = [tracker.update(picture) for picture in pictures]
+    for tracks in answers:
+        check_tracks(tracks)
+    return answers

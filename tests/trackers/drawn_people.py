@@ -6,17 +6,19 @@ The frame is the robot's: x ahead, y to the left, z up, metres, the level left c
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.types import CameraModel, CameraRegisters, CameraSettings, Observation
+from trackers.light_adaptive_stereo.robot_frame import Mounting
+from trackers.types import CameraModel, CameraRegisters, CameraSettings, EgoPose, Estimate, Observation
 
 CAMERA = CameraModel(width_px=640, height_px=480, focal_px=493.0, baseline_m=0.12)
 CAMERA_HEIGHT_M = 1.2
+LEVEL = Mounting.level(CAMERA_HEIGHT_M)
 CALM = CameraRegisters(red=500, blue=600, shutter=400, gain=0)
 RED, BLUE, GREEN, GREY = (190, 60, 50), (50, 80, 190), (60, 160, 70), (150, 145, 140)
 RATE_HZ = 15.0
@@ -40,6 +42,12 @@ class Board:
     width_m: float = 0.5
     height_m: float = 1.7
     head: bool = True
+
+
+def place_of(estimate: Estimate) -> NDArray[np.float64]:
+    """Return the place (2,) of an answer in the robot's frame."""
+    assert estimate.depth_m is not None
+    return LEVEL.place_at(estimate.position_px, estimate.depth_m, CAMERA)[:2]
 
 
 def person_box(person: Board) -> NDArray[np.float64]:
@@ -72,6 +80,15 @@ def observation(
     left_rgb, right_rgb = draw_pair(boards, seed=frame, **drawn)
     settings = CameraSettings(exposure_s=0.01, gain=1.0, registers=registers)
     return Observation(left_rgb, frame / RATE_HZ, CAMERA, settings, None, right_rgb if right else None)
+
+
+def posed(of: Observation, heading_rad: float) -> Observation:
+    """Return an observation with the pose of a level camera that is turned to the left."""
+    cosine, sine = np.cos(heading_rad), np.sin(heading_rad)
+    pose = np.eye(4)
+    pose[:3, :3] = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]]) @ LEVEL.R_robot_camera
+    pose[2, 3] = CAMERA_HEIGHT_M
+    return replace(of, ego=EgoPose(pose))
 
 
 @lru_cache

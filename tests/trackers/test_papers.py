@@ -44,4 +44,4 @@ def test_a_reference_says_what_is_known_and_what_is_not() -> None:
     )
     assert PAPERS["B"].reference() == "Not on the copy at hand: authors, title, place."
     assert PAPERS["C"].reference().endswith("5ZG-07, p. 4-527. 2023. Not on the copy at hand: authors, title.")
-    assert Paper("E", "nothing", ("An Author",), "A title", "A journal", "2020").reference().endswith("2020.")
+    assert Paper("E", "none", "nothing", ("An Author",), "A title", "A journal", "2020").reference().endswith("2020.")

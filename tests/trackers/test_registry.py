@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from trackers import registry
+from trackers.controllers import catalogue
 from trackers.follow_one import FollowOne
 from trackers.registry import NoParameters, entry, register, register_variant, tunable, tuned_file
 from trackers.types import CameraModel, Observation, Track
@@ -40,8 +41,47 @@ class _Many:
 
 @pytest.fixture(autouse=True)
 def _as_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    registry.entries()
-    monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
+    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
+
+
+def test_the_tables_name_what_each_module_registers() -> None:
+    ours = {name: each for name, each in registry.entries().items() if each.tracker.__module__.startswith("trackers.")}
+    assert {name: registry._home(name) for name in ours} == {
+        name: each.tracker.__module__ for name, each in ours.items()
+    }
+    assert [name for name, each in ours.items() if name in registry._HOMES] == list(registry._HOMES)
+    for carrier, modules in catalogue._MODULES.items():
+        steering = catalogue.controllers(carrier)
+        homes = {name: f"trackers.controllers.{module}" for name, module in modules.items()}
+        assert {name: steering[name].controller.__module__ for name in homes} == homes
+        own = [
+            name.removesuffix("_as_written")
+            for name in steering
+            if steering[name].controller.__module__ in homes.values()
+        ]
+        assert list(dict.fromkeys(own)) == list(modules)
+
+
+@pytest.mark.parametrize(
+    ("looked_up", "home"),
+    [
+        ("registry.entry('hold')", registry._HOMES["hold"]),
+        ("registry.entry('colour_pf_tuned')", registry._HOMES["colour_pf"]),
+        ("catalogue.controller_entry('hold', 'robot')", "trackers.controllers.hold"),
+        ("papers.paper_of('trackers.road_shape.colour_pf')", None),
+    ],
+)
+def test_a_name_that_is_looked_up_imports_one_method(looked_up: str, home: str | None) -> None:
+    script = f"""
+import sys
+from trackers import papers, registry
+from trackers.controllers import catalogue
+{looked_up}
+print(*sys.modules)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    steering = {f"trackers.controllers.{name}" for names in catalogue._MODULES.values() for name in names.values()}
+    assert {*registry._MODULES, *steering}.intersection(done.stdout.split()) == ({home} if home else set())
 
 
 def test_a_tracker_of_many_targets_follows_one_where_one_is_asked_for() -> None:

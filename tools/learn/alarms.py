@@ -23,7 +23,7 @@ from trackers.blind.harbour_blind import PLACES_FILE
 from trackers.eigen_swarm.learnt_confidence import NAME as SWARM
 from trackers.protocols import begin
 from trackers.registry import entry
-from trackers.site.volume import place
+from trackers.site import place
 from trackers.types import EgoPose
 
 TRACKERS = Path(__file__).resolve().parents[2] / "trackers"

@@ -26,12 +26,10 @@ from sim.rng import generator
 from trackers.atomic_file import write_atomic
 from trackers.baselines.gap_methods import DECAY_FILE, DampedParameters, DampedVelocity
 from trackers.gap_kalman.ca_kalman import NOISE_FILE, CaKalmanParameters, log_likelihood
-from trackers.gaps.types import Piece
-from trackers.swimmer.extrapolation import KNOTS, samples_ahead
-from trackers.swimmer.interpolation import GAPS, SHARES, samples_between
-from trackers.swimmer.method import PRIOR_FILE
+from trackers.gaps import Piece
+from trackers.swimmer.features import Recording
+from trackers.swimmer.method import GAPS, KNOTS, PRIOR_FILE, SHARES, samples_ahead, samples_between
 from trackers.swimmer.regression import Samples, first_fit
-from trackers.swimmer.windows import Recording
 
 TRACKERS = Path(__file__).resolve().parents[2] / "trackers"
 PRIOR_PATH = TRACKERS / "swimmer" / PRIOR_FILE

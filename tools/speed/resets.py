@@ -22,7 +22,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from benchmarks.learning.settings import Training
+from benchmarks.learning.training import Training
 from scenarios.envs.follow_env import FollowEnv
 from sim.checks import check
 from tools.speed.rendering import UNTIMED_FRAMES, entries_of

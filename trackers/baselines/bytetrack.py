@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from trackers.baselines.sort import track_of
-from trackers.fish_chain.detection import Detection, Detector, DetectorParameters
+from trackers.baselines.sort import FollowsDetections, track_of
+from trackers.fish_chain.detection import Detection
 from trackers.kernels.boxes import intersections_over_union
 from trackers.registry import register, tunable
-from trackers.types import CameraModel, Observation, Track
+from trackers.types import Observation, Track
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class _Target:
 
 
 @register("bytetrack", role="baseline", summary="ByteTrack: weak detections continue tracks too", suites=("fish",))
-class ByteTrack:
+class ByteTrack(FollowsDetections):
     """ByteTrack; it answers the detections that it assigned. Identities are those of the authors' program (checked).
 
     Overlaps are those of continuous boxes; the library of the authors' program adds a pixel to each width and height.
@@ -110,26 +110,13 @@ class ByteTrack:
     """
 
     Parameters = ByteTrackParameters
-
-    def __init__(self, parameters: ByteTrackParameters, rng: np.random.Generator) -> None:
-        self._parameters = parameters
-        self._begin(())
-
-    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
-        """See ``MultiTracker``."""
-        self._begin(background)
+    _parameters: ByteTrackParameters
 
     def _begin(self, background: Sequence[Observation]) -> None:
-        self._detector = Detector(DetectorParameters())
-        self._detector.start(background)
+        super()._begin(background)
         self._targets: list[_Target] = []
         self._expired: set[int] = set()
-        self._identities = 0
         self._frame = -1
-
-    def update(self, observation: Observation) -> list[Track]:
-        """See ``MultiTracker``."""
-        return self.follow(self._detector.detect(observation))
 
     def follow(self, detections: Sequence[Detection]) -> list[Track]:
         """Return the tracks on a frame with these detections."""

@@ -13,8 +13,7 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.gaps.ends import Pictureless, last_state, reversed_in_time
-from trackers.gaps.types import Bridge, Piece, Surroundings
+from trackers.gaps import Bridge, Pictureless, Piece, Surroundings, last_state, reversed_in_time
 from trackers.registry import NoParameters, register, tunable
 
 DECAY_FILE = "velocity_decay.json"

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.baselines.ground_looks import ColourLook, Look, Patch
+from trackers.baselines.ground_looks import ColourLook, Look, Patch, TemplateLook
 from trackers.baselines.ground_search import CELLS, GroundSearch, SearchParameters
-from trackers.baselines.template_look import TemplateLook
 from trackers.kernels.boxes import box_centre
 from trackers.light_adaptive_stereo.person_kalman import PersonKalman
 from trackers.registry import register, tunable
@@ -83,7 +82,7 @@ class ConstantVelocityGroundParameters(SearchParameters):
         acceleration_mps2: standard deviation of the acceleration along each axis.
         match_noise_m: standard deviation of a match.
         hardest_mps2: greatest acceleration a: ``a t² / 2`` and two deviations of the prediction are added to the search
-            radius, t after the last match. Chosen; it says how fast the radius grows, not what cars can do.
+            radius, t after the last match. Chosen for the growth of the radius, not as what cars can do.
     """
 
     acceleration_mps2: float = tunable(2.5, 0.3, 10.0, log=True)

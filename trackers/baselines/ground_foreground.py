@@ -3,7 +3,7 @@
 What an engineer would try first on a thermal camera at rest: a background subtractor, morphology, blobs projected onto
 the quay and the water by the camera's calibration and the site's survey, and one linker for all three.
 
-All three read what ``harbour_watch`` reads, the 14-bit counts, and are told the same of the site. With the picture
+All three read what ``harbour_watch`` reads, the 14-bit counts, and get the same survey of the site. With the picture
 after automatic gain control each found less at the same false alarms: on development seeds 20 and 21 of ``paper-d`` the
 area under the FROC curve was smaller by 0.18 for the median and by 0.03 for KNN, and for MOG2 by 0.01 with a former
 confidence. Beside the input only MOG2's history and the median's threshold were compared there, two values of each.
@@ -19,11 +19,16 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.baselines.ground_blobs import BlobParameters, blobs_of
-from trackers.baselines.ground_linker import EVIDENCE, GroundLinker, LinkParameters, learnt_weights
+from trackers.baselines.ground_linker import (
+    EVIDENCE,
+    BlobParameters,
+    GroundLinker,
+    LinkParameters,
+    blobs_of,
+    learnt_weights,
+)
 from trackers.registry import register, tunable
-from trackers.site.reading import Picture, noise_of, reading_of
-from trackers.site.survey import Site, Surveyed
+from trackers.site import Picture, Site, Surveyed, noise_of, reading_of
 from trackers.types import CameraModel, Observation, Track
 
 _NORMAL_MAD = 1.4826

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from trackers.baselines.ground_looks import Look, Patch
 from trackers.baselines.ground_view import GroundViews
-from trackers.kernels.boxes import box_around, box_centre, box_size
-from trackers.kernels.car_box import apparent_length_px
+from trackers.kernels.boxes import apparent_length_px, box_around, box_centre, box_size
 from trackers.registry import tunable
 from trackers.types import Observation
 

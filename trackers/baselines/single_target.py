@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_around, box_centre, box_size
-from trackers.kernels.colour_template import ColourTemplate
-from trackers.kernels.histogram import hs_bins
+from trackers.kernels.histogram import ColourTemplate, hs_bins
 from trackers.registry import NoParameters, register, tunable
 from trackers.types import CameraModel, Estimate, Observation
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,8 +103,34 @@ class Target:
         self.streak += 1
 
 
+class FollowsDetections:
+    """A ``MultiTracker`` of what the detector of ``fish_chain`` finds."""
+
+    def __init__(self, parameters: Any, rng: np.random.Generator) -> None:
+        self._parameters = parameters
+        self._begin(())
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        """See ``MultiTracker``."""
+        self._begin(background)
+
+    def _begin(self, background: Sequence[Observation]) -> None:
+        """Begin a video: without targets, with the detector on its background."""
+        self._detector = Detector(DetectorParameters())
+        self._detector.start(background)
+        self._identities = 0
+
+    def update(self, observation: Observation) -> list[Track]:
+        """See ``MultiTracker``."""
+        return self.follow(self._detector.detect(observation))
+
+    def follow(self, detections: Sequence[Detection]) -> list[Track]:
+        """Return the tracks on a frame with these detections."""
+        raise NotImplementedError
+
+
 @register("sort", role="baseline", summary="SORT: box Kalman filters, assignment by overlap", suites=("fish",))
-class Sort:
+class Sort(FollowsDetections):
     """SORT; it answers the detections that it assigned, which lie nearer to the fish than the filters' boxes.
 
     Identities are those of the authors' program (checked against it).
@@ -113,25 +140,12 @@ class Sort:
     """
 
     Parameters = SortParameters
-
-    def __init__(self, parameters: SortParameters, rng: np.random.Generator) -> None:
-        self._parameters = parameters
-        self._begin(())
-
-    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
-        """See ``MultiTracker``."""
-        self._begin(background)
+    _parameters: SortParameters
 
     def _begin(self, background: Sequence[Observation]) -> None:
-        self._detector = Detector(DetectorParameters())
-        self._detector.start(background)
+        super()._begin(background)
         self._targets: list[Target] = []
-        self._identities = 0
         self._frames = 0
-
-    def update(self, observation: Observation) -> list[Track]:
-        """See ``MultiTracker``."""
-        return self.follow(self._detector.detect(observation))
 
     def follow(self, detections: Sequence[Detection]) -> list[Track]:
         """Return the tracks on a frame with these detections."""

@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from trackers.baselines.sort import Sort, SortParameters, Target, matched_by_overlap
 from trackers.fish_chain.detection import Detection
-from trackers.fish_chain.tracklet import look_of, turned
+from trackers.fish_chain.tracklets import look_of, turned
 from trackers.registry import register, tunable
 from trackers.types import Observation
 
@@ -53,7 +53,7 @@ class Spread:
         self._count = 0
 
     def see(self, looks: NDArray[np.float64]) -> None:
-        """Take in the looks (M, D) of a frame with several fish; the first such tells the spread of all."""
+        """Take in the looks (M, D) of a frame with several fish; the first such gives the spread of all."""
         if len(self._all) < 2:
             self._all = looks
 

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 from trackers.kernels.boxes import box_centre, box_size
 from trackers.kernels.histogram import bhattacharyya, histogram_of, hs_bins
 from trackers.light_adaptive_stereo.candidates import Candidate, CandidateParameters, candidate_in_box
-from trackers.light_adaptive_stereo.first_mounting import first_mounting, usual_depth_m
 from trackers.light_adaptive_stereo.matching import StereoMatcher, baseline_m
 from trackers.light_adaptive_stereo.person_kalman import PersonKalman
-from trackers.light_adaptive_stereo.stereo_view import see
+from trackers.light_adaptive_stereo.stereo_view import first_mounting, see, usual_depth_m
 from trackers.registry import register, tunable
 from trackers.types import Estimate, Observation
 

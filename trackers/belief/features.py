@@ -12,7 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.belief.kernel import SECTORS
+from trackers.belief.kernel import SECTORS, SEEN_PROBABILITY
+from trackers.belief.sighting import BeliefFilter
+from trackers.types import CameraCommand, Carrier, Estimate, Observation
 
 COMMANDS = 4
 _SPEED_MPS, _TURN_RAD_S, _HEIGHT_M, _SPREAD_M, _SECONDS = 10.0, 1.0, 60.0, 5.0, 2.0
@@ -111,3 +113,52 @@ def features_of(beliefs: NDArray[np.void], commands: NDArray[np.float64], out: N
 @njit(cache=True)
 def _squashed(x: float) -> float:
     return x / (1.0 + abs(x))
+
+
+_COMMAND_SLOTS = (
+    ("forward_mps", "zoom_per_s"),
+    ("right_mps",),
+    ("climb_mps", "tilt_rad_s"),
+    ("yaw_rate_rad_s", "pan_rad_s"),
+)
+"""The four command features: axes of a carrier that moves as a whole, or of a pan-tilt-zoom head."""
+
+
+class FeatureFilter:
+    """Computes the features from a tracker's estimates and the commands given."""
+
+    def __init__(self, carrier: Carrier) -> None:
+        limits: dict[str, float] = {axis.name: axis.limit for axis in carrier.axes}
+        self._names = [next((name for name in slot if name in limits), slot[0]) for slot in _COMMAND_SLOTS]
+        self._limits = np.array([limits.get(name, np.inf) for name in self._names])
+        self._filter = BeliefFilter(carrier.looks)
+
+    def update(self, observation: Observation, estimate: Estimate, given: CameraCommand) -> NDArray[np.float32]:
+        """Return the features (``len(FEATURES)``,) in [-1, 1] of the belief after the next picture, a new array.
+
+        Args:
+            given: the latest command; zeros before the first.
+        """
+        belief = self._filter.update(observation, estimate)
+        command = np.array([[getattr(given, name) for name in self._names]]) / self._limits
+        features = np.zeros((1, len(FEATURES)), np.float32)
+        features_of(belief, np.clip(command, -1.0, 1.0), features)
+        return np.clip(features[0], -1.0, 1.0)
+
+
+def command_of(carrier: Carrier, shares: NDArray[np.float64]) -> CameraCommand:
+    """Return the command of shares (A,) of the limits, in the order of the carrier's axes, clipped to [-1, 1]."""
+    values = np.clip(shares, -1.0, 1.0)
+    return CameraCommand(**{axis.name: axis.limit * float(v) for axis, v in zip(carrier.axes, values, strict=True)})
+
+
+def shares_of(carrier: Carrier, command: CameraCommand) -> NDArray[np.float64]:
+    """Return a command as shares (A,) of the carrier's limits, clipped to [-1, 1]."""
+    return np.clip([getattr(command, axis.name) / axis.limit for axis in carrier.axes], -1.0, 1.0)
+
+
+def is_seen(estimate: Estimate) -> bool:
+    """Return whether an estimate puts its target in view; without an in-view probability any finite estimate does."""
+    if not np.isfinite(estimate.position_px).all():
+        return False
+    return estimate.in_view_probability is None or estimate.in_view_probability >= SEEN_PROBABILITY

@@ -1,4 +1,4 @@
-"""The sighting of one picture: the tracker's estimate projected onto the ground."""
+"""The belief about one target during one episode: each estimate is projected onto the ground, then filtered."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.belief.kernel import SIGHTING, densest_window
+from trackers.belief.kernel import BELIEF, SIGHTING, densest_window, update_beliefs
 from trackers.types import CameraModel, Estimate, Looks, Observation, SteeredCamera
 
 _ASSUMED_HEIGHT_M = 60.0
@@ -163,3 +163,26 @@ def _summarise(record: Any, estimate: Estimate, watched: _View) -> None:
     half_m = min(record["half_ahead_m"], record["half_right_m"])
     window = densest_window(particles_m, weights, float(half_m), _TRIES)
     record["densest_x_m"], record["densest_y_m"], record["densest_share"] = window
+
+
+class BeliefFilter:
+    """Filters a tracker's estimates to a belief.
+
+    Attributes:
+        belief: (1,) of dtype ``BELIEF``, updated in place.
+        interval_s: time between the last two pictures.
+    """
+
+    def __init__(self, looks: Looks) -> None:
+        self._looks: Looks = looks
+        self._time_s = 0.0
+        self.interval_s = 1.0
+        self.belief = np.zeros(1, BELIEF)
+
+    def update(self, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
+        """Update the belief with the next picture's estimate and return it (1,)."""
+        if observation.time_s > self._time_s:
+            self.interval_s = observation.time_s - self._time_s
+        self._time_s = observation.time_s
+        update_beliefs(self.belief, sighting_of(self._looks, observation, estimate), self.interval_s)
+        return self.belief

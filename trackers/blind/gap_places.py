@@ -1,4 +1,4 @@
-"""Blind gap methods: places that say nothing of how a target moves."""
+"""Blind gap methods: places that do not depend on how a target moves."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.gaps.ends import Pictureless, last_state
-from trackers.gaps.types import Bridge, Piece, Surroundings
+from trackers.gaps import Bridge, Pictureless, Piece, Surroundings, last_state
 from trackers.registry import NoParameters, register
 
 _HEADING_FRAMES = 5

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.registry import register, tunable
-from trackers.site.survey import Site, Surveyed
+from trackers.site import Site, Surveyed
 from trackers.types import CameraModel, Observation, SiteSurvey, Track
 
 PLACES_FILE = "harbour_places.json"

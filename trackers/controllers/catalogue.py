@@ -22,7 +22,6 @@ from typing import Any, Literal, NamedTuple, TypeVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.controllers.policy_file import Policy, load_policy
 from trackers.protocols import Controller
 from trackers.registry import OWN_NEEDS_MODULE, MethodEntry, check_registered, nearest, tuned_values
 from trackers.types import CameraCommand
@@ -31,18 +30,17 @@ ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant", "exte
 
 POLICY = "policy:"
 """Prefix of a trained policy's name; a file follows."""
-_MODULES = (
-    "trackers.controllers.hold",
-    "trackers.controllers.centre",
-    "trackers.controllers.search",
-    "trackers.controllers.reentry",
-    "trackers.controllers.centre_robot",
-    "trackers.controllers.search_robot",
-    "trackers.controllers.reentry_robot",
-    "trackers.controllers.centre_head",
-    "trackers.controllers.lead_head",
-)
-"""Modules that define controllers. Add yours here."""
+_MODULES = {
+    "helicopter": {"hold": "hold", "centre": "centring", "search": "centring", "reentry": "reentry"},
+    "robot": {"hold": "hold", "centre": "centring_robot", "search": "centring_robot", "reentry": "reentry_robot"},
+    "tank-head": {"hold": "hold", "centre": "head", "lead": "head"},
+    "harbour-head": {"hold": "hold", "centre": "head", "lead": "head"},
+}
+"""Carrier -> name of a controller -> module of this package that registers it, in the order of ``controllers``.
+
+``NAME_as_written`` stands in the module of ``NAME``. Add yours here.
+"""
+_AS_WRITTEN = "_as_written"
 
 _ENTRIES: dict[tuple[str, str], ControllerEntry] = {}
 _T = TypeVar("_T", bound=type)
@@ -121,14 +119,11 @@ def register_controller(
 
     def add(controller: _T) -> _T:
         check_registered(controller, role, get_args(ControllerRole), "command")
-        ours = controller.__module__.startswith(f"{__package__}.")
-        if not ours:
-            # See ``trackers.registry.register``.
-            _all()
+        _load(carrier, name)
         old = _ENTRIES.get((carrier, name))
         if old is not None and old.controller is not controller:
             raise ValueError(f"name: expected one that no controller of a {carrier} has, got {name!r}")
-        if not ours:
+        if not controller.__module__.startswith(f"{__package__}."):
             controller.command = _commanding(controller.command)  # type: ignore[attr-defined]
         # One that inherits may command something else than the kernel of the class that it is made from.
         kernel = vars(controller).get("KERNEL")
@@ -157,19 +152,26 @@ def _commanding(command: Callable[..., CameraCommand]) -> Callable[..., CameraCo
 
 
 def controllers(carrier: str) -> dict[str, ControllerEntry]:
-    """Return all controllers of a carrier by name, in order of registration; policies are files."""
-    return {name: entry for (steered, name), entry in _all().items() if steered == carrier}
+    """Return all controllers of a carrier by name: ours, then others in order of registration; policies are files."""
+    order = {name: place for place, name in enumerate(_MODULES.get(carrier, {}))}
+    for name in order:
+        _load(carrier, name)
+    names = [name for steered, name in _ENTRIES if steered == carrier]
+    names.sort(key=lambda name: order.get(name.removesuffix(_AS_WRITTEN), len(order)))
+    return {name: _ENTRIES[carrier, name] for name in names}
 
 
-def _all() -> dict[tuple[str, str], ControllerEntry]:
-    for module in _MODULES:
-        importlib.import_module(module)
-    return _ENTRIES
+def _load(carrier: str, name: str) -> None:
+    """Import the module that registers a controller of ours; nothing for any other."""
+    module = _MODULES.get(carrier, {}).get(name.removesuffix(_AS_WRITTEN))
+    if module is not None:
+        importlib.import_module(f"{__package__}.{module}")
 
 
 def steers_instead(name: str) -> str:
     """Return which carriers a controller of this name steers, as a clause of an error; empty for an unknown one."""
-    carriers = sorted(carrier for carrier, named in _all() if named == name)
+    registered = {*_ENTRIES, *((carrier, ours) for carrier, named in _MODULES.items() for ours in named)}
+    carriers = sorted({carrier for carrier, known in registered if known in (name, name.removesuffix(_AS_WRITTEN))})
     return f", which steers a {' or a '.join(carriers)}" if carriers else ""
 
 
@@ -179,28 +181,28 @@ def our_controller(carrier: str) -> str:
 
 
 def controller_entry(name: str, carrier: str) -> ControllerEntry:
-    """Return one controller's entry.
+    """Return one controller's entry; of ours, only the module that defines it is imported.
 
     Raises:
         ValueError: for an unknown name (the message lists the known ones), a file that holds no policy, or a policy
             for another carrier.
     """
     if name.startswith(POLICY):
-        policy = load_policy(name.removeprefix(POLICY))
-        if policy.carrier.name != carrier:
-            raise ValueError(f"controller: expected a policy for a {carrier}, got {name!r} for a {policy.carrier.name}")
-        return _policy_entry(policy, name.removeprefix(POLICY))
-    known = controllers(carrier)
-    if name not in known:
+        return _policy_entry(name.removeprefix(POLICY), carrier)
+    _load(carrier, name)
+    if (carrier, name) not in _ENTRIES:
+        known = controllers(carrier)
         expected = f"one of {', '.join(known)}, or {POLICY}FILE"
         why = steers_instead(name) or nearest(name, known) + OWN_NEEDS_MODULE
         raise ValueError(f"controller: expected {expected}; got {name!r}{why}")
-    return known[name]
+    return _ENTRIES[carrier, name]
 
 
-def _policy_entry(policy: Policy, file: str) -> ControllerEntry:
-    summary = f"trained in {policy.env} with {policy.tracker}"
+def _policy_entry(file: str, carrier: str) -> ControllerEntry:
+    # Policies create controllers themselves, so their module imports this one.
     module = importlib.import_module("trackers.controllers.policy")
-    return ControllerEntry(
-        f"{POLICY}{file}", policy.carrier.name, "policy", summary, module.PolicyController, {"file": file}
-    )
+    policy, name = module.load_policy(file), f"{POLICY}{file}"
+    if policy.carrier.name != carrier:
+        raise ValueError(f"controller: expected a policy for a {carrier}, got {name!r} for a {policy.carrier.name}")
+    summary = f"trained in {policy.env} with {policy.tracker}"
+    return ControllerEntry(name, carrier, "policy", summary, module.PolicyController, {"file": file})

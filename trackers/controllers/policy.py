@@ -1,14 +1,146 @@
-"""A trained policy as a controller: alone, or as a correction of another controller's command."""
+"""A trained policy as a controller, and its files: weights (safetensors) and their meaning (JSON), without code.
+
+``NAME.json`` holds::
+
+    {"format": 1, "env": "frameout/RoadTownFollow-v2",
+     "carrier": {"name": "helicopter", "looks": "down", "axes": [["forward_mps", 25.0, 40.0], ...]},
+     "tracker": "mosaic_graph_pf", "base": {"controller": "reentry", "parameters": {...}} or null,
+     "correction_share": 0.7, "corrects": "always" | "unseen", "features": [...], "layers": 3,
+     "hidden": "tanh" | "relu", "output": "clip" | "tanh", "weights_sha256": "...", "made": {...}}
+
+With ``base`` null the policy gives the whole command; otherwise it corrects that controller's. ``made`` records the
+training. ``NAME.safetensors`` holds ``weight_0`` (out, in), ``bias_0`` (out,), ``weight_1`` …
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import dataclasses
+import hashlib
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
 
-from trackers.belief.command_shares import command_of, is_seen, shares_of
-from trackers.belief.feature_filter import FeatureFilter
+import numpy as np
+from numpy.typing import NDArray
+from safetensors import SafetensorError
+from safetensors.numpy import load, save
+
+from trackers.atomic_file import write_atomic
+from trackers.belief.features import FEATURES, FeatureFilter, command_of, is_seen, shares_of
 from trackers.controllers.catalogue import controller_entry
-from trackers.controllers.policy_file import load_policy
-from trackers.types import CameraCommand, Estimate, Observation
+from trackers.types import CameraCommand, Carrier, CommandAxis, Estimate, Observation
+
+FORMAT = 1
+_KEYS = ("env", "carrier", "tracker", "base", "correction_share", "corrects", "features", "hidden", "output", "made")
+
+
+@dataclass(frozen=True)
+class Policy:
+    """A network from a belief's features to an action, and the action's meaning; see the module.
+
+    Attributes:
+        weights: (out, in) float32 of each layer. biases: (out,).
+    """
+
+    env: str
+    carrier: Carrier
+    tracker: str
+    base: dict[str, Any] | None
+    correction_share: float
+    corrects: Literal["always", "unseen"]
+    features: tuple[str, ...]
+    hidden: Literal["tanh", "relu"]
+    output: Literal["clip", "tanh"]
+    weights: tuple[NDArray[np.float32], ...]
+    biases: tuple[NDArray[np.float32], ...]
+    made: dict[str, Any] = field(default_factory=dict)
+
+    def action(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return the actions (B, A) in [-1, 1] of features (B, F): the mean of the distribution in training."""
+        values = features
+        for k, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
+            values = values @ weight.T + bias
+            if k + 1 < len(self.weights):
+                values = np.tanh(values) if self.hidden == "tanh" else np.maximum(values, 0.0)
+        values = values.astype(float)
+        return np.tanh(values) if self.output == "tanh" else np.clip(values, -1.0, 1.0)
+
+
+def save_policy(policy: Policy, path: Path) -> Path:
+    """Write ``path`` (JSON) and the weights beside it, each atomically, and return ``path``."""
+    path = path.with_suffix(".json")
+    tensors = {f"weight_{k}": weight for k, weight in enumerate(policy.weights)}
+    tensors |= {f"bias_{k}": bias for k, bias in enumerate(policy.biases)}
+    document = {"format": FORMAT} | {name: getattr(policy, name) for name in _KEYS} | {"layers": len(policy.weights)}
+    axes = [dataclasses.astuple(axis) for axis in policy.carrier.axes]
+    weights = save({k: np.ascontiguousarray(v) for k, v in tensors.items()})
+    document["weights_sha256"] = hashlib.sha256(weights).hexdigest()
+    document["carrier"] = {"name": policy.carrier.name, "looks": policy.carrier.looks, "axes": axes}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_atomic(path.with_suffix(".safetensors"), weights)
+    write_atomic(path, json.dumps(document, indent=1) + "\n")
+    return path
+
+
+def load_policy(file: str) -> Policy:
+    """Return a policy by the path of its JSON or weights file.
+
+    Raises:
+        ValueError: if there is no such file, or it holds no policy of this format.
+    """
+    path = policy_path(file)
+    got = repr(file) if path == Path(file) else f"{file!r}, whose JSON file would be {str(path)!r}"
+    try:
+        document = json.loads(path.read_text())
+        stored = path.with_suffix(".safetensors").read_bytes()
+        if hashlib.sha256(stored).hexdigest() != document["weights_sha256"]:
+            raise ValueError("the weights that were saved with it, got others")
+        tensors = load(stored)
+        layers = range(document["layers"])
+        if document["format"] != FORMAT:
+            raise ValueError(f"format {FORMAT}, got {document['format']!r}")
+        weights, biases = (tuple(tensors[f"{part}_{k}"] for k in layers) for part in ("weight", "bias"))
+        values = {key: document[key] for key in _KEYS} | {"weights": weights, "biases": biases}
+        carrier = document["carrier"]
+        axes = tuple(CommandAxis(*axis) for axis in carrier["axes"])
+        values["carrier"] = Carrier(carrier["name"], axes, carrier["looks"])
+        values["features"] = tuple(document["features"])
+        policy = Policy(**values)
+        _check_shapes(policy)
+    except OSError as error:
+        missing = f" of {error.filename}" if str(error.filename) != str(path) else ""
+        raise ValueError(f"policy: expected a file that can be read, got {got}: {error.strerror}{missing}") from None
+    except (KeyError, TypeError, ValueError, SafetensorError) as error:
+        reason = f"no {error} in it" if isinstance(error, KeyError) else str(error)
+        raise ValueError(f"policy: expected a policy of format {FORMAT}, got {got}: {reason}") from None
+    return policy
+
+
+def policy_path(file: str) -> Path:
+    """Return the JSON file of a policy by its path or that of its weights. Raises ValueError for no name of a file."""
+    if not Path(file).name:
+        raise ValueError(f"policy: expected a file, got {file!r}")
+    return Path(file).with_suffix(".json")
+
+
+def _check_shapes(policy: Policy) -> None:
+    if policy.features != FEATURES:
+        raise ValueError(f"one with the {len(FEATURES)} features of this version, got other features")
+    for name, known in (("hidden", ("tanh", "relu")), ("output", ("clip", "tanh")), ("corrects", ("always", "unseen"))):
+        if getattr(policy, name) not in known:
+            raise ValueError(f"{name} of {' or '.join(known)}, got {getattr(policy, name)!r}")
+    if not isinstance(policy.correction_share, int | float) or not 0 < policy.correction_share <= 2:
+        raise ValueError(f"correction_share in (0, 2], got {policy.correction_share!r}")
+    width = len(policy.features)
+    for weight, bias in zip(policy.weights, policy.biases, strict=True):
+        if weight.ndim != 2 or weight.shape[1] != width or bias.shape != (len(weight),):
+            raise ValueError(f"layers that fit each other, got {weight.shape} after {width} numbers")
+        if not (np.isfinite(weight).all() and np.isfinite(bias).all()):
+            raise ValueError("finite weights, got others")
+        width = len(weight)
+    if not policy.weights or width != len(policy.carrier.axes):
+        raise ValueError(f"as many outputs as its carrier has axes, {len(policy.carrier.axes)}, got {width}")
 
 
 @dataclass(frozen=True)
@@ -16,7 +148,7 @@ class PolicyParameters:
     """Settings.
 
     Attributes:
-        file: the policy, see ``trackers.controllers.policy_file.load_policy``.
+        file: the policy, see ``trackers.controllers.policy.load_policy``.
     """
 
     file: str

@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from trackers.eigen_swarm.eigenspaces import BLOCK_PX, ENLARGED, BlockEigenspaces, learn, likelihood
 from trackers.eigen_swarm.swarm import ParticleSet, Swarm, SwarmParameters
 from trackers.registry import register, register_variant, tunable
-from trackers.site.model_file import Form, load_model, save_model
-from trackers.site.survey import Site, Surveyed, placed
-from trackers.site.view import SiteView
+from trackers.site import Site, SiteView, Surveyed, placed
+from trackers.site_model_file import Form, load_model, save_model
 from trackers.types import CameraModel, Observation, Track
 
 _KIND = "eigen_swarm-2"

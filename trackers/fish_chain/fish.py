@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.fish_chain.bodies import body_line
-from trackers.fish_chain.motion import MotionModel
-from trackers.fish_chain.posture import STATIONS
-from trackers.fish_chain.tracklet import Tracklet
+from trackers.fish_chain.linking import MotionModel
+from trackers.fish_chain.posture import STATIONS, body_line
+from trackers.fish_chain.tracklets import Tracklet
 from trackers.types import Estimate, Track
 
 

@@ -1,4 +1,4 @@
-"""The Kalman filter of constant acceleration as paper C has it, and the successor of a tracklet that it chooses."""
+"""``ca_kalman``: the Kalman filter of constant acceleration, and the successor of a tracklet by it (paper C)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.gaps.ends import measured_frames
-from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
-from trackers.registry import tunable
+from trackers.fish_chain.detection import Detector, DetectorParameters
+from trackers.fish_chain.fish import Fish, measured
+from trackers.fish_chain.tracklets import Tracklet, TrackletBuilder, TrackletParameters
+from trackers.gaps import Bridge, GapMethod, Piece, Surroundings, measured_frames
+from trackers.registry import register, tunable
+from trackers.types import CameraModel, Observation, Track
 
 _P0 = 100.0
 _DT = 1.0
@@ -173,11 +176,7 @@ def jerk_noise(dt: float, q: float) -> NDArray[np.float64]:
     """Return Q (6, 6) of a white jerk: ``q ∫ g gᵀ dt`` with ``g = (t²/2, t, 1)`` for each axis."""
     Q = np.zeros((6, 6))
     block = q * np.array(
-        [
-            [dt**5 / 20, dt**4 / 8, dt**3 / 6],
-            [dt**4 / 8, dt**3 / 3, dt**2 / 2],
-            [dt**3 / 6, dt**2 / 2, dt],
-        ]
+        [[dt**5 / 20, dt**4 / 8, dt**3 / 6], [dt**4 / 8, dt**3 / 3, dt**2 / 2], [dt**3 / 6, dt**2 / 2, dt]]
     )
     for axis in range(2):
         for i in range(3):
@@ -192,3 +191,76 @@ def observation() -> NDArray[np.float64]:
     H = np.zeros((2, 6))
     H[0, 0] = H[1, 1] = 1.0
     return H
+
+
+_SEARCH_FRAMES = 200
+_LEAST_FRAMES = 5
+"""A successor begins within so many frames, and lasts as long at least."""
+
+
+@register(
+    "ca_kalman",
+    role="as-written",
+    summary="constant-acceleration Kalman filter of paper C; a tracklet goes on in the one nearest to its prediction",
+    suites=("fish",),
+)
+class CaKalmanTracker:
+    """Names the tracklets of ``fish_chain`` as the paper does.
+
+    Reading: tracklets get their successors in the order of their ends, each start once. Nothing is answered in gaps,
+    nor names at once: until the last picture every tracklet has a name of its own.
+
+    Source: paper C, see ``trackers.papers``.
+    """
+
+    Parameters = CaKalmanParameters
+
+    def __init__(self, parameters: CaKalmanParameters, rng: np.random.Generator) -> None:
+        self.gap_method = CaKalman(parameters)
+        self._begin(())
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        """See ``MultiTracker``."""
+        self._begin(background)
+
+    def _begin(self, background: Sequence[Observation]) -> None:
+        self._detector = Detector(DetectorParameters())
+        self._detector.start(background)
+        self._builder = TrackletBuilder(TrackletParameters(use_posture=False))
+        self._times_s: list[float] = []
+
+    def update(self, observation: Observation) -> list[Track]:
+        """See ``MultiTracker``."""
+        frame = len(self._times_s)
+        self._times_s.append(observation.time_s)
+        detections = self._detector.detect(observation)
+        self._builder.step(frame, detections, self._detector.body_px)
+        return [measured(each.number, each.line_px(frame), each.box_xyxy(frame), 1.0) for each in self._builder.active]
+
+    def revised(self) -> list[list[Track]]:
+        """See ``RevisingTracker``."""
+        tracklets = sorted([*self._builder.ended, *self._builder.active], key=lambda each: each.end_frame)
+        fish = {each.number: Fish([each]) for each in tracklets}
+        heads = {each.number for each in tracklets}
+        for tail in tracklets:
+            free = [each for each in tracklets if each.number in heads and self._may_follow(tail, each)]
+            if free:
+                nearest = free[self._nearest(tail, free)]
+                heads.remove(nearest.number)
+                fish[nearest.number] = fish[tail.number]
+                fish[tail.number].join(Fish([nearest]), 1.0)
+        answers: list[list[Track]] = [[] for _ in self._times_s]
+        for tracklet in tracklets:
+            for frame in range(tracklet.first_frame, tracklet.end_frame):
+                name, line, box = fish[tracklet.number].identity, tracklet.line_px(frame), tracklet.box_xyxy(frame)
+                answers[frame].append(measured(name, line, box, 1.0))
+        return answers
+
+    def _may_follow(self, tail: Tracklet, start: Tracklet) -> bool:
+        return 0 <= start.first_frame - tail.end_frame <= _SEARCH_FRAMES and len(start) >= _LEAST_FRAMES
+
+    def _nearest(self, tail: Tracklet, starts: Sequence[Tracklet]) -> int:
+        steps_s = np.diff(self._times_s)
+        interval_s = max(float(np.median(steps_s)), 1e-3) if len(steps_s) else 1.0
+        pieces = [each.piece(interval_s) for each in starts]
+        return int(np.argmin(successor_distances(self.gap_method, tail.piece(interval_s), pieces, Surroundings())))

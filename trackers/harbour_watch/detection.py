@@ -1,18 +1,221 @@
-"""Regions of a picture that the background does not explain, each about one object."""
+"""Regions of a picture that the background does not explain, each about one object.
+
+A box sum over a picture of independent unit noise, over the root of its area, has unit variance: what it exceeds that
+by in pictures without intruders (waves, edges of boats, flicker) is learnt for each 8 x 8 cell, a constant false-alarm
+rate (CFAR; H. Rohling, IEEE Trans. Aerospace and Electronic Systems 19(4), 1983).
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from trackers.harbour_watch.boxes import BoxFilters
-from trackers.harbour_watch.edges import refined, side_by_side
+_PAD_PX = 3
+_NOISE = 1.5
+"""Deviations that are taken off: less is noise."""
+_ACROSS, _UPRIGHT, _LOW = 0.25, 0.15, 0.3
+"""Share of the high values of a profile at which an edge lies: of the columns, and of the rows of a body that is higher
+than wide, whose head is narrow and whose legs are cold, and of others."""
+_CLEAR = 4.5
+"""Deviations beyond the noise from which a pixel of a low body is surely of it: windows differ less than a bonnet."""
+_HALO = 0.3
+"""Share of a neighbour's deviation below which a pixel shows its blur."""
+_TWO_M, _TALL = (0.75, 1.5), 0.7
+"""Widths of two people side by side, from shoulder in shoulder to an arm's length apart; least height by width."""
+_ONE_M = 0.3
+"""Least width of each."""
+_VALLEY = 0.6
+"""Depth of the profile between them, by the lower of both."""
+_HIGH = 80.0
+"""Percentile of the profile that stands for the body."""
+
+
+def refined(deviation: NDArray[np.float32], box_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a region's box (4,) with edges where the profiles of its deviations fall off.
+
+    Args:
+        deviation: (H, W) standard deviations from the background. box_xyxy: (4,) about the region, in pixels.
+    """
+    h, w = deviation.shape
+    x0, y0 = np.maximum(np.floor(box_xyxy[:2]).astype(int) - _PAD_PX, 0)
+    x1, y1 = np.minimum(np.ceil(box_xyxy[2:]).astype(int) + _PAD_PX, [w, h])
+    part = np.abs(deviation[y0:y1, x0:x1])
+    strong = part[part > 2 * _NOISE]
+    if strong.size < 4:
+        return box_xyxy
+    mass = np.maximum(np.minimum(part, np.median(strong)) - _NOISE, 0.0)
+    is_upright = box_xyxy[3] - box_xyxy[1] > box_xyxy[2] - box_xyxy[0]
+    columns = _ends(mass.sum(axis=0), _ACROSS)
+    rows = _ends(mass.sum(axis=1), _UPRIGHT) if is_upright else _ends(_clearest(part), _LOW)
+    if columns is None or rows is None:
+        return box_xyxy
+    return np.array([x0 + columns[0], y0 + rows[0], x0 + columns[1], y0 + rows[1]])
+
+
+def _clearest(part: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the mean (H,) of the third of each row that deviates most: a narrow cabin counts as a whole bonnet does.
+
+    ``part`` (H, W): deviations without their sign.
+    """
+    is_body = part > _HALO * cv2.dilate(part, np.ones((3, 1), np.uint8))
+    seen = np.sort(np.clip(np.where(is_body, part, 0.0) - _NOISE, 0.0, _CLEAR), axis=1)
+    profile: NDArray[np.float32] = seen[:, -max(1, seen.shape[1] // 3) :].mean(axis=1)
+    return profile
+
+
+def side_by_side(
+    deviation: NDArray[np.float32], box_xyxy: NDArray[np.float64], px_per_m: float
+) -> list[NDArray[np.float64]]:
+    """Return the boxes (4,) of two people who walk side by side, or the one box.
+
+    A region as wide as two people is parted where the profile of its columns has a valley.
+    """
+    x0, y0, x1, y1 = np.round(box_xyxy).astype(int)
+    x0, y0 = max(x0, 0), max(y0, 0)
+    low, high = (round(each * px_per_m) for each in _TWO_M)
+    if not (low <= x1 - x0 <= high and y1 - y0 >= _TALL * (x1 - x0)):
+        return [box_xyxy]
+    part = np.abs(deviation[y0:y1, x0:x1])
+    profile = np.maximum(part - _NOISE, 0.0).sum(axis=0)
+    quarter = len(profile) // 4
+    at = quarter + int(profile[quarter : len(profile) - quarter].argmin())
+    if not 0 < at < len(profile) - 1 or profile[at] > _VALLEY * min(profile[:at].max(), profile[at + 1 :].max()):
+        return [box_xyxy]
+    middle, least = x0 + at + 0.5, _ONE_M * px_per_m
+    if min(middle - box_xyxy[0], box_xyxy[2] - middle) < least:
+        return [box_xyxy]
+    return [np.array([box_xyxy[0], y0, middle - 0.5, y1]), np.array([middle + 0.5, y0, box_xyxy[2], y1])]
+
+
+def _ends(profile: NDArray[np.float32], share: float) -> tuple[float, float] | None:
+    """Return where a profile (N,) rises and falls through a share of its high values; pixel n covers [n, n + 1)."""
+    high = profile[profile > 0.1 * profile.max()]
+    level = share * float(np.percentile(high, _HIGH)) if len(high) else 0.0
+    above = np.flatnonzero(profile >= level)
+    if level <= 0.0 or not len(above):
+        return None
+    first, last = int(above[0]), int(above[-1])
+    return first + 1.0 - _covered(profile, first, -1, level), last + _covered(profile, last, 1, level)
+
+
+def _covered(profile: NDArray[np.float32], at: int, outwards: int, level: float) -> float:
+    """Return how far an edge lies beyond the inner side of pixel ``at``, by linear interpolation, 0.5 to 1.5."""
+    beyond = at + outwards
+    if not 0 <= beyond < len(profile):
+        return 1.0
+    return 0.5 + float((profile[at] - level) / max(float(profile[at] - profile[beyond]), 1e-6))
+
 
 Picture = NDArray[np.float32]
+
+CELL_PX = 8
+_HIGHEST = 4.0
+"""Deviations at which a box's square is cut off before it enters the noise of its place."""
+
+
+@njit(cache=True)
+def _sums(deviation: Picture, clip: float) -> NDArray[np.float64]:
+    """Return the summed-area table (H + 1, W + 1) of deviations clipped to +-clip."""
+    h, w = deviation.shape
+    table = np.zeros((h + 1, w + 1))
+    for i in range(h):
+        row = 0.0
+        for j in range(w):
+            row += min(max(deviation[i, j], -clip), clip)
+            table[i + 1, j + 1] = table[i, j + 1] + row
+    return table
+
+
+@njit(cache=True)
+def _filtered(table: NDArray[np.float64], half_w: NDArray[np.int64], tall: NDArray[np.int64], out: Picture) -> None:
+    """``out[i, j] = sum of the box / sqrt(area)``; the box stands on row i, ``2 half_w + 1`` wide, ``tall`` high."""
+    h, w = out.shape
+    for i in range(h):
+        top = max(0, i + 1 - tall[i])
+        for j in range(w):
+            left, right = max(0, j - half_w[i]), min(w, j + half_w[i] + 1)
+            area = (i + 1 - top) * (right - left)
+            total = table[i + 1, right] - table[top, right] - table[i + 1, left] + table[top, left]
+            out[i, j] = total / math.sqrt(area)
+
+
+@njit(cache=True)
+def _scaled(filtered: Picture, scale: Picture) -> None:
+    h, w = filtered.shape
+    for i in range(h):
+        for j in range(w):
+            filtered[i, j] /= scale[i // CELL_PX, j // CELL_PX]
+
+
+class BoxFilters:
+    """Deviations filtered with boxes of several sizes, each in units of its noise at the place.
+
+    Attributes:
+        half_px, tall_px: (K, H) half width and height of each box by the row on which it stands.
+        variance, slow_variance: (K, H / 8, W / 8) of box sums of the pictures' noise, and of the background's slow
+            residual; 1 where pixels are independent.
+    """
+
+    def __init__(self, sizes_m: NDArray[np.float64], px_per_m: NDArray[np.float64], width_px: int) -> None:
+        """``sizes_m`` (K, 2): width and height of boxes; ``px_per_m`` (H,) of an object that stands on each row."""
+        wide, tall = (sizes_m[:, k, None] * px_per_m for k in (0, 1))
+        self.half_px = np.maximum(np.round((wide - 1) / 2), 0).astype(np.int64)
+        self.tall_px = np.maximum(np.round(tall), 2).astype(np.int64)
+        cells = cells_of((len(px_per_m), width_px))
+        self.variance, self.slow_variance = (np.ones((len(sizes_m), *cells), np.float32) for _ in range(2))
+        self._out = np.empty((len(sizes_m), len(px_per_m), width_px), np.float32)
+
+    def filtered(self, deviation: Picture, clip: float) -> Picture:
+        """Return box sums (K, H, W) of deviations (H, W), over the root of their area: unit variance if independent."""
+        table = _sums(deviation, clip)
+        for k, out in enumerate(self._out):
+            _filtered(table, self.half_px[k], self.tall_px[k], out)
+        return self._out
+
+    def scaled(self, filtered: Picture, doubtful: Picture | None = None) -> Picture:
+        """Divide box sums (K, H, W) in place by their noise at each place and return them.
+
+        ``doubtful`` (H, W): share of the slow residual in the variance of each pixel; None = none.
+        """
+        share = np.float32(0.0) if doubtful is None else by_cell(doubtful) / by_cell(np.ones_like(doubtful))
+        for each, fast, slow in zip(filtered, self.variance, self.slow_variance, strict=True):
+            _scaled(each, np.sqrt((1.0 - share) * fast + share * slow))
+        return filtered
+
+    def learn(self, scaled: Picture, claimed: NDArray[np.uint8], rate: float) -> None:
+        """Take the squares of scaled box sums into the noise of their places, but for claimed pixels (H, W)."""
+        _grow(self.variance, scaled, 1.0 - claimed.astype(np.float32), rate)
+
+    def learn_slow(self, scaled: Picture, rate: float) -> None:
+        """Take the squares of box sums that are scaled by the slow variance into it."""
+        _grow(self.slow_variance, scaled, np.ones(scaled.shape[1:], np.float32), rate)
+
+
+def _grow(variances: Picture, scaled: Picture, free: Picture, rate: float) -> None:
+    counts = by_cell(free)
+    for each, variance in zip(scaled, variances, strict=True):
+        seen = by_cell(np.minimum(each * each, _HIGHEST**2) * free) / np.maximum(counts, 1.0)
+        growth = np.where(counts >= 0.5 * CELL_PX**2, rate * (seen - 1.0), 0.0)
+        np.maximum(variance * (1.0 + growth), 1.0, out=variance, casting="same_kind")
+
+
+def cells_of(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return the rows and columns of cells of a picture (H, W)."""
+    return -(-shape[0] // CELL_PX), -(-shape[1] // CELL_PX)
+
+
+def by_cell(picture: Picture) -> Picture:
+    """Return the sums (H / 8, W / 8), rounded up, of a picture (H, W) over its cells."""
+    rows, columns = (np.arange(0, n, CELL_PX) for n in picture.shape)
+    sums: Picture = np.add.reduceat(np.add.reduceat(picture, rows, axis=0), columns, axis=1)
+    return sums
+
 
 SIZES_M = np.array([[0.35, 0.35], [0.45, 0.8], [0.5, 1.7], [1.9, 1.5], [4.0, 1.6]])
 """Width and height of boxes: a piece, half a person, a person, a car from ahead, a car or boat from the side."""
@@ -52,11 +255,7 @@ class Detector:
         self._lift = (self.filters.tall_px[_PIECE] - 1) // 2
 
     def regions(
-        self,
-        scaled: Picture,
-        deviation: Picture,
-        watched: NDArray[np.bool_],
-        known: Sequence[NDArray[np.float64]] = (),
+        self, scaled: Picture, deviation: Picture, watched: NDArray[np.bool_], known: Sequence[NDArray[np.float64]] = ()
     ) -> list[Region]:
         """Return the regions, the strongest first, whose boxes stand on watched pixels (H, W).
 

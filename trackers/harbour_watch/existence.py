@@ -31,7 +31,7 @@ _KERNEL, _KERNEL_LOG = 0.7, 0.5
 _MOORED_SHARE = 0.2
 """Share of its pixels, on which something moored moves, from which a region shows that."""
 _NEUTRAL_SHARE = 0.05
-"""Share of pictures on which it moves from which on a region says nothing."""
+"""Share of pictures on which it moves from which on a region is no evidence."""
 _RESIDENT_PX2 = 300.0
 """Area in which it moves about: a small boat's in the picture."""
 _OBJECT_TAIL = 12.0
@@ -40,7 +40,7 @@ _OBJECT_TAIL = 12.0
 
 @dataclass(frozen=True, eq=False)
 class ClutterRates:
-    """What pictures without objects tell of false regions.
+    """Rates of false regions, from pictures without objects.
 
     Attributes:
         per_cell: (H / 16, W / 16) float32, rounded up, weak regions a picture.
@@ -116,7 +116,7 @@ class Clutter:
         """Return the most that a region may add to the log odds of a track that expects it.
 
         What belongs there and moves, e.g. a moored boat, explains the region as well as the track does, and stays
-        there as long: beyond a share of pictures a region rather speaks against an intruder.
+        there as long: beyond a share of pictures a region is evidence against an intruder.
         """
         return float(np.log(_NEUTRAL_SHARE / self._resident(region)))
 

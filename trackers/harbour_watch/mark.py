@@ -1,4 +1,4 @@
-"""One track: a box of unknown size on its plane, seen as a rectangle, with a probability of existence."""
+"""One track: a box of unknown size on its plane, seen as a rectangle, with a heading and a probability of existence."""
 
 from __future__ import annotations
 
@@ -7,13 +7,107 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.harbour_watch.box_model import STATE, linearised
-from trackers.harbour_watch.classes import BIRD, BOAT, CAR, KINDS, PERSON, Kind
-from trackers.harbour_watch.heading import Heading
-from trackers.harbour_watch.sightings import Sighting
-from trackers.site.view import SiteView
+from trackers.harbour_watch.sightings import BIRD, BOAT, CAR, KINDS, PERSON, Kind, Sighting
+from trackers.site import SiteView
 
 Array = NDArray[np.float64]
+
+STATE = 7
+"""x, y, velocity along both (metres, metres a second), logarithms of length, width and height (metres)."""
+
+_CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (0.0, 1.0)])
+_STEPS = np.diag([0.05, 0.05, 0.0, 0.0, 0.02, 0.02, 0.02])[[0, 1, 4, 5, 6]]
+
+
+def rectangles(states: Array, heading_rad: float, base_m: float, roof: tuple[float, float], view: SiteView) -> Array:
+    """Return the rectangles (N, 4) around the projected bodies of states (N, 7) that stand at height ``base_m``.
+
+    A body has the box's base and, at its height, a smaller roof. NaN where a part is behind the camera.
+    """
+    c, s = np.cos(heading_rad), np.sin(heading_rad)
+    corners = np.where(_CORNERS[:, 2:] > 0.0, _CORNERS * (*roof, 1.0), _CORNERS)
+    corners_m = (corners * np.exp(states[:, None, 4:])) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    corners_m[..., :2] += states[:, None, :2]
+    corners_m[..., 2] += base_m
+    px = view.project(corners_m.reshape(-1, 3))[0].reshape(len(states), 8, 2)
+    return np.concatenate([px.min(axis=1), px.max(axis=1)], axis=1)
+
+
+def linearised(
+    state: Array, heading_rad: float, base_m: float, roof: tuple[float, float], view: SiteView
+) -> tuple[Array, Array]:
+    """Return the rectangle (4,) of a state (7,), and its derivatives (4, 7) by differences."""
+    boxes = rectangles(np.vstack([state, state + _STEPS]), heading_rad, base_m, roof, view)
+    jacobian = np.zeros((4, STATE))
+    jacobian[:, [0, 1, 4, 5, 6]] = (boxes[1:] - boxes[0]).T / _STEPS.max(axis=1)
+    return boxes[0], jacobian
+
+
+HEADINGS_RAD = np.arange(12) * np.pi / 12
+"""A box looks the same from both ends."""
+
+_TURNS = 0.03
+"""Share that moves to each neighbour from picture to picture."""
+_SIDE_PX, _SIDE_SHARE = 1.5, 0.08
+"""Standard deviation of a rectangle's width and height: an edge is off by about a pixel; parts without contrast."""
+_AGREES_RAD = 0.2
+"""Standard deviation of a body's heading about its direction of travel."""
+_FORGETS = 0.8
+"""Successive pictures err alike."""
+
+
+class Heading:
+    """Probabilities (12,) of ``HEADINGS_RAD``."""
+
+    def __init__(self) -> None:
+        """All headings are as likely."""
+        self._weights = np.full(len(HEADINGS_RAD), 1.0 / len(HEADINGS_RAD))
+
+    @property
+    def likeliest_rad(self) -> float:
+        """The most likely heading, 0 to pi, as the mean of it and its neighbours on the doubled angle."""
+        best = int(self._weights.argmax())
+        near = np.arange(best - 1, best + 2) % len(HEADINGS_RAD)
+        phase = np.exp(2j * HEADINGS_RAD[near]) @ self._weights[near]
+        return float(np.angle(phase) / 2 % np.pi)
+
+    def turn(self) -> None:
+        """Let it turn from picture to picture."""
+        w = self._weights
+        self._weights = (1.0 - 2.0 * _TURNS) * w + _TURNS * (np.roll(w, 1) + np.roll(w, -1))
+
+    def travel(self, velocity_mps: Array, covariance: Array) -> None:
+        """Take in a velocity (2,) with its covariance (2, 2): a body points along it, as far as it surely moves."""
+        along = np.column_stack([np.cos(HEADINGS_RAD), np.sin(HEADINGS_RAD)])
+        across = np.column_stack([-along[:, 1], along[:, 0]])
+        off = across @ velocity_mps
+        spread = np.einsum("ki,ij,kj->k", across, covariance, across) + (_AGREES_RAD * (along @ velocity_mps)) ** 2
+        self._weigh(-0.5 * off**2 / spread)
+
+    def look(
+        self,
+        rectangle: Array,
+        state: Array,
+        covariance: Array,
+        base_m: float,
+        roof: tuple[float, float],
+        view: SiteView,
+    ) -> None:
+        """Take in a rectangle (4,) of a box of state (7,): its sides are likelier at some headings than at others."""
+        log = np.zeros(len(HEADINGS_RAD))
+        for k, heading_rad in enumerate(HEADINGS_RAD):
+            expected, jacobian = linearised(state, heading_rad, base_m, roof, view)
+            sides, slope = expected[2:] - expected[:2], jacobian[2:, 4:] - jacobian[:2, 4:]
+            noise = np.diag(_SIDE_PX**2 + (_SIDE_SHARE * sides) ** 2)
+            spread = slope @ covariance[4:, 4:] @ slope.T + noise
+            off = rectangle[2:] - rectangle[:2] - sides
+            log[k] = -0.5 * off @ np.linalg.solve(spread, off) - 0.5 * np.log(np.linalg.det(spread))
+        self._weigh(log)
+
+    def _weigh(self, log: Array) -> None:
+        weights = np.exp((1.0 - _FORGETS) * (log - log.max())) * self._weights
+        self._weights = np.maximum(weights / weights.sum(), 1e-6)
+
 
 _EDGE_PX = 0.8
 """Standard deviation of each edge of a region: for optics and sampling."""
@@ -28,7 +122,7 @@ _STILL_MPS, _RESTS, _AT_REST_MPS2 = 0.25, 4, 0.03
 """Speed below which a car or boat stands, after how many pictures it is taken to stay, and its acceleration then."""
 _PARKS, _SETTLES = (CAR, BOAT), 15
 _SURE = 0.5
-"""Probability from which a region tells a track's heading and class."""
+"""Probability from which a region updates a track's heading and class."""
 _MOVES = 2.0
 """Way of its middle in the picture, in longest sides of its rectangle, from which on a track has moved: what stands
 comes from its parts and changes its size, by up to 1.3 of these in 70 minutes."""
@@ -45,7 +139,7 @@ class Mark:
 
     Attributes:
         identity: its number. afloat: whether on the water.
-        state, covariance: (7,), (7, 7), see ``box_model``. log_odds: of its existence.
+        state, covariance: (7,), (7, 7), see ``STATE``. log_odds: of its existence.
         log_kinds: (4,) log likelihoods of ``KINDS``. kind: the one whose sizes were its prior.
         heading: which way it points.
         seen_px: (4,) its last region. view: of the camera. missed_frames: pictures since then.
@@ -97,7 +191,7 @@ class Mark:
 
     @property
     def is_settled(self) -> bool:
-        """Whether it is parked for long: it cools, and regions of its parts say no more what it is."""
+        """Whether it is parked for long: it cools, and regions of its parts no longer show its class."""
         return self.kind in _PARKS and self.still_frames >= _SETTLES
 
     def predict(self, dt_s: float, survives: float) -> None:
@@ -122,7 +216,7 @@ class Mark:
         box, jacobian = linearised(self.state, self.heading.likeliest_rad, base_m, self.kind.roof, self.view)
         sides = np.tile([self.view.camera.width_px, self.view.camera.height_px], 2)
         inside = (box > 0.0) & (box < sides)
-        # The picture's border cuts the region off: that edge tells nothing.
+        # The picture's border cuts the region off: that edge is no measurement.
         self.expected_px = np.clip(box, 0.0, sides)
         self._jacobian = jacobian * inside[:, None]
 
@@ -189,7 +283,7 @@ class Mark:
         if self.is_settled:
             gain[4:] = 0.0
         elif self.kind is PERSON:
-            # Arms and legs that swing say little of the body between them.
+            # Arms and legs that swing hide the size of the body between them.
             gain[4:6] = 0.0
         kept = np.eye(STATE) - gain @ self._jacobian
         covariance = kept @ self.covariance @ kept.T + gain @ np.diag(doubt * self._noise()) @ gain.T

@@ -9,13 +9,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.harbour_watch.learning import learn_site
-from trackers.harbour_watch.site_model import LearntSite, ModelParameters, SiteModel, forms
+from trackers.harbour_watch.site_model import LearntSite, ModelParameters, SiteModel, forms, learn_site
 from trackers.harbour_watch.watch import Watch
 from trackers.registry import register, register_variant, tunable
-from trackers.site.model_file import load_model, save_model
-from trackers.site.reading import Picture, reading_of
-from trackers.site.survey import Site, Surveyed, placed
+from trackers.site import Picture, Site, Surveyed, placed, reading_of
+from trackers.site_model_file import load_model, save_model
 from trackers.types import CameraModel, Observation, Track
 
 
@@ -29,7 +27,7 @@ class WatchParameters:
         least_score, piece_score: deviations of a region's best box, and of its pieces.
         clip: deviations at which one pixel is cut off.
         claims: probability of existence from which a track's pixels are not learnt; above 1 = never.
-        shown: least probability of existence of a track that is answered. standing: most that is said of one that
+        shown: least probability of existence of a track that is answered. standing: greatest of one that
             began on the first pictures and has not moved since.
         use_counts: False reads the picture after automatic gain control instead.
     """
@@ -60,7 +58,7 @@ class HarbourWatch(Surveyed):
     hour on it was ahead, 86.4 to 77.9 %. One of them, 41, did that. All its eight alarms with log odds above 10 were
     posts, parked cars and a place at the quay's edge that stood out from the first pictures on, as the day was unlike
     those before. Nothing ends such a track: what it claims is not learnt, and each picture counts as new evidence. A
-    mixture of Gaussians takes in what stands. Elsewhere the surest alarms were tracks that had lost whom they followed.
+    mixture of Gaussians takes in what stands. Elsewhere the surest alarms were tracks that had lost their object.
 
     Two mends were tried, on these answers: at most 0.9 for a track of the first three pictures until it has moved by
     twice its size (``harbour_watch_doubts_first``), or for any track until then. At one alarm an hour they found 80.0

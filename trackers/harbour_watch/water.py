@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.site.view import SiteView
+from trackers.site import SiteView
 
 Picture = NDArray[np.float32]
 
@@ -39,7 +39,7 @@ class WaterLevel:
 
     Attributes:
         mean_m: the mean level.
-        mean_rise_px: rows from the band's base up to the mean level; below 0 if no level can be told.
+        mean_rise_px: rows from the band's base up to the mean level; below 0 if no level can be measured.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class WaterLevel:
         Args:
             water: (H, W) where the picture shows water at its mean level. noise: (H, W) counts.
             mean_m: the mean level, of what ``settle`` will get.
-            mean_rise_px: as of a level that is settled; below 0 if no level could be told.
+            mean_rise_px: as of a level that is settled; below 0 if no level could be measured.
         """
         first = water.argmax(axis=0)
         columns = np.flatnonzero(water.any(axis=0) & (first > 0))
@@ -82,7 +82,7 @@ class WaterLevel:
             self._px_per_m = self._upright_px_per_m(mean_rise_px)
 
     def of(self, picture: Picture) -> float | None:
-        """Take in a picture (H, W) and return the level in metres; None where it cannot be told."""
+        """Take in a picture (H, W) and return the level in metres; None where it cannot be measured."""
         if not len(self._columns):
             return None
         share = self._ends(picture)

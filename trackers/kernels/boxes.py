@@ -1,4 +1,4 @@
-"""Boxes ``(x_min, y_min, x_max, y_max)`` in pixels, not limited to the picture."""
+"""Boxes ``(x_min, y_min, x_max, y_max)`` in pixels, not limited to the picture, and cars in them."""
 
 from __future__ import annotations
 
@@ -45,3 +45,21 @@ def intersections_over_union(first_xyxy: NDArray[np.float64], second_xyxy: NDArr
     areas = (np.prod(np.maximum(each[:, 2:] - each[:, :2], 0.0), axis=-1) for each in (first_xyxy, second_xyxy))
     union = np.add.outer(*areas) - shared
     return np.divide(shared, union, out=np.zeros_like(shared), where=union > 0)
+
+
+WIDTH_TO_LENGTH = 0.42
+"""Of a car."""
+
+
+def apparent_length_px(box_xyxy: NDArray[np.float64]) -> float:
+    """Return the length of a car that fills an upright box (4,)."""
+    return float(np.hypot(*length_parts_px(box_xyxy)))
+
+
+def length_parts_px(box_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (2,) L |cos| and L |sin| of a car of length L and width r L in an upright box W x H.
+
+    ``W = L (|cos| + r |sin|)``, ``H = L (|sin| + r |cos|)``.
+    """
+    size_px = box_xyxy[2:] - box_xyxy[:2]
+    return np.maximum((size_px - WIDTH_TO_LENGTH * size_px[::-1]) / (1.0 - WIDTH_TO_LENGTH**2), 0.0)

@@ -1,4 +1,4 @@
-"""Change of the light by the camera's reported settings (paper B, sections 2.2 and 4)."""
+"""Change of the light by the camera's reported settings, as register values (paper B, sections 2.2 and 4)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.histogram import bhattacharyya
-from trackers.types import CameraRegisters
+from trackers.types import CameraRegisters, Observation
 
 LARGEST_WHITE_BALANCE = 1023
 """Of R and B."""
@@ -79,3 +79,22 @@ class LightTrend:
         if shutter < LARGEST_SHUTTER_STEP:
             return float(slope * LARGEST_SHUTTER_STEP / max(shutter, 1))
         return float(slope * LARGEST_GAIN_STEP / max(gain, 1))
+
+
+_REGISTER_LIMITS = {"red": 1023, "blue": 1023, "shutter": 707, "gain": 683}
+
+
+def camera_registers(observation: Observation, before: CameraRegisters | None = None) -> CameraRegisters:
+    """Return the camera's register values; if it reports none, those ``before``.
+
+    Raises:
+        ValueError: if there are neither, or a value is out of range.
+    """
+    registers = (observation.settings.registers if observation.settings else None) or before
+    if registers is None:
+        raise ValueError("settings.registers: expected the camera's automatic settings as register values, got None")
+    for name, largest in _REGISTER_LIMITS.items():
+        value = getattr(registers, name)
+        if not 0 <= value <= largest:
+            raise ValueError(f"settings.registers.{name}: expected 0 to {largest}, got {value}")
+    return registers

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from trackers.kernels.boxes import box_centre
 from trackers.kernels.histogram import histogram_of, hs_bins
 from trackers.light_adaptive_stereo.candidates import Candidate, CandidateParameters, candidate_in_box
-from trackers.light_adaptive_stereo.first_mounting import first_mounting, usual_depth_m
 from trackers.light_adaptive_stereo.light_change import (
     LightTrend,
     brightness_change,
+    camera_registers,
     colour_change,
     dissimilarity,
     white_balance_change,
@@ -33,8 +33,7 @@ from trackers.light_adaptive_stereo.occlusion import (
     share_before,
 )
 from trackers.light_adaptive_stereo.person_kalman import PersonKalman
-from trackers.light_adaptive_stereo.registers import camera_registers
-from trackers.light_adaptive_stereo.stereo_view import StereoView, see
+from trackers.light_adaptive_stereo.stereo_view import StereoView, first_mounting, see, usual_depth_m
 from trackers.registry import register, tunable
 from trackers.types import CameraModel, CameraRegisters, Estimate, Observation
 

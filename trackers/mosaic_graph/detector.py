@@ -8,12 +8,101 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.kernels.boxes import length_parts_px
 from trackers.kernels.ground_camera import CENTRE_HEIGHT_M, GroundCamera
 from trackers.mosaic_graph.colour_model import ColourModel
 from trackers.mosaic_graph.kernels import oriented_box as ob
-from trackers.mosaic_graph.likeness import Likeness
+from trackers.mosaic_graph.mosaic import SHRINK, draw_disc, to_full, to_small
 from trackers.mosaic_graph.registration import Registered
-from trackers.mosaic_graph.small_picture import SHRINK, draw_disc, to_full, to_small
+
+_FEATURES = (ob.INSIDE, ob.AROUND, ob.MISMATCH, ob.MOVED, ob.MOVED_AROUND)
+# Means and deviations of the measures, and the number of pictures this prior is worth: medians over development
+# episodes. Below: least deviations.
+_TARGET = (np.array([3.2, -2.6, 14.0, 58.0, 10.0]), np.array([0.8, 1.0, 8.0, 18.0, 8.0]), 6.0)
+_REST = (np.array([0.4, -2.4, 30.0, 25.0, 15.0]), np.array([1.3, 1.1, 14.0, 20.0, 12.0]), 40.0)
+_TARGET_FLOOR = np.array([0.6, 0.8, 8.0, 15.0, 10.0])
+_REST_FLOOR = np.array([0.8, 0.8, 10.0, 15.0, 8.0])
+_LONGEST_MEMORY = 150.0
+# Greatest squared deviations: with the tails of a normal distribution one outlier would decide. Colour may.
+_TAILS = np.array([14.0, 6.0, 8.0, 6.0, 3.0])
+_LEAST, _MOST = -6.0, 6.0
+# Weight of each measure: logistic regression of "is the target, just back in view" on the differences of
+# log-densities, over development episodes. The surroundings change with the place: their weight is 0.
+_WORTH = np.array([1.2, 0.0, 1.0, 2.0, 0.3])
+_MOSTLY_KNOWN = 0.5
+
+
+class _Class:
+    """Running mean and deviation of the features of one class, starting from a prior."""
+
+    def __init__(
+        self, prior: tuple[NDArray[np.float64], NDArray[np.float64], float], floor: NDArray[np.float64]
+    ) -> None:
+        self._mean = prior[0].copy()
+        self._square = prior[1] ** 2
+        self._count = np.full(len(_FEATURES), prior[2])
+        self._floor = floor
+
+    def learn(self, features: NDArray[np.float64]) -> None:
+        """Update the class with features (F,); NaN = not measured."""
+        given = np.isfinite(features)
+        self._count[given] = np.minimum(self._count[given] + 1, _LONGEST_MEMORY)
+        surprise = np.where(given, features - self._mean, 0.0)
+        rate = 1.0 / self._count
+        self._mean += rate * surprise
+        self._square += rate * np.where(given, surprise**2 - self._square, 0.0)
+
+    def recentre(self, features: NDArray[np.float64]) -> None:
+        """Set the means to features (F,), where these are given."""
+        self._mean = np.where(np.isfinite(features), features, self._mean)
+
+    def log_density(self, features: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the log of a heavy-tailed normal density at each feature (F,)."""
+        deviation = np.maximum(np.sqrt(self._square), self._floor)
+        return -0.5 * np.minimum(((features - self._mean) / deviation) ** 2, _TAILS) - np.log(deviation)
+
+
+class Likeness:
+    """Naive Bayes classifier of the measures of ``kernels.oriented_box``, with the classes target and rest."""
+
+    def __init__(self) -> None:
+        self._target = _Class(_TARGET, _TARGET_FLOOR)
+        self._rest = _Class(_REST, _REST_FLOOR)
+
+    def log_ratio(self, measures: NDArray[np.float64]) -> float:
+        """Return ``log p(measures | target) - log p(measures | rest)`` of measures (MEASURES,), in [-6, 6]."""
+        features = _features(measures)
+        difference = self._target.log_density(features) - self._rest.log_density(features)
+        return float(np.clip(np.nansum(_WORTH * difference), _LEAST, _MOST))
+
+    def start(self, measures: NDArray[np.float64]) -> None:
+        """Replace the target's prior means by the measures (MEASURES,) of the first picture.
+
+        There the background is the ground around the target.
+        """
+        features = _features(measures)
+        # The frame around the box lies on that ground: its difference is no measurement.
+        features[_FEATURES.index(ob.MOVED_AROUND)] = np.nan
+        self._target.recentre(features)
+
+    def learn_target(self, measures: NDArray[np.float64]) -> None:
+        """Update the target's class with measures (MEASURES,)."""
+        self._target.learn(_features(measures))
+
+    def learn_rest(self, measures: NDArray[np.float64]) -> None:
+        """Update the class of the rest with measures (MEASURES,) of another candidate."""
+        self._rest.learn(_features(measures))
+
+
+def _features(measures: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the features (F,), with NaN where the template or the background is unknown."""
+    features = measures[list(_FEATURES)]
+    if measures[ob.MISMATCH] == 0.0:
+        features[_FEATURES.index(ob.MISMATCH)] = np.nan
+    if measures[ob.KNOWN] < _MOSTLY_KNOWN:
+        features[[_FEATURES.index(ob.MOVED), _FEATURES.index(ob.MOVED_AROUND)]] = np.nan
+    return features
+
 
 _OFTEN_SEEN = 4
 _WHOLE = 0.85
@@ -227,3 +316,48 @@ def place(camera: GroundCamera, position_m: NDArray[np.float64]) -> tuple[NDArra
     around = position_m + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
     pixels = to_small(camera.to_picture(around, CENTRE_HEIGHT_M))
     return pixels[0], np.column_stack([pixels[1] - pixels[0], pixels[2] - pixels[0]])
+
+
+_SPREAD_RAD = np.array([-0.2, -0.1, 0.0, 0.1, 0.2])
+_RING = (0.6, 0.85)
+
+
+def look_first(detector: Detector, registered: Registered, box_xyxy: NDArray[np.float64], length_m: float) -> Candidate:
+    """Train ``detector`` on the target inside a box (4,) of the first picture; return the target as a candidate."""
+    camera = registered.camera
+    start_m = camera.to_map(0.5 * (box_xyxy[None, :2] + box_xyxy[None, 2:]), CENTRE_HEIGHT_M)[0]
+    axes_rad = _axes_rad(registered, start_m, box_xyxy)
+    for axis_rad in axes_rad:
+        detector.learn(registered, start_m, axis_rad, shape_rate=0.0)
+    detector.learn_rest(registered, start_m)
+    contrast = _contrast(registered, start_m, length_m)
+    cues = Cues(detector.colours.log_ratio(registered.small_rgb), contrast)
+    # The place is known from the box: a fit of it would include the car's shadow.
+    trials = (axes_rad[:, None] + _SPREAD_RAD).ravel()
+    found = max((detector.measure_at(registered, cues, start_m, axis) for axis in trials), key=detector.merit)
+    detector.learn(registered, start_m, found.axis_rad, shape_rate=1.0)
+    detector.likeness.start(found.measures)
+    return found
+
+
+def _axes_rad(
+    registered: Registered, start_m: NDArray[np.float64], box_xyxy: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the two axes (2,) on the map along which the car may lie: an upright box has a mirrored solution."""
+    across_px, down_px = length_parts_px(box_xyxy)
+    map_from_picture = np.linalg.inv(place(registered.camera, start_m)[1])
+    directions = map_from_picture @ np.array([[across_px, across_px], [down_px, -down_px]])
+    return np.arctan2(directions[1], directions[0])
+
+
+def _contrast(registered: Registered, start_m: NDArray[np.float64], length_m: float) -> NDArray[np.uint8]:
+    """Return the largest difference over the colours of each pixel (H, W) from the ground around the car."""
+    centre, jacobian = place(registered.camera, start_m)
+    length_px = length_m * float(np.sqrt(abs(np.linalg.det(jacobian))))
+    rows, columns = np.indices(registered.small_rgb.shape[:2])
+    distance = np.hypot(columns - centre[0], rows - centre[1]) / length_px
+    around = registered.small_rgb[(distance > _RING[0]) & (distance < _RING[1])]
+    if len(around) == 0:
+        return np.zeros(registered.small_rgb.shape[:2], np.uint8)
+    difference = np.abs(registered.small_rgb - np.median(around, axis=0)).max(axis=2)
+    return np.minimum(difference, ob.UNKNOWN - 1).astype(np.uint8)

@@ -1,15 +1,86 @@
-"""Mosaic of the ground: all pictures so far, stitched into one growing picture."""
+"""Mosaic of the ground: all pictures so far, at half size, stitched into one growing picture."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from trackers.kernels.ground_camera import CENTRE_HEIGHT_M, GroundCamera
-from trackers.mosaic_graph.kernels.blend import blend_into
 from trackers.mosaic_graph.kernels.oriented_box import UNKNOWN
-from trackers.mosaic_graph.small_picture import SHRINK, draw_disc, small_size, to_small
+
+SHRINK = 2
+"""Full resolution over that of the small picture."""
+_FAR_PX = 10_000
+
+
+def shrink(image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return the picture at 1 / SHRINK of its size, by averaging."""
+    height, width = image_rgb.shape[:2]
+    return cv2.resize(image_rgb, small_size(width, height), interpolation=cv2.INTER_AREA)
+
+
+def small_size(width_px: int, height_px: int) -> tuple[int, int]:
+    """Return width and height of the shrunk picture, at least one pixel each."""
+    return max(width_px // SHRINK, 1), max(height_px // SHRINK, 1)
+
+
+def to_full(small: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Convert OpenCV's indices in the small picture (whole numbers are centres) to pixels of the full one."""
+    return (small.astype(np.float64) + 0.5) * SHRINK
+
+
+def to_small(full: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Convert pixels of the full picture to OpenCV's indices in the small one."""
+    return full / SHRINK - 0.5
+
+
+def draw_disc(picture: NDArray[Any], centre: NDArray[np.float64], radius_px: float, value: float) -> None:
+    """Set the pixels of ``picture`` (H, W) within ``radius_px`` of ``centre`` (2,), in place; none if the centre is not
+    finite or far outside.
+    """
+    if np.isfinite(radius_px) and np.isfinite(centre).all() and np.abs(centre).max() < _FAR_PX:
+        radius_px = min(radius_px, _FAR_PX)
+        cv2.circle(picture, tuple(np.round(centre).astype(int).tolist()), int(radius_px) + 1, value, -1)
+
+
+@njit(cache=True, fastmath=True)
+def blend_into(
+    mean: NDArray[np.float32],
+    rounded: NDArray[np.uint8],
+    count: NDArray[np.uint8],
+    patch: NDArray[np.uint8],
+    weight: NDArray[np.uint8],
+    slowest_rate: float,
+) -> None:
+    """Add ``patch`` to the running mean, in place.
+
+    Where ``weight`` w > 0:  ``mean <- mean + (w / 255) max(1 / (n + 1), slowest_rate) (patch - mean)``, and
+    ``n <- min(n + 1, 255)`` if w >= 128. The first time (n = 0) the mean becomes the patch and n = 1
+    whatever the weight.
+
+    Args:
+        mean: (H, W, 3) running mean; rounded: (H, W, 3) the same in 8 bit; count: (H, W) pictures so far.
+        patch: (H, W, 3) new picture; weight: (H, W), 0 = not seen here.
+        slowest_rate: in (0, 1], floor of the rate, so that the mean follows the light.
+    """
+    for i in range(patch.shape[0]):
+        for j in range(patch.shape[1]):
+            if weight[i, j] == 0:
+                continue
+            rate = 1.0
+            if count[i, j] > 0:
+                rate = max(1.0 / (count[i, j] + 1.0), slowest_rate) * weight[i, j] / 255.0
+            if count[i, j] == 0 or (weight[i, j] >= 128 and count[i, j] < 255):
+                count[i, j] += 1
+            for c in range(3):
+                value = mean[i, j, c] + rate * (patch[i, j, c] - mean[i, j, c])
+                mean[i, j, c] = value
+                rounded[i, j, c] = np.uint8(value + 0.5)
+
 
 _GROW_CELLS = 256
 _SLOWEST_RATE = 0.06
@@ -105,10 +176,7 @@ class Mosaic:
 
 
 def standing_ground(
-    camera: GroundCamera,
-    difference: NDArray[np.uint8] | None,
-    target_m: NDArray[np.float64] | None,
-    length_m: float,
+    camera: GroundCamera, difference: NDArray[np.uint8] | None, target_m: NDArray[np.float64] | None, length_m: float
 ) -> NDArray[np.uint8]:
     """Return the weight (H, W) 1-255 of each pixel of a shrunk picture as static ground: 70 where it changed suddenly,
     1 on the target.

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.ground_camera import GroundCamera, fit_pose, looking_down
-from trackers.mosaic_graph.mosaic import Mosaic
-from trackers.mosaic_graph.small_picture import shrink, to_full, to_small
+from trackers.mosaic_graph.mosaic import Mosaic, shrink, to_full, to_small
 from trackers.types import CameraModel, EgoPose, Observation
 
 _CORNERS = 160

@@ -10,14 +10,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.mosaic_graph.colour_model import smooth_counts
-from trackers.mosaic_graph.kernels.colour_table import CELLS, count_colours, look_up
-from trackers.mosaic_graph.kernels.roads import RoadGraph, Roads
+from trackers.mosaic_graph.colour_model import CELLS, count_colours, look_up, smooth_counts
+from trackers.mosaic_graph.kernels.road_position import RoadGraph, Roads
 from trackers.mosaic_graph.kernels.skeleton import thin, trace_lines
-from trackers.mosaic_graph.mosaic import Mosaic
-from trackers.mosaic_graph.road_graph import build_graph
-from trackers.mosaic_graph.road_sketch import RoadSketch
-from trackers.mosaic_graph.small_picture import draw_disc
+from trackers.mosaic_graph.mosaic import Mosaic, draw_disc
+from trackers.mosaic_graph.road_graph import RoadSketch, build_graph
 
 _GRID_M = 0.5
 _REACH_M = 120.0

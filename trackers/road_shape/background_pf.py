@@ -9,15 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre
-from trackers.kernels.colour_template import ColourTemplate
-from trackers.kernels.histogram import hs_bins
+from trackers.kernels.histogram import ColourTemplate, hs_bins
 from trackers.particle_filter import ParticleFilter
 from trackers.registry import register, tunable
 from trackers.road_shape.background_motion import STILL, BackgroundMotionFilter, BackgroundMotionParameters
-from trackers.road_shape.car_state import HEADING, POSITION, CarModel, car_estimate, image_centre, place_and_heading
-from trackers.road_shape.existence import ExistenceMap
-from trackers.road_shape.ground_classes import load_class_statistics
-from trackers.road_shape.pixel_classes import PixelClassifier
+from trackers.road_shape.colour_pf import HEADING, POSITION, CarModel, car_estimate, image_centre, place_and_heading
+from trackers.road_shape.existence import ExistenceMap, PixelClassifier, load_class_statistics
 from trackers.road_shape.road_lines import RoadSearch
 from trackers.road_shape.road_model import RoadModel
 from trackers.road_shape.road_shape_pf import RoadInstant

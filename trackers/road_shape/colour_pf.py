@@ -1,20 +1,146 @@
-"""The plain colour particle filter of paper A, section 2 (A.1)."""
+"""``colour_pf``, the plain colour particle filter of paper A, and the car's state, shared by its three filters."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.kernels.boxes import box_centre
-from trackers.kernels.colour_template import ColourTemplate
-from trackers.kernels.histogram import hs_bins
-from trackers.particle_filter import ParticleFilter
+from trackers.kernels.boxes import box_around, box_centre, inside_picture
+from trackers.kernels.histogram import ColourTemplate, hs_bins
+from trackers.kernels.particles import circular_mean
+from trackers.particle_filter import ParticleFilter, Posterior
 from trackers.registry import register, tunable
-from trackers.road_shape.background_motion import measured_motion
-from trackers.road_shape.car_state import POSITION, CarModel, Instant, car_estimate, image_centre
-from trackers.types import EgoPose, Estimate, Observation
+from trackers.road_shape.background_motion import Motion, measured_motion
+from trackers.types import CameraModel, EgoPose, Estimate, Observation
+
+X, Y, SPEED, HEADING = range(4)
+"""Columns of a state: position in pixels from the image centre, speed in pixels a frame, heading in radians from +x
+towards +y."""
+
+POSITION = slice(0, 2)
+
+
+def image_centre(camera: CameraModel) -> NDArray[np.float64]:
+    """Return the image centre (2,) in pixels from the top left corner."""
+    return 0.5 * np.array([camera.width_px, camera.height_px])
+
+
+START_NOISE = 0.06
+FASTEST_START = 0.35
+"""See ``initial_states``."""
+
+
+def initial_states(
+    count: int, position_px: NDArray[np.float64], car_px: float, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Draw states (N, 4): position normal around (2,), speed uniform in [0, fastest], heading uniform.
+
+    Reading: the paper does not define the start. One box gives neither speed nor heading; the position's standard
+    deviation is 0.06 and the fastest speed 0.35 per frame, in lengths of the car (``car_px``).
+    """
+    states = np.empty((count, 4))
+    states[:, POSITION] = rng.normal(position_px, START_NOISE * car_px, (count, 2))
+    states[:, SPEED] = rng.uniform(0.0, FASTEST_START * car_px, count)
+    states[:, HEADING] = rng.uniform(-np.pi, np.pi, count)
+    return states
+
+
+def move_on(
+    states: NDArray[np.float64], motion: Motion, speed_noise_px: float, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Return the states (N, 4) of the next frame: moved by their velocity, then with the picture; no heading noise yet.
+
+    ``(x, y)' = m((x, y) + V (cos θ, sin θ))``, ``V' = V + N(0, τV²)``, ``θ'`` the heading as turned by m. With m the
+    paper's rigid motion: ``m(p) = Rot(-ω) p - (Vx, Vy)``, ``θ' = θ - ω`` (paper A, equations 2.2-2.4, 4.19-4.21). A
+    negative speed is a car that drives backwards.
+    """
+    heading = np.empty((len(states), 2))
+    np.cos(states[:, HEADING], out=heading[:, 0])
+    np.sin(states[:, HEADING], out=heading[:, 1])
+    before = states[:, POSITION] + states[:, SPEED, None] * heading
+    moved = np.empty_like(states)
+    moved[:, POSITION] = motion.move(before)
+    turned = motion.move(before + heading) - moved[:, POSITION]
+    moved[:, SPEED] = states[:, SPEED] + rng.normal(0.0, speed_noise_px, len(states))
+    moved[:, HEADING] = np.arctan2(turned[:, 1], turned[:, 0])
+    return moved
+
+
+class Walk(Protocol):
+    """Noise of speed and heading: τV, lengths of the car per frame, and τθ."""
+
+    @property
+    def speed_noise(self) -> float: ...
+
+    @property
+    def heading_noise_rad(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Instant:
+    """One picture's bins (H, W), its centre (2,), and the ground's motion since the last picture."""
+
+    bins: NDArray[np.uint8]
+    centre_px: NDArray[np.float64]
+    motion: Motion
+
+
+Parameters = TypeVar("Parameters", bound=Walk)
+Observed = TypeVar("Observed", bound=Instant)
+
+
+class CarModel(Generic[Parameters, Observed]):
+    """What the models of the three filters share: the prior, and the motion without a road."""
+
+    def __init__(self, parameters: Parameters, template: ColourTemplate, start_px: NDArray[np.float64]) -> None:
+        """``start_px`` (2,) is the centre of the car's first box, from the image centre."""
+        self._parameters = parameters
+        self._template = template
+        self._start_px = start_px
+
+    def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """See ``initial_states``."""
+        return initial_states(count, self._start_px, self._template.car_px, rng)
+
+    def predict(self, states: NDArray[np.float64], observed: Observed, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Return the next states (N, 4): ``move_on``, then ``θ' = θ + N(0, τθ²)`` with θ from ``_directed``."""
+        moved = move_on(states, observed.motion, self._parameters.speed_noise * self._template.car_px, rng)
+        moved[:, HEADING] = self._directed(moved, observed)
+        moved[:, HEADING] += rng.normal(0.0, self._parameters.heading_noise_rad, len(states))
+        return moved
+
+    def _directed(self, moved: NDArray[np.float64], observed: Observed) -> NDArray[np.float64]:
+        """Return the mean headings (N,) of the next frame: those of the moved states."""
+        return moved[:, HEADING]
+
+
+def place_and_heading(posterior: Posterior) -> tuple[NDArray[np.float64], float]:
+    """Return the weighted means of position (2,), from the image centre, and heading."""
+    position_px = posterior.weights @ posterior.states[:, POSITION]
+    return position_px, circular_mean(posterior.states[:, HEADING], posterior.weights)
+
+
+def car_estimate(posterior: Posterior, camera: CameraModel, size_px: NDArray[np.float64]) -> Estimate:
+    """Return the estimate of a posterior over car states: weighted means before resampling.
+
+    The box keeps its first size (2,) as the paper's rectangle does. The paper's methods give no in-view probability;
+    here it is what the weights outside the picture leave of 1, which is 1 exactly if there are none.
+    """
+    particles_px = posterior.states[:, POSITION] + image_centre(camera)
+    weights = posterior.weights
+    position_px = weights @ particles_px
+    outside = ~inside_picture(particles_px, camera.width_px, camera.height_px)
+    return Estimate(
+        position_px=position_px,
+        box_xyxy=box_around(position_px, size_px),
+        heading_rad=circular_mean(posterior.states[:, HEADING], weights),
+        in_view_probability=float(max(1.0 - weights[outside].sum(), 0.0)),
+        particles_px=particles_px,
+        weights=weights,
+    )
 
 
 @dataclass(frozen=True)

@@ -9,21 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre
-from trackers.kernels.colour_template import ColourTemplate
-from trackers.kernels.histogram import hs_bins
+from trackers.kernels.histogram import ColourTemplate, hs_bins
 from trackers.particle_filter import ParticleFilter
 from trackers.registry import register, tunable
 from trackers.road_shape.background_motion import STILL, measured_motion
-from trackers.road_shape.car_state import (
+from trackers.road_shape.colour_pf import (
     HEADING,
     POSITION,
     CarModel,
+    ColourParameters,
     Instant,
     car_estimate,
     image_centre,
     place_and_heading,
 )
-from trackers.road_shape.colour_pf import ColourParameters
 from trackers.road_shape.road_lines import RoadSearch
 from trackers.road_shape.road_model import RoadCurve, RoadModel
 from trackers.types import EgoPose, Estimate, Observation

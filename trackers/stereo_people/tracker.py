@@ -9,15 +9,13 @@ from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre
 from trackers.light_adaptive_stereo.candidates import CandidateParameters, candidate_in_box
-from trackers.light_adaptive_stereo.first_mounting import first_mounting
+from trackers.light_adaptive_stereo.light_change import camera_registers
 from trackers.light_adaptive_stereo.matching import StereoMatcher, baseline_m
 from trackers.light_adaptive_stereo.occlusion import OcclusionParameters, share_before
-from trackers.light_adaptive_stereo.registers import camera_registers
-from trackers.light_adaptive_stereo.stereo_view import StereoView, see
+from trackers.light_adaptive_stereo.stereo_view import StereoView, first_mounting, see
 from trackers.registry import register, register_variant, tunable
 from trackers.stereo_people.look import log_levels
-from trackers.stereo_people.nearby import points_of_body
-from trackers.stereo_people.scene import Scene
+from trackers.stereo_people.scene import Scene, points_of_body
 from trackers.stereo_people.tracks import Sighting, Track, TrackParameters, associate
 from trackers.types import CameraRegisters, Estimate, Observation
 
@@ -131,7 +129,7 @@ class StereoPeople:
 
     def _take_in(self, view: StereoView) -> None:
         sightings = [self._scene.whole(view, candidate) for candidate in view.candidates]
-        # A target lost for long may be anywhere: its predicted place says nothing any more.
+        # A target lost for long may be anywhere: its predicted place is no evidence any more.
         is_lost = self._unconfirmed_s() > self._parameters.answered_s
         found = associate(self._others if is_lost else [self._target, *self._others], sightings)
         found = [None, *found] if is_lost else found

@@ -13,7 +13,7 @@ RIDGE = 0.03
 SCARCE = 150.0
 """The prior weighs double with so many independent samples."""
 _FEW = 5.0
-"""So many independent samples weigh as much as the prior in what single numbers tell: its share, and the spread."""
+"""So many independent samples weigh as much as the prior in single numbers: its share, and the spread."""
 _NEAREST = 0.003
 """Distances below this many units count as this much, so that no sample has unbounded weight."""
 _ROUNDS = 6

@@ -31,7 +31,7 @@ from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.jobs import CONTROLLER_FAILED_AT
 from benchmarks.run.time_limit import Taken
 from scenarios.scenario import Frame
-from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
+from trackers.gaps import Bridge, GapMethod, Piece, Surroundings
 from trackers.types import CameraCommand, Estimate
 
 _OF_SCORES = ("repeat", "metric", "value", "weight", "seconds", "editions")

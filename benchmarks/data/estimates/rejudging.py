@@ -36,7 +36,7 @@ from benchmarks.run.result_folder import append_block, tidy
 from benchmarks.run.selection import check_renderer
 from scenarios.loop import Loop
 from sim.checks import check
-from trackers.gaps.types import Bridge, Piece, Surroundings
+from trackers.gaps import Bridge, Piece, Surroundings
 
 
 @dataclass(frozen=True)

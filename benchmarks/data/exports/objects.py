@@ -14,8 +14,7 @@ from benchmarks.data.exports.frames import PARTIAL, StoredFrame
 from benchmarks.data.sets.data_set import DataSet
 from scenarios import catalog
 from scenarios.visibility import MOSTLY_SEEN, states_of
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 
 ClassLevel = Literal["class", "kind"]
 

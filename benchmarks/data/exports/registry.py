@@ -14,8 +14,7 @@ from benchmarks.data.sets.notes import COORDINATES, hub_head, split_of
 from benchmarks.data.sets.request import FORMAT
 from benchmarks.data.sets.verifying import damaged
 from benchmarks.run.packages import check_packages
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 
 _FORMATS = {
     "coco": "benchmarks.data.exports.coco:COCO",

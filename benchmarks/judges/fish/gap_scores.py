@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 from benchmarks.contract.judging import Score
 from benchmarks.judges.fish.gap_protocol import BridgedGap, Gap, Measure, Tracks, bridge_gaps, cut_gaps, turn_rad
 from sim.rng import generator
-from trackers.gaps.types import GapMethod
+from trackers.gaps import GapMethod
 
 GAP_FRAMES = (50, 100, 200)
 """Numbers of lost frames, those of the paper."""

@@ -18,7 +18,7 @@ from benchmarks.judges.fish.gap_scores import assigned
 from benchmarks.judges.fish.links import APART_FRAMES, FishGap, Link, Outcome
 from benchmarks.judges.runs import runs
 from sim.rng import generator
-from trackers.gaps.types import Bridge, GapMethod, Surroundings
+from trackers.gaps import Bridge, GapMethod, Surroundings
 
 SEARCH_FRAMES = 200
 """A successor begins within so many frames."""

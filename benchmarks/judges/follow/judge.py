@@ -15,7 +15,7 @@ from benchmarks.judges.view_time import find_losses, view_scores
 from scenarios.in_view import centring, is_in_view
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.truth import Truth
-from trackers.belief.command_shares import shares_of
+from trackers.belief.features import shares_of
 from trackers.belief.kernel import SEEN_PROBABILITY
 from trackers.types import CameraCommand, Estimate
 

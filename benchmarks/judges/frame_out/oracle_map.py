@@ -31,7 +31,7 @@ from scenarios.road_town.traffic import (
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from sim.optics import project
-from trackers.kernels.posterior import geometric_median
+from trackers.kernels.particles import geometric_median
 from trackers.types import Estimate, Start
 
 _HELD_UP_WITHIN_S = 4.0

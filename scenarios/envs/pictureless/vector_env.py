@@ -23,8 +23,7 @@ from scenarios.envs.reward import TERMS
 from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import COMMANDS
 from scenarios.scenario import World
-from sim.checks import check
-from sim.choices import check_choice
+from sim.checks import check, check_choice
 from trackers.belief.features import FEATURES, features_of
 from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, update_beliefs
 

@@ -17,12 +17,20 @@ from numpy.typing import NDArray
 from sim.checks import check
 from sim.mesh import Texture
 from sim.render.compilation import announce_compilation
-from sim.shaders.baked.direct import MUCH_SKY, add_lamps, sky_levels, sky_light
+from sim.shaders.baked.direct import (
+    MUCH_SKY,
+    SunLight,
+    add_lamps,
+    resample,
+    sky_levels,
+    sky_light,
+    sun_at_samples,
+    sun_light,
+)
 from sim.shaders.baked.light_grid import Grid, Reflecting, cube_places, gather, grid_over_ground
 from sim.shaders.baked.light_maps import Geometry, Lattice, fill_hidden, in_the_open, lattice, samples
 from sim.shaders.baked.radiosity import arriving_at, cut, factors_between, mean_over_patches, thrown_back
 from sim.shaders.baked.rays import Rectangles, rectangles, sphere_directions
-from sim.shaders.baked.sun import SunLight, resample, sun_at_samples, sun_light
 from sim.shaders.colour import LUMINANCE_WEIGHTS, srgb_to_linear
 from sim.shaders.daylight import Sun
 from sim.shaders.lamps import BrightArea, Lamp, Sources, small_sources

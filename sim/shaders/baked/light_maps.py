@@ -123,13 +123,7 @@ def fill_hidden(where: Lattice, is_open: NDArray[np.bool_], values: NDArray[np.f
 
 @njit(cache=True)
 def add_between(
-    where: Lattice,
-    r: int,
-    u: float,
-    v: float,
-    weight: float,
-    values: NDArray[np.float32],
-    result: NDArray[np.float64],
+    where: Lattice, r: int, u: float, v: float, weight: float, values: NDArray[np.float32], result: NDArray[np.float64]
 ) -> None:
     """Add to ``result`` (C,) ``weight`` times the samples (T, C) of rectangle r, interpolated at (u, v)."""
     columns, rows = where.columns[r], where.rows[r]

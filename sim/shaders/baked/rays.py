@@ -141,7 +141,7 @@ def count_backs(
     share = np.zeros(points_m.shape[0])
     distances = np.empty(them.offset.shape[0], np.float32)
     for n in range(points_m.shape[0]):
-        asked, backs = 0, 0
+        traced, backs = 0, 0
         normal = normals[owner[n]]
         anywhere = normal[0] == 0.0 and normal[1] == 0.0 and normal[2] == 0.0
         for k in range(directions.shape[0]):
@@ -149,7 +149,7 @@ def count_backs(
             if not anywhere and dx * normal[0] + dy * normal[1] + dz * normal[2] <= 0.1:
                 continue
             found, _, _, front = nearest(them, points_m[n, 0], points_m[n, 1], points_m[n, 2], dx, dy, dz, distances)
-            asked += 1
+            traced += 1
             backs += 1 if found >= 0 and not front else 0
-        share[n] = backs / max(asked, 1)
+        share[n] = backs / max(traced, 1)
     return share

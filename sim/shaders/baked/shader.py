@@ -17,27 +17,21 @@ from sim.checks import check
 from sim.gbuffer import GBuffer
 from sim.optics import PinholeCamera, rays
 from sim.render.row_stages import RowStage, light_picture
-from sim.render.shadow_map import ShadowCaster
-from sim.render.shadow_tiles import BLOCK
+from sim.render.shadow_map import BLOCK, ShadowCaster
 from sim.shaders.baked.bake import BakedLight
 from sim.shaders.baked.direct import sun_share
 from sim.shaders.baked.light_grid import light_up_places
 from sim.shaders.baked.shader_kernels import BakedArrays, add_up, baked_row, new_baked_scratch
-from sim.shaders.black_body import black_body_rgb
+from sim.shaders.colour import black_body_rgb
 from sim.shaders.contact_shadows import STEP_M, ContactShadows
-from sim.shaders.daylight import shadows_in_view
-from sim.shaders.daylight_kernels import NOT_IN_MAP, ShadowArrays
+from sim.shaders.daylight import NOT_IN_MAP, ShadowArrays, shadows_in_view
 from sim.shaders.lamps import BrightArea
 from sim.world import World
 
 _FLOOR_RANGE_M = 0.3
 _SHADOW_TEXELS = 512
 _NO_SHADOWS = ShadowArrays(
-    np.zeros(BLOCK * BLOCK, np.float32),
-    np.zeros(1, np.float32),
-    BLOCK,
-    np.zeros((3, 4), np.float32),
-    np.float32(1.0),
+    np.zeros(BLOCK * BLOCK, np.float32), np.zeros(1, np.float32), BLOCK, np.zeros((3, 4), np.float32), np.float32(1.0)
 )
 _AROUND = np.array([(1.0, 1.0, 1.0), (1.0, -1.0, -1.0), (-1.0, 1.0, -1.0), (-1.0, -1.0, 1.0)]) / np.sqrt(3)
 """Places in a body where the sun is sampled, in shares of its half size."""

@@ -1,4 +1,8 @@
-"""The kernels of ``sim.shaders.baked.shader``, a row of pixels at a time.
+"""The kernels of ``sim.shaders.baked.shader``: light on runs of pixels, of panels, of other bodies and of the sky.
+
+Pixels are those from ``first`` up to, not including, ``last`` of the row's arrays (W,).
+
+Pixels are those from ``first`` up to, not including, ``last`` of the row's arrays (W,).
 
 A row is a few *runs* of pixels that show the same body. On a panel, the shares u and v of its sides are ``depth (base +
 step column) + offset``; its map of light is interpolated between four samples. Loops that compute, fetch and mix are
@@ -14,12 +18,178 @@ from numpy.typing import NDArray
 
 from sim.render.attributes import SurfaceRow
 from sim.render.compilation import row_kernel
-from sim.render.runs import PITCH, new_lines
-from sim.shaders.baked.body_kernels import body_run, sky_run, sun_on_body
-from sim.shaders.baked.panel_kernels import LIGHT_LINES, mix_light, mix_run, place_run
-from sim.shaders.daylight_kernels import ShadowArrays, ShadowScratch, new_shadow_scratch, reflect_row, shadow_row
+from sim.render.rows import LANES, PITCH, new_lines
+from sim.shaders.daylight import ShadowArrays, ShadowScratch, new_shadow_scratch, reflect_row, shadow_row
 
+LIGHT_LINES = 5
 ONE, ZERO = np.float32(1.0), np.float32(0.0)
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def place_run(
+    place: NDArray[np.float32],
+    panel: int,
+    row: int,
+    first_sample: int,
+    columns: int,
+    rows: int,
+    first: np.uint64,
+    last: np.uint64,
+    depth_m: NDArray[np.float32],
+    index: NDArray[np.uint32],
+    x: NDArray[np.float32],
+    y: NDArray[np.float32],
+) -> None:
+    """Write the places of pixels on a panel: number of the sample before, and fractions towards the next ones.
+
+    Args:
+        place: see ``BakedArrays``.
+        first_sample, columns, rows: of the panel's map.
+    """
+    down = np.float32(row)
+    u_base, u_step, u_start = place[panel, 0] + place[panel, 2] * down, place[panel, 1], place[panel, 3]
+    v_base, v_step, v_start = place[panel, 4] + place[panel, 6] * down, place[panel, 5], place[panel, 7]
+    wide, high = np.float32(columns - 1), np.float32(rows - 1)
+    start, pitch = np.int32(first_sample), np.int32(columns)
+    last_column, last_row = np.int32(columns - 2), np.int32(rows - 2)
+    for k in range(first, last):
+        column, depth = np.float32(np.int32(k)), depth_m[k]
+        u = (u_base + u_step * column) * depth + u_start
+        v = (v_base + v_step * column) * depth + v_start
+        s, t = min(max(u, ZERO), ONE) * wide, min(max(v, ZERO), ONE) * high
+        j, i = min(np.int32(s), last_column), min(np.int32(t), last_row)
+        index[k] = np.uint32(np.int32(start + np.int32(i * pitch)) + j)
+        x[k], y[k] = s - np.float32(j), t - np.float32(i)
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def mix_light(
+    light: NDArray[np.float32],
+    columns: int,
+    first: np.uint64,
+    last: np.uint64,
+    index: NDArray[np.uint32],
+    lines: NDArray[np.float32],
+) -> None:
+    """Write the bilinear light ``level + x across + y (down + x twist)`` between four samples each.
+
+    On near panels many neighbouring pixels share these four, which are read once.
+
+    Args:
+        lines: line buffer of x, y, red, green and blue, see ``sim.render.rows``.
+    """
+    one = np.uint64(1)
+    to_y, to_red, to_green, to_blue = np.uint64(PITCH), np.uint64(2 * PITCH), np.uint64(3 * PITCH), np.uint64(4 * PITCH)
+    k = first
+    while k < last:
+        here = index[k]
+        a = np.uint64(here)
+        b = a + np.uint64(columns)
+        r, g, b_ = light[a, 0], light[a, 1], light[a, 2]
+        r_across, g_across, b_across = light[a + one, 0] - r, light[a + one, 1] - g, light[a + one, 2] - b_
+        r_down, g_down, b_down = light[b, 0] - r, light[b, 1] - g, light[b, 2] - b_
+        r_twist = light[b + one, 0] - light[b, 0] - r_across
+        g_twist = light[b + one, 1] - light[b, 1] - g_across
+        b_twist = light[b + one, 2] - light[b, 2] - b_across
+        end = k + one
+        while end < last and index[end] == here:
+            end += one
+        for block in range(k, end, np.uint64(LANES)):
+            for n in range(block, block + np.uint64(LANES)):
+                s, t = lines[n], lines[to_y + n]
+                lines[to_red + n] = r + s * r_across + t * (r_down + s * r_twist)
+                lines[to_green + n] = g + s * g_across + t * (g_down + s * g_twist)
+                lines[to_blue + n] = b_ + s * b_across + t * (b_down + s * b_twist)
+        k = end
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def mix_run(
+    values: NDArray[np.float32],
+    columns: int,
+    first: np.uint64,
+    last: np.uint64,
+    index: NDArray[np.uint32],
+    x: NDArray[np.float32],
+    y: NDArray[np.float32],
+    factor: np.float32,
+    result: NDArray[np.float32],
+) -> None:
+    """Write ``factor`` times the bilinear value between four samples each."""
+    for k in range(first, last):
+        a = np.uint64(index[k])
+        b = a + np.uint64(columns)
+        upper = values[a] + x[k] * (values[a + np.uint64(1)] - values[a])
+        lower = values[b] + x[k] * (values[b + np.uint64(1)] - values[b])
+        result[k] = factor * (upper + y[k] * (lower - upper))
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def body_run(
+    cubes: NDArray[np.float32],
+    body: int,
+    first: np.uint64,
+    last: np.uint64,
+    normal: NDArray[np.float32],
+    red: NDArray[np.float32],
+    green: NDArray[np.float32],
+    blue: NDArray[np.float32],
+) -> None:
+    """Write ``sum of n_k² E_side(k)`` of pixels of a body."""
+    cube = cubes[body]  # Loaded before the loop, which then selects between two numbers each and becomes vector code.
+    r0, r1, r2, r3, r4, r5 = cube[0, 0], cube[1, 0], cube[2, 0], cube[3, 0], cube[4, 0], cube[5, 0]
+    g0, g1, g2, g3, g4, g5 = cube[0, 1], cube[1, 1], cube[2, 1], cube[3, 1], cube[4, 1], cube[5, 1]
+    b0, b1, b2, b3, b4, b5 = cube[0, 2], cube[1, 2], cube[2, 2], cube[3, 2], cube[4, 2], cube[5, 2]
+    for k in range(first, last):
+        x, y, z = normal[0, k], normal[1, k], normal[2, k]
+        is_ahead, is_aside, is_up = x > ZERO, y > ZERO, z > ZERO
+        x, y, z = x * x, y * y, z * z
+        red[k] = x * (r0 if is_ahead else r3) + y * (r1 if is_aside else r4) + z * (r2 if is_up else r5)
+        green[k] = x * (g0 if is_ahead else g3) + y * (g1 if is_aside else g4) + z * (g2 if is_up else g5)
+        blue[k] = x * (b0 if is_ahead else b3) + y * (b1 if is_aside else b4) + z * (b2 if is_up else b5)
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def sun_on_body(
+    towards_sun: NDArray[np.float32],
+    share: np.float32,
+    first: np.uint64,
+    last: np.uint64,
+    normal: NDArray[np.float32],
+    cosine: NDArray[np.float32],
+    sun_lit: NDArray[np.float32],
+) -> None:
+    """Write ``max(0, n . l)`` of pixels of a body, and its product with the share of the sun that arrives."""
+    for k in range(first, last):
+        along = normal[0, k] * towards_sun[0] + normal[1, k] * towards_sun[1] + normal[2, k] * towards_sun[2]
+        cosine[k] = max(along, ZERO)
+        sun_lit[k] = share * cosine[k]
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def sky_run(
+    sky: NDArray[np.float32],
+    rays: NDArray[np.float32],
+    row: int,
+    first: np.uint64,
+    last: np.uint64,
+    red: NDArray[np.float32],
+    green: NDArray[np.float32],
+    blue: NDArray[np.float32],
+) -> None:
+    """Write the sky's radiance in the directions of pixels."""
+    down = np.float32(row)
+    bx, by, bz = rays[0, 0] + down * rays[2, 0], rays[0, 1] + down * rays[2, 1], rays[0, 2] + down * rays[2, 2]
+    sx, sy, sz = rays[1, 0], rays[1, 1], rays[1, 2]
+    r, g, b = sky[0, 0], sky[0, 1], sky[0, 2]
+    r_rise, g_rise, b_rise = sky[1, 0], sky[1, 1], sky[1, 2]
+    for k in range(first, last):
+        column = np.float32(np.int32(k))
+        dx, dy, dz = bx + column * sx, by + column * sy, bz + column * sz
+        flat = ONE - max(dz, ZERO) / np.sqrt(dx * dx + dy * dy + dz * dz)
+        red[k], green[k], blue[k] = r + r_rise * flat, g + g_rise * flat, b + b_rise * flat
+
+
 _SUMMED_AT_ONCE = 2048
 
 
@@ -72,7 +242,7 @@ class BakedScratch(NamedTuple):
     """Scratch of ``baked_row``, for rows of W pixels; float32 except indices and counts.
 
     Attributes:
-        lines: line buffer (``sim.render.runs``) of x and y, how far a pixel lies beyond a sample, and of the light's
+        lines: line buffer (``sim.render.rows``) of x and y, how far a pixel lies beyond a sample, and of the light's
             red, green and blue; these five are (W,) views of it.
         sample: (W,) uint32, number of the sample before a pixel.
         darkening: (W,) by bodies nearby. sun_lit: (W,) share of the sun on a surface. cosine: (W,) between normal and
@@ -199,12 +369,7 @@ def _light_panel(
 
 @row_kernel(forceinline=True, error_model="numpy")
 def _light_body(
-    light: BakedArrays,
-    body: int,
-    first: np.uint64,
-    last: np.uint64,
-    normal: NDArray[np.float32],
-    scratch: BakedScratch,
+    light: BakedArrays, body: int, first: np.uint64, last: np.uint64, normal: NDArray[np.float32], scratch: BakedScratch
 ) -> bool:
     """Write the light on a run of pixels of a body that is no panel; return whether the sun may fall on it."""
     body_run(light.cubes, body, first, last, normal, scratch.red, scratch.green, scratch.blue)
@@ -216,12 +381,7 @@ def _light_body(
 
 @row_kernel(forceinline=True, error_model="numpy")
 def _add_sunshine(
-    light: BakedArrays,
-    row: int,
-    depth_m: NDArray[np.float32],
-    scratch: BakedScratch,
-    first: np.uint64,
-    last: np.uint64,
+    light: BakedArrays, row: int, depth_m: NDArray[np.float32], scratch: BakedScratch, first: np.uint64, last: np.uint64
 ) -> None:
     """Add direct sunlight to columns first … last - 1, with the shadows of moving bodies."""
     sun_lit = scratch.sun_lit

@@ -1,4 +1,16 @@
-"""The sea in a thermal picture: what its facets emit and reflect, waves by waves; see ``thermal_sea_tables``."""
+"""The sea in a thermal picture: what its facets emit and reflect, waves by waves, and the sun's glitter.
+
+A facet mirrors the sun to the camera if its normal lies halfway between the two. Of water whose fine slopes are
+normally distributed about those of the waves that are seen, with the deviation sigma,
+
+    L = rho E p(s) / (4 sin(grazing) cos(tilt)^4),   p = exp(-|s - s_seen|² / (2 sigma²)) / (2 pi sigma²)
+
+E is the irradiance by the sun of a surface that faces it, rho the reflectance at half the angle between sun and camera.
+
+A facet with slope s along the line of sight, seen at the grazing angle g, is seen at ``g + s`` and mirrors the sky at
+the elevation ``g + 2 s``. Both are averaged over the slopes of waves that are too fine to be seen, weighted by what of
+each facet faces the camera, ``1 + s / tan g``, and tabulated over ``sin g`` and s.
+"""
 
 from __future__ import annotations
 
@@ -6,17 +18,150 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
+from scipy.constants import Boltzmann, Planck, speed_of_light
 
 from sim.render.compilation import row_kernel
-from sim.shaders.thermal.glitter import NO_GLITTER, GlitterArrays, glitter, may_glitter
 from sim.shaders.thermal.mirror import CELL, NO_MIRROR, MirrorArrays, may_show, mirrored
-from sim.shaders.thermal.sea_tables import FIRST, LEAST_SINE, SINES, SLOPES, STEEPEST, levels_of
-from sim.thermal.radiance import band_radiance
+from sim.thermal.radiance import BAND_M, Air, air_mass, band_radiance, reflectance, sky_radiance
 from sim.thermal.waves import CELLS, LEVELS, TILE_M, SeaWaves
 from sim.world import Body
 
-_HALF, _ONE, _ZERO = np.float32(0.5), np.float32(1.0), np.float32(0.0)
+_SUN_K, _SUN_SR = 5772.0, 6.8e-5
+_ONE, _ZERO, _HALF, _TWO = np.float32(1.0), np.float32(0.0), np.float32(0.5), np.float32(2.0)
+_CELLS = 257
+_MIRRORED = reflectance(np.linspace(0.0, 1.0, _CELLS)).astype(np.float32)
+_LAST_CELL = np.float32(_CELLS - 1)
+_FARTHEST = np.float32(4.0)
+"""Deviations beyond which there is no glitter."""
+_STEEPEST = np.float32(0.6)
+
+
+class GlitterArrays(NamedTuple):
+    """The sun, for kernels, float32.
+
+    Attributes:
+        towards: (3,) unit vector.
+        irradiance: in the band, W/m², 0 for no sun.
+        reflected: reflectance of water by the cosine of the angle of incidence, from 0 to 1.
+    """
+
+    towards: NDArray[np.float32]
+    irradiance: np.float32
+    reflected: NDArray[np.float32]
+
+
+NO_GLITTER = GlitterArrays(np.zeros(3, np.float32), _ZERO, _MIRRORED)
+
+
+def _outside_air_wm2() -> float:
+    """Return the sun's irradiance in the band above the air: Planck's law, summed."""
+    wavelength_m = np.linspace(*BAND_M, 601)
+    photon = Planck * speed_of_light / (wavelength_m * Boltzmann * _SUN_K)
+    spectral = 2.0 * Planck * speed_of_light**2 / wavelength_m**5 / np.expm1(photon)
+    return float(_SUN_SR * np.trapezoid(spectral, wavelength_m))
+
+
+_OUTSIDE_AIR_WM2 = _outside_air_wm2()
+
+
+def glitter_arrays(towards_sun: NDArray[np.float32], air: Air) -> GlitterArrays:
+    """Return the sun (3,) through gaps between clouds and through the clear air, which absorbs as much as it emits."""
+    if towards_sun[2] <= 0.0:
+        return NO_GLITTER
+    passed = (1.0 - air.cloud) * (1.0 - air.zenith_emissivity) ** float(air_mass(towards_sun[2]))
+    return GlitterArrays(towards_sun, np.float32(passed * _OUTSIDE_AIR_WM2), _MIRRORED)
+
+
+@row_kernel(error_model="numpy")
+def may_glitter(
+    sun: GlitterArrays, along_x: np.float32, along_y: np.float32, sine: np.float32, fine_slope: np.float32
+) -> bool:
+    """Return whether water seen at a grazing angle along the level direction (x, y) may mirror the sun."""
+    if sun.irradiance == _ZERO:
+        return False
+    cosine = np.sqrt(_ONE - sine * sine)
+    nx, ny, nz = sun.towards[0] - cosine * along_x, sun.towards[1] - cosine * along_y, sun.towards[2] + sine
+    return abs(nx * along_y - ny * along_x) < (_FARTHEST * fine_slope + _STEEPEST * _HALF) * nz
+
+
+@row_kernel(error_model="numpy", fastmath={"contract", "arcp", "nsz"})
+def glitter(
+    sun: GlitterArrays,
+    along_x: np.float32,
+    along_y: np.float32,
+    sine: np.float32,
+    slope_along: np.float32,
+    slope_across: np.float32,
+    fine_slope: np.float32,
+) -> np.float32:
+    """Return the radiance that glitter adds.
+
+    Args:
+        along_x, along_y: level direction of sight, a unit vector.
+        sine: of the grazing angle.
+        slope_along, slope_across: of the waves that are seen; across is to the left of the sight.
+        fine_slope: sigma.
+    """
+    cosine = np.sqrt(max(_ONE - sine * sine, _ZERO))
+    nx, ny, nz = sun.towards[0] - cosine * along_x, sun.towards[1] - cosine * along_y, sun.towards[2] + sine
+    away_along = -(nx * along_x + ny * along_y) / nz - slope_along
+    away_across = -(ny * along_x - nx * along_y) / nz - slope_across
+    spread = _TWO * fine_slope * fine_slope
+    square = (away_along * away_along + away_across * away_across) / spread
+    if square > _HALF * _FARTHEST * _FARTHEST:
+        return _ZERO
+    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+    share = sun.reflected[np.uint32(_HALF * length * _LAST_CELL)]
+    tilt = nz / length
+    density = np.exp(-square) / (np.float32(np.pi) * spread)
+    return share * sun.irradiance * density / (np.float32(4.0) * max(sine, np.float32(0.02)) * tilt**4)
+
+
+SINES, SLOPES, STEEPEST = 96, 64, 0.6
+"""Cells of the table, and the greatest slope in it."""
+FIRST = np.cumsum([0] + [(CELLS >> level) ** 2 for level in range(LEVELS)]).astype(np.uint32)
+"""First cell of each level."""
+LEAST_SINE = np.float32(0.01)
+_QUADRATURE = 9
+_COSINES = np.linspace(0.0, 1.0, 1025)
+_REFLECTED = reflectance(_COSINES)
+
+
+def radiance_table(air: Air, temperature_k: float, fine_slope: float) -> NDArray[np.float32]:
+    """Return ``SeaArrays.radiance``."""
+    sine = np.linspace(0.0, 1.0, SINES)[:, None, None]
+    slope = np.linspace(-STEEPEST, STEEPEST, SLOPES)[:, None]
+    nodes, weights = np.polynomial.hermite_e.hermegauss(_QUADRATURE)
+    grazing = np.arcsin(np.maximum(sine, LEAST_SINE))
+    tilt = np.arctan(slope + fine_slope * nodes)
+    facing = weights * np.maximum(np.sin(grazing + tilt), 1e-4) / np.cos(tilt)
+    share = np.interp(np.sin(grazing + tilt), _COSINES, _REFLECTED)
+    # A facet that mirrors something below the horizon mirrors more of the sea, which looks like the sky's edge.
+    mirrored = sky_radiance(air, np.maximum(np.sin(grazing + 2 * tilt), 0.0))
+    emitted = (1.0 - share) * band_radiance(temperature_k)
+    total = facing.sum(-1)
+    both = [(facing * each).sum(-1) / total for each in (emitted, share * mirrored)]
+    return np.stack(both, axis=-1).reshape(-1, 2).astype(np.float32)
+
+
+@njit(cache=True)
+def levels_of(slopes: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return ``SeaArrays.slopes`` of the finest ones (CELLS, CELLS, 2)."""
+    levels = np.empty((FIRST[-1], 2), np.float32)
+    levels[: CELLS * CELLS] = slopes.reshape(-1, 2)
+    for level in range(1, LEVELS):
+        side, fine, own = CELLS >> level, FIRST[level - 1], FIRST[level]
+        for i in range(side):
+            for j in range(side):
+                at = fine + 4 * i * side + 2 * j
+                for c in range(2):
+                    four = levels[at, c] + levels[at + 1, c] + levels[at + 2 * side, c] + levels[at + 2 * side + 1, c]
+                    levels[own + i * side + j, c] = np.float32(0.25) * four
+    return levels
+
+
 _PER_CELL = np.float32(CELLS / TILE_M)
 _STEEP, _PER_SLOPE = np.float32(STEEPEST), np.float32((SLOPES - 1) / (2 * STEEPEST))
 _PER_SINE = np.float32(SINES - 1)

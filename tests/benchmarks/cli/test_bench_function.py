@@ -71,8 +71,8 @@ def test_quick_runs_once_what_no_seed_makes_reproducible(tmp_path: Path, monkeyp
     assert bench("frame-out", seeds=range(1), quick=True) == Path("results/quick")
     assert bench("frame-out", seeds=range(1), trackers="hold") == Path("results/frame-out")
     (quick, _), (whole, _) = seen
-    assert (quick.presets, quick.repeats, whole.presets, whole.repeats) == (("quick",), 1, ("standard",), 3)
-    assert whole.trackers == ("hold",)
+    assert (quick.episodes[0].preset, quick.repeats) == ("quick", 1)
+    assert (whole.episodes[0].preset, whole.repeats, list(whole.trackers)) == ("standard", 3, ["hold"])
     assert "mosaic_graph_pf" in quick.trackers
 
 
@@ -136,7 +136,7 @@ def test_names_are_checked_for_all_suites_before_the_first_one_runs(
 def test_a_tracker_of_a_cell_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its rows could not say which code made them, and would be kept when the cell has changed."""
     mine = type("Mine", (Still,), {"__module__": "__main__"})
-    monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
+    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
     registry.register("of_a_cell", role="external", summary="", suites=("frame-out",))(mine)
     with pytest.raises(ValueError, match="trackers: expected ones that a module of their own registers"):
         bench(SUITE, out=tmp_path / "out", **{**TINY, "trackers": "of_a_cell"})

@@ -21,7 +21,8 @@ from benchmarks.cli.main import main
 from benchmarks.cli.tune import Tune
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.rows import read_rows
-from benchmarks.learning.tracker_tuning import Budget, Tuned
+from benchmarks.learning.tuning import Budget, Tuned
+from benchmarks.run.editions import tracker_edition
 from benchmarks.run.selection import tracker_named
 from trackers import registry
 
@@ -60,7 +61,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     """A file beside a folder with the name of one of our packages; registered here for one test alone."""
     # Worker processes that an earlier test has left would look for the file in the folder of that test.
     get_reusable_executor().shutdown(wait=True)
-    monkeypatch.setattr(registry, "_ENTRIES", dict(registry.entries()))
+    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.delitem(sys.modules, "my_waiting", raising=False)
     monkeypatch.chdir(tmp_path)
@@ -98,12 +99,10 @@ def test_the_command_on_the_report_of_an_own_tracker_runs_as_it_stands(own: str,
 @pytest.mark.usefixtures("fake_suite")
 def test_another_content_of_the_file_is_another_edition_of_the_tracker(own: str) -> None:
 
-    from benchmarks.run.episodes import editions_of
-
     assert main(["list", "--json", "--modules", own]) == 0
-    made = editions_of("frame-out", "fake-town-v1", "tiny", tracker_named("waits"))["tracker"]
+    made = tracker_edition(tracker_named("waits"))
     Path(own).write_text(TRACKER + "\n\nCHANGED = True\n")
-    assert editions_of("frame-out", "fake-town-v1", "tiny", tracker_named("waits"))["tracker"] != made
+    assert tracker_edition(tracker_named("waits")) != made
 
 
 def test_an_own_tracker_is_tuned_in_processes_that_know_it_and_the_file_says_how(

@@ -10,9 +10,7 @@ from benchmarks.cli import tune as command
 from benchmarks.cli.tune import Tune
 from benchmarks.contract.rows import TEST_SPLIT
 from benchmarks.contract.suite import controllers_suite, suites
-from benchmarks.learning.controller_tuning import ControllerBudget, controllers_to_tune
-from benchmarks.learning.fresh_scores import ScoresOn
-from benchmarks.learning.tracker_tuning import Budget, Tuned, trackers_to_tune
+from benchmarks.learning.tuning import Budget, ControllerBudget, ScoresOn, Tuned, controllers_to_tune, trackers_to_tune
 from benchmarks.run.failures import Failure
 from scenarios import catalog
 

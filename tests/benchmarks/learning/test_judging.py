@@ -16,7 +16,7 @@ from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
 from benchmarks.learning import judging
 from benchmarks.learning.judging import SEEDS, Judging
-from benchmarks.learning.settings import Training
+from benchmarks.learning.training import Training
 from benchmarks.run.workers import cores
 from scenarios import catalog
 from tests.scenarios.envs import stand_in

@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.learning.error_models import model_of
 from benchmarks.learning.model_check import Compared, as_table, fitted_seeds, model_check
-from benchmarks.learning.recorded_runs import RUN, Disturbed, read_run, run_of, write_runs
+from benchmarks.learning.tracker_errors import RUN, Disturbed, model_of, read_run, run_of, write_runs
 from benchmarks.learning.without_pictures import scores_without_pictures
 from scenarios.envs.settings import FollowSettings
 from scenarios.road_town.flight import HELICOPTER

@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from benchmarks.learning.stop_signals import StopSignals
+from benchmarks.learning.training import StopSignals
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -14,12 +14,11 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.cli.main import main
-from benchmarks.learning.checkpoint import checkpointed_settings, save_checkpoint
-from benchmarks.learning.settings import Training
+from benchmarks.learning.training import Training, checkpointed_settings, save_checkpoint
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from tests.benchmarks.no_room import no_room
 from trackers.controllers.catalogue import controller_entry
-from trackers.controllers.policy_file import load_policy
+from trackers.controllers.policy import load_policy
 
 pytest.importorskip("stable_baselines3")
 import torch

@@ -19,7 +19,7 @@ from benchmarks.papers.ground_confusion import confusion
 from scenarios import catalog
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.scenario import ROAD_TOWN
-from trackers.road_shape.ground_classes import load_class_statistics
+from trackers.road_shape.existence import load_class_statistics
 
 
 @pytest.mark.heavy

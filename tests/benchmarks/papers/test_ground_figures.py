@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from benchmarks.papers.ground_figures import figures_of
 from tests.fakes import CAMERA, DrawnTown, drive, look_down, straight_road
-from trackers.road_shape.ground_classes import ClassStatistics
+from trackers.road_shape.existence import ClassStatistics
 
 GREY, GREEN = (82.0, 82.0, 86.0), (88.0, 118.0, 62.0)
 STATISTICS = ClassStatistics(np.array([GREY, GREEN]), np.full((2, 3), 400.0), np.array([True, False]))

@@ -226,7 +226,7 @@ def test_what_is_said_to_be_fitted_is_what_the_preset_holds(experiment: TrackerE
 
 def test_trackers_beside_run_in_the_same_episodes_and_are_counted_without_a_verdict() -> None:
     experiment = replace(a3.EXPERIMENT, beside=("colour_pf", "hold_ground"))
-    assert experiment.runs(range(2), "raster", 1).trackers == ("background_pf", "colour_pf", "hold_ground")
+    assert tuple(experiment.runs(range(2), "raster", 1).trackers) == ("background_pf", "colour_pf", "hold_ground")
     rows = [row(experiment, "hold_ground", "kept", 1.0, seed, frame_out={"kind": "road"}) for seed in range(5)]
     found = findings(experiment, rows)[len(experiment.claims) :]
     assert [(each.claim.tracker, each.claim.metric) for each in found] == [
@@ -240,7 +240,7 @@ def test_trackers_beside_run_in_the_same_episodes_and_are_counted_without_a_verd
 
 def test_a_variant_runs_beside_and_its_rows_are_counted_apart(tmp_path: Path) -> None:
     experiment = replace(a3.EXPERIMENT, beside=("colour_pf",), variants={"standard": "elsewhere"})
-    assert experiment.runs(range(2), "raster", 1).presets == ("paper-a3", "standard")
+    assert {each.preset for each in experiment.runs(range(2), "raster", 1).episodes} == {"paper-a3", "standard"}
     for preset, kept in (("paper-a3", 1), ("standard", 4)):
         for tracker in ("background_pf", "colour_pf"):
             for seed in range(5):

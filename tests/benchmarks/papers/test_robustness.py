@@ -74,8 +74,7 @@ EXPERIMENT = TrackerExperiment(
 def known(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let the preset and the method be known, the latter tuned to something else."""
     monkeypatch.setitem(fakes_scenario.FAKE_TOWN.presets, "brief", fakes_scenario.FakeTown("", frame_count=FRAMES))
-    registry.entries()
-    monkeypatch.setattr(registry, "_ENTRIES", dict(registry._ENTRIES))
+    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
     registry.register("aside", role="as-written", summary="beside")(Aside)
     monkeypatch.setattr(registry, "tuned_values", lambda name, module: {"below_px": 77.0} if name == "aside" else {})
 

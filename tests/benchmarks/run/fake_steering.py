@@ -8,7 +8,7 @@ from benchmarks.contract.suite import Scene, Suite
 from benchmarks.judges.follow.suite import FOLLOW
 from tests.fakes_scenario import FAKE_TOWN
 from trackers.controllers.catalogue import ControllerEntry
-from trackers.controllers.centre import CentreController
+from trackers.controllers.centring import CentreController
 from trackers.types import CameraCommand, Estimate, Observation
 
 FAKE_FOLLOW: Suite = replace(

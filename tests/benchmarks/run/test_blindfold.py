@@ -16,7 +16,7 @@ from tests.fakes_scenario import FAKE_TOWN
 from tests.fakes_trackers import NoParameters
 from trackers import registry
 from trackers.baselines.single_target import Hold, HoldParameters
-from trackers.blind.protocol import TargetState
+from trackers.protocols import TargetState
 from trackers.types import Estimate, Observation
 
 EPISODE = FAKE_TOWN.episode("tiny", 0)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.suite import register_suite, suite, suites
 from benchmarks.contract.tracker_spec import TrackerSpec
-from benchmarks.run import imports
+from benchmarks.run import own_modules as imports
 from benchmarks.run.editions import Editions, digest_of, judge_edition, own_code
 from benchmarks.run.episodes import editions_of, simulated
 from benchmarks.run.selection import tracker_named

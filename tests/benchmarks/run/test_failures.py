@@ -1,13 +1,28 @@
-"""What a user's code raises is told in one line that can be printed, whatever its text is."""
+"""Failures in one line, and those that a folder keeps."""
 
 from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 
-from benchmarks.run.failures import reason_of
+from benchmarks.contract.rows import BlockKey
+from benchmarks.run.failures import FILE_NAME, Failure, ended_processes, read_failures, reason_of, write_failures
+from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.own_inputs import own
+from benchmarks.run.selection import tracker_named
+from benchmarks.show import page
+from benchmarks.show.page import write_report
+from tests.benchmarks.fake_episode import FakeEpisode
+from tests.benchmarks.named import run_named as run
+from tests.benchmarks.run.test_experiment import TINY, mean_of
+from tests.fakes_scenario import FAKE_TOWN
+from tests.fakes_trackers import Raises, Still
+from trackers import registry
+from trackers.registry import NoParameters
 
 
 class Wordless(Exception):
@@ -47,3 +62,96 @@ def test_who_draws_on_a_picture_is_told_to_copy_it(grey: bool) -> None:
     for error in (drawn, assigned, made_writeable):
         assert reason_of(error.value).endswith("read-only: change a copy, image = observation.image_rgb.copy()")
     assert "circle" in reason_of(drawn.value)
+
+
+KEY = BlockKey("frame-out", "fake-town-v1", "tiny", "raster", "", "fake_raises", 3)
+FAILURE = Failure("fake_raises", "fake-town-v1", "tiny", 3, 20, "RuntimeError: ä, a bug", place="mine.py, line 3")
+
+
+def test_they_are_read_as_they_were_written_and_broken_lines_are_left_out(tmp_path: Path) -> None:
+    failures = {KEY: [FAILURE, replace(FAILURE, tracker="fake_controller")], replace(KEY, seed=4): [FAILURE]}
+    write_failures(tmp_path, failures)
+    file = tmp_path / FILE_NAME
+    whole = file.read_text()
+    stranger = whole.splitlines()[-1].replace('"seed": 4', '"seed": "4"')
+    unknown = whole.splitlines()[0].replace('"since"', '"until"')
+    broken = ["3", '{"tracker": "x"}', stranger, unknown, '{"block": {}, "tr']
+    file.write_bytes("\n".join([*broken, whole]).encode() + b"\xff\n")
+    assert read_failures(tmp_path) == failures
+    write_failures(tmp_path, {})
+    assert not file.exists()
+    assert read_failures(tmp_path) == {}
+
+
+@pytest.mark.heavy
+def test_a_run_tells_what_failed_in_an_earlier_one(tmp_path: Path) -> None:
+    raising = replace(TINY, trackers=("fake_raises", "fake_still"), seeds=range(2))
+    first = run(raising, tmp_path)
+    assert [(each.tracker, each.seed) for each in first.failures] == [("fake_raises", 0), ("fake_raises", 1)]
+    again = run(raising, tmp_path)
+    assert again.episodes == 0
+    assert [replace(each, reason=first.failures[0].reason) for each in again.failures] == first.failures
+    assert all(" (in an earlier run, whose rows are kept; to run it" in each.reason for each in again.failures)
+    # Others in the same folder have none, and leave them there.
+    assert run(replace(TINY, trackers=("fake_knowing",)), tmp_path).failures == []
+    assert len(read_failures(tmp_path)) == 2
+
+
+def test_rows_that_are_gone_take_their_failures_along(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    raising = replace(TINY, trackers=("fake_raises",), seeds=range(1))
+    run(raising, tmp_path)
+    (tmp_path / "records.jsonl").write_text("")
+    monkeypatch.setattr(Raises, "misbehave", Still.misbehave)
+    assert run(raising, tmp_path).failures == []
+    assert run(raising, tmp_path).failures == []
+    assert not (tmp_path / FILE_NAME).exists()
+
+
+@pytest.mark.heavy
+def test_a_contestant_that_ended_its_process_is_in_no_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """To draw it would end this process too."""
+    drawn: list[str] = []
+    monkeypatch.setattr(page, "keep_event_picture", lambda *arguments: drawn.extend(arguments[3]))
+    for tracker in ("fake_still", "fake_kills"):
+        run(replace(TINY, trackers=(tracker,), seeds=range(1), workers=2), tmp_path / tracker)
+        assert write_report(tmp_path / tracker).is_file()
+    assert drawn == ["fake_still"]
+    assert ended_processes(tmp_path / "fake_kills") == {"fake_kills"}
+
+
+class _Unmade(Still):
+    """Cannot be made."""
+
+    Parameters = NoParameters
+
+    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
+        raise OSError("weights.pt not found")
+
+
+def test_a_tracker_that_cannot_be_made_fails_on_the_first_frame(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
+    registry.register("unmade", role="external", summary="", suites=("frame-out",))(_Unmade)
+    outcome = run(replace(TINY, trackers=("unmade", "fake_knowing"), seeds=range(1)), tmp_path)
+    (failure,) = outcome.failures
+    assert (failure.tracker, failure.frame, failure.reason) == ("unmade", 0, "OSError: weights.pt not found")
+    assert failure.place.startswith("test_known_failures.py, line ")
+    assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
+
+
+class _UnmadeOfMany(_Unmade):
+    """Cannot be made, and would follow many."""
+
+    def start(self, background: object, camera: object) -> None:
+        """Never called."""
+
+
+def test_one_of_many_targets_fails_as_one_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
+    registry.register("unmade", role="external", summary="", suites=("fish",))(_UnmadeOfMany)
+    episode, rng = FakeEpisode(), np.random.default_rng(0)
+    guard = GuardedTracker(lambda: tracker_named("unmade").create(episode, FAKE_TOWN, rng, many=True), 60.0, many=True)
+    assert guard.initialise(episode.step(), episode.start) == guard.update(episode.step()) == ()
+    assert (guard.failed_at_frame, guard.reason) == (0, "OSError: weights.pt not found")
+    guard.close()

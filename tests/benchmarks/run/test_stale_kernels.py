@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.run import imports
+from benchmarks.run import own_modules as imports
 from benchmarks.run.stale_kernels import forget_stale_kernels
 
 NOW_S = 1e9

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from scenarios.fish_tank.character import AYU, CROWD, ZEBRAFISH, Character
 from scenarios.fish_tank.scenario import FISH_TANK
 from scenarios.fish_tank.shoal import Swims, swim
-from sim.meshes.fish import fish_segments, half_size
-from sim.meshes.fish_look import FishLook
+from sim.meshes.fish import FishLook, fish_segments, half_size
 from sim.motion.swim import SEGMENT_ENDS, swim_pose
 from sim.rng import episode_seed, generator
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scenarios.stereo_follow.camera import LONGEST_EXPOSURE_S, SENSOR, registers
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorSettings
-from sim.shaders.black_body import black_body_rgb
+from sim.shaders.colour import black_body_rgb
 from trackers.types import CameraRegisters
 
 

@@ -8,8 +8,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.meshes.fish import TAIL_REACH, fish_segments, half_size
-from sim.meshes.fish_look import FishLook, draw_look
+from sim.meshes.fish import TAIL_REACH, FishLook, draw_look, fish_segments, half_size
 from sim.motion.swim import JOINT_COUNT, SEGMENT_COUNT, SEGMENT_ENDS, swim_pose
 from tests.sim.meshes.mesh_checks import parts, require_closed
 
@@ -124,13 +123,7 @@ def test_every_variety_draws_equally_often(seed, variety):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [
-        ("length_m", 0.0),
-        ("width", 2.0),
-        ("stripes", -0.1),
-        ("back_rgb", (0, 0, 300)),
-        ("spots", ((0.5, 2.0),)),
-    ],
+    [("length_m", 0.0), ("width", 2.0), ("stripes", -0.1), ("back_rgb", (0, 0, 300)), ("spots", ((0.5, 2.0),))],
 )
 def test_impossible_looks_are_named(name, value):
     with pytest.raises(ValueError, match=f"^{name}: expected"):

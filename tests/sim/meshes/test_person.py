@@ -10,9 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim.mesh import TexturedMesh
-from sim.meshes.person import person_parts, person_size_m
-from sim.meshes.person_clothes import PATCHES, SIZE_TEXELS
-from sim.meshes.person_look import PersonLook
+from sim.meshes.person import PATCHES, SIZE_TEXELS, person_parts, person_size_m
+from sim.meshes.person_parts import PersonLook
 from sim.motion.gait import part_poses
 from sim.motion.skeleton import PART_NAMES, skeleton
 from tests.sim.meshes.mesh_checks import parts, require_closed, welded

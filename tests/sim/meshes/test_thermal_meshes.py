@@ -8,7 +8,7 @@ import pytest
 from sim.meshes.boat import BOATS, BoatPart, boat
 from sim.meshes.gull import gull
 from sim.meshes.person import person_parts
-from sim.meshes.person_look import PersonLook
+from sim.meshes.person_parts import PersonLook
 from sim.meshes.shed import Opening, ShedPart, shed
 from sim.meshes.thermal_paint import (
     KELVIN_PER_LEVEL,

@@ -9,9 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from sim.meshes.person import person_parts
-from sim.meshes.person_look import PersonLook
-from sim.motion.feet import STANCE
-from sim.motion.gait import part_poses, phase_rate_radps, stride_length_m
+from sim.meshes.person_parts import PersonLook
+from sim.motion.gait import STANCE, part_poses, phase_rate_radps, stride_length_m
 from sim.motion.skeleton import PART_NAMES, Skeleton, skeleton
 from sim.pose import pose_on_ground
 

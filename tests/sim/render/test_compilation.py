@@ -10,11 +10,11 @@ from types import SimpleNamespace
 import pytest
 
 from sim.render.compilation import forget_stale_kernels
-from sim.render.sampling import mip_level
+from sim.render.rows import mip_level
 
 DRAW = """
 from sim.render.compilation import announce_compilation
-from sim.render.sampling import mip_level
+from sim.render.rows import mip_level
 announce_compilation(mip_level)
 mip_level(9.0, 4)
 """
@@ -43,7 +43,7 @@ def test_compiled_forms_of_a_caller_older_than_what_it_calls_are_removed(tmp_pat
     cache, package = tmp_path / "cache", tmp_path / "package"
     cache.mkdir()
     package.mkdir()
-    stale, other, source = cache / "sampling.mip_level-1.nbi", cache / "sampling.other-1.nbi", package / "kernel.py"
+    stale, other, source = cache / "rows.mip_level-1.nbi", cache / "rows.other-1.nbi", package / "kernel.py"
     for path, age_s in ((stale, 100), (other, 100), (source, 50)):
         path.touch()
         os.utime(path, (1e9 - age_s, 1e9 - age_s))

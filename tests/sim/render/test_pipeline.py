@@ -13,16 +13,10 @@ from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
 from sim.shaders.daylight import DaylightShader, Sun
 from sim.shaders.lamps import Lamp, LampShader, Surroundings
-from tests.sim.demo_scene import build_town
 
 CAMERA = PinholeCamera.from_field_of_view(320, 240, np.radians(55))
 SUN = Sun((0.5, 0.3, 0.6), 80_000.0)
 PATH = [look_down_pose(np.array([2.0 * k, 8.0 - k, 60.0]), 0.3 + 0.02 * k, 0.05 * k, 0.3) for k in range(6)]
-
-
-@pytest.fixture(scope="module")
-def town():
-    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
 def _parts(town, renderer="raster"):

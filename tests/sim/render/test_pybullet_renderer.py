@@ -16,7 +16,7 @@ from sim.optics import PinholeCamera, look_down_pose
 from sim.render.protocol import create_renderer
 from sim.render.visibility import NEAR_M
 from sim.world import World
-from tests.sim.demo_scene import box, build_town, ground, ground_texture, palette
+from tests.sim.demo_scene import box, ground, ground_texture, palette
 from tests.sim.ray_casting import away_from_edges
 
 CAMERA = PinholeCamera.from_field_of_view(320, 240, np.radians(55))
@@ -25,11 +25,6 @@ VIEWS = {
     "tilted": (np.array([-30.0, 10.0, 45.0]), 2.0, 0.5, -0.3),
     "horizon": (np.array([0.0, -20.0, 20.0]), 4.0, 1.3, 0.1),
 }
-
-
-@pytest.fixture(scope="module")
-def town():
-    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
 
 
 def _both(world, view, pixel_offset):

@@ -18,8 +18,7 @@ from sim.render.compilation import row_kernel
 from sim.render.pipeline import capture
 from sim.render.raster import Raster
 from sim.render.row_stages import RowStage, light_picture
-from sim.shaders.daylight_kernels import shade_row
-from tests.sim.demo_scene import build_town
+from sim.shaders.daylight import shade_row
 
 CAMERA = PinholeCamera.from_field_of_view(160, 120, np.radians(55))
 POSE = look_down_pose(np.array([2.0, 8.0, 60.0]), 0.3, 0.05, 0.3)
@@ -114,11 +113,6 @@ class Counter:
         return counts, Counts(np.float32(settings), counts)
 
 
-@pytest.fixture(scope="module")
-def town():
-    return build_town(np.random.default_rng(5), extent_m=200, houses=30, cars=12, trees=20)
-
-
 @pytest.mark.heavy
 def test_one_band_goes_through_the_fast_path(town):
     renderer, shader, sensor = Raster(town), Warmth(len(town.bodies)), Counter()
@@ -143,10 +137,20 @@ def test_a_sensor_that_needs_the_whole_picture_gets_it(town):
 
 
 def test_the_compiled_form_of_each_shader_is_kept_apart():
-    day, warm = (row_stages._bound(row_stages._light_picture, light_row=kernel) for kernel in (shade_row, warm_row))
+    day, warm = (row_stages._compiled(row_stages._picture_lighting, kernel) for kernel in (shade_row, warm_row))
     assert Path(day.stats.cache_path) == Path(warm.stats.cache_path)
     assert warm_row.py_func.__module__ in warm.py_func.__qualname__
     assert warm.py_func.__qualname__ != day.py_func.__qualname__
+
+
+def test_a_compiled_form_is_found_again_on_disk(town):
+    """As in another process: numba has forgotten the function, and makes it anew."""
+    shader, gbuffer = Warmth(len(town.bodies)), Raster(town).gbuffer(CAMERA, POSE)
+    once = shader.shade(gbuffer, CAMERA, POSE)
+    row_stages._compiled.cache_clear()
+    np.testing.assert_array_equal(once, shader.shade(gbuffer, CAMERA, POSE))
+    again = row_stages._compiled(row_stages._picture_lighting, warm_row)
+    assert (again.stats.cache_hits.total(), again.stats.cache_misses.total()) == (1, 0)
 
 
 def test_rendering_imports_no_shader_and_no_sensor():

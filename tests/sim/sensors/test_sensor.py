@@ -9,12 +9,11 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from sim.optics import PinholeCamera
+from sim.sensors.automatic import luminance_of, metered_radiance, right_exposure
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig, SensorSettings
-from sim.sensors.exposure import luminance_of, metered_radiance, right_exposure
-from sim.sensors.lens import scatter_row, veil
 from sim.sensors.motion_blur import blur_by_motion
-from sim.sensors.noise import CODES, frame_keys, normal_deviates
+from sim.sensors.noise import CODES, frame_keys, normal_deviates, scatter_row, veil
 from sim.shaders.colour import srgb_to_linear
 
 CAMERA = PinholeCamera(320, 240, 300.0)

@@ -11,9 +11,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from sim.optics import PinholeCamera
-from sim.sensors.gain_control import BIN_COUNTS, BINS, bin_at, right_tone
-from sim.sensors.thermal_config import ThermalConfig
-from sim.sensors.thermal_sensor import PER_RADIANCE, REFERENCE_K, ThermalSensor
+from sim.sensors.thermal_sensor import (
+    BIN_COUNTS,
+    BINS,
+    PER_RADIANCE,
+    REFERENCE_K,
+    ThermalConfig,
+    ThermalSensor,
+    bin_at,
+    right_tone,
+)
 from sim.thermal.radiance import band_radiance, band_slope
 
 CAMERA = PinholeCamera(96, 72, 200.0)

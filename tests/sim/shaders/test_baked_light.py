@@ -16,8 +16,7 @@ from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
 from sim.shaders.baked.bake import Panel, Sky, bake_light, mean_reflectance
 from sim.shaders.baked.shader import BakedLightShader
-from sim.shaders.black_body import black_body_rgb
-from sim.shaders.colour import srgb_to_linear
+from sim.shaders.colour import black_body_rgb, srgb_to_linear
 from sim.shaders.daylight import Sun
 from sim.shaders.lamps import BrightArea, Lamp
 from sim.world import World

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from sim.optics import PinholeCamera, look_down_pose, rays
-from sim.render.view import camera_view
+from sim.render.triangles import camera_view
 from sim.render.visibility import NEAR_M
 from sim.shaders.contact_shadows import STEP_M, _columns_of
 

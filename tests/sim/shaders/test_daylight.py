@@ -8,9 +8,7 @@ import pytest
 from sim.mesh import Texture
 from sim.optics import PinholeCamera, look_down_pose, rays
 from sim.render.raster import Raster
-from sim.render.shadow_kernels import bounds_across
-from sim.render.shadow_map import ShadowCaster, light_axes
-from sim.render.shadow_tiles import BLOCK, NOTHING, TILE
+from sim.render.shadow_map import BLOCK, NOTHING, TILE, ShadowCaster, bounds_across, light_axes
 from sim.shaders import daylight
 from sim.shaders.colour import linear_to_srgb, srgb_to_linear
 from sim.shaders.daylight import DaylightShader, Sun

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 
 from sim.gbuffer import SKY, GBuffer
 from sim.optics import PinholeCamera, look_down_pose, rays
-from sim.shaders.black_body import black_body_rgb
-from sim.shaders.colour import LUMINANCE_WEIGHTS, srgb_to_linear
+from sim.shaders.colour import LUMINANCE_WEIGHTS, black_body_rgb, srgb_to_linear
 from sim.shaders.lamps import BrightArea, Lamp, LampShader, Surroundings
 
 BLACK_ROOM = Surroundings(surface_m2=100.0, reflectance=0.0)

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from sim.shaders.baked.bake import Panel, Sky, bake_light
+from sim.shaders.baked.direct import resample
 from sim.shaders.baked.light_maps import samples
 from sim.shaders.baked.rays import blocked, nearest, rectangles, sphere_directions
-from sim.shaders.baked.sun import resample
-from sim.shaders.black_body import black_body_rgb
-from sim.shaders.colour import LUMINANCE_WEIGHTS
+from sim.shaders.colour import LUMINANCE_WEIGHTS, black_body_rgb
 from sim.shaders.daylight import Sun
 from sim.shaders.lamps import BrightArea, Lamp, LampShader, Surroundings
 
@@ -28,14 +27,7 @@ def room(size_m, reflectance) -> list[Panel]:
     x, y, z = (axis * length for axis, length in zip((X, Y, Z), size_m, strict=True))
     return [
         rectangle(corner, a, b, reflectance)
-        for corner, a, b in (
-            (0 * X, x, y),
-            (z, y, x),
-            (0 * X, y, z),
-            (x, z, y),
-            (0 * X, z, x),
-            (y, x, z),
-        )
+        for corner, a, b in ((0 * X, x, y), (z, y, x), (0 * X, y, z), (x, z, y), (0 * X, z, x), (y, x, z))
     ]
 
 
@@ -80,10 +72,7 @@ def test_light_straight_from_lamps_and_areas_is_that_of_the_lamp_shader():
 def test_behind_a_wall_there_is_only_what_is_thrown_there():
     panels = room((6.0, 3.0, 3.0), 0.0)
     lamp = Lamp((1.0, 1.5, 1.5), 1000.0, 4000.0)
-    between = [
-        rectangle((3.0, 0.0, 0.0), 2.0 * Y, 3.0 * Z, 0.0),
-        rectangle((3.0, 2.0, 0.0), -2.0 * Y, 3.0 * Z, 0.0),
-    ]
+    between = [rectangle((3.0, 0.0, 0.0), 2.0 * Y, 3.0 * Z, 0.0), rectangle((3.0, 2.0, 0.0), -2.0 * Y, 3.0 * Z, 0.0)]
     dark = bake_light([*panels, *between], {"lamp": [lamp]})
     points_m, owner = samples(dark.geometry, dark.where)
     far_wall = owner == 3

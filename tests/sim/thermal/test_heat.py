@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from sim.thermal.heat import STEP_H, Balance, Surface, course, wet_bulb_k, worn_k
-from sim.thermal.materials import MATERIALS, Material
+from sim.thermal.heat import MATERIALS, STEP_H, Balance, Material, Surface, course, wet_bulb_k, worn_k
 from sim.thermal.weather import STEFAN_BOLTZMANN, Weather
 
 DAY = Weather(cloud=0.2, wind_mps=3.0, swing_k=9.0)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.thermal.radiance import band_radiance
-from sim.thermal.sky import Air, air_mass, sky_radiance
+from sim.thermal.radiance import Air, air_mass, band_radiance, sky_radiance
 from sim.thermal.weather import STEFAN_BOLTZMANN, Weather, draw_weather
 
 

@@ -19,7 +19,7 @@ FOGGY = replace(
 @pytest.fixture(autouse=True)
 def plain_file_names(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without digests of presets."""
-    monkeypatch.setattr(pictures, "scene_edition", lambda *_: "town 1")
+    monkeypatch.setattr(pictures, "preset_edition", lambda *_: "town 1")
 
 
 def sections() -> dict[str, str]:

@@ -56,7 +56,7 @@ def test_a_picture_is_drawn_once_for_each_edition_of_the_scene(monkeypatch: pyte
     (first,) = (tmp_path / "new").iterdir()
     assert cv2.imread(str(first)).shape == (6, 8, 3)
     assert write_pictures(tmp_path / "new", workers=0) == 0
-    monkeypatch.setattr(pictures, "scene_edition", lambda *_: "another")
+    monkeypatch.setattr(pictures, "preset_edition", lambda *_: "another")
     assert write_pictures(tmp_path / "new", workers=0) == 1
     assert drawn == [FISH, FISH]
     assert {FISH.file_name, first.name} == {each.name for each in (tmp_path / "new").iterdir()}

@@ -9,10 +9,8 @@ import pytest
 
 from scenarios import catalog
 from tools.learn.swims import PRIOR_PATH, detected_track, fit_noise, learn_swims, write
-from trackers.gaps.types import Piece
-from trackers.swimmer.extrapolation import KNOTS
-from trackers.swimmer.interpolation import GAPS, SHARES
-from trackers.swimmer.method import shipped
+from trackers.gaps import Piece
+from trackers.swimmer.method import GAPS, KNOTS, SHARES, shipped
 
 
 def test_the_noise_of_known_swims_is_found() -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.learning.settings import Training
+from benchmarks.learning.training import Training
 from scenarios import catalog
 from scenarios.envs.settings import FollowSettings
 from tests.tools.command import tools

@@ -22,10 +22,9 @@ from scenarios.loop import FromPictures
 from tests.benchmarks.fake_episode import FakeEpisode
 from tests.benchmarks.run.test_time_limit import burn
 from tests.fakes import DrawnTown, drive, look_down, straight_road
-from trackers.baselines import child_pipe, csrt_pipe
-from trackers.baselines.child_pipe import ChildError, ChildPipe
+from trackers.baselines import csrt_pipe
 from trackers.baselines.csrt_child import HELLO, REPLY, REQUEST, VERSION_BYTES, serve
-from trackers.baselines.csrt_pipe import PYTHON_VARIABLE, CsrtPipe, missing_csrt
+from trackers.baselines.csrt_pipe import PYTHON_VARIABLE, ChildError, ChildPipe, CsrtPipe, missing_csrt
 from trackers.registry import entry
 from trackers.types import CameraModel, Observation
 
@@ -150,7 +149,7 @@ def test_a_child_that_reads_nothing_is_late_too() -> None:
 
 
 def test_a_child_that_closes_a_stream_and_lives_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(child_pipe, "_ENDING_S", 0.1)
+    monkeypatch.setattr(csrt_pipe, "_ENDING_S", 0.1)
     pipe = ChildPipe([sys.executable, "-c", "import os, time; os.close(1); time.sleep(60)"], limit_s=30.0)
     with pytest.raises(ChildError, match=r"^it closed a stream and runs on$"):
         pipe.ask(b"", 1)

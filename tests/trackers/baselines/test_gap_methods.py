@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
 from trackers.baselines.gap_methods import DampedParameters
-from trackers.gaps.check import check_bridge
-from trackers.gaps.types import GapMethod, Piece, Surroundings
+from trackers.gaps import GapMethod, Piece, Surroundings, check_bridge
 from trackers.protocols import BridgingTracker
 from trackers.registry import entry
 

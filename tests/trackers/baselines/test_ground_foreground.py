@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 import pytest
 
-from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW, DrawnHarbour
+from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW, DrawnHarbour, checked_answers
 from trackers.baselines.ground_foreground import median_and_noise
-from trackers.estimate_check import check_tracks
 from trackers.registry import entry
 from trackers.types import Track
 
@@ -17,16 +18,13 @@ WALK = [np.array([4.0 - 0.5 * k, 3.0 - 0.7 * k]) for k in range(12)]
 QUIET = 5
 
 
-def answers(name: str, harbour: DrawnHarbour) -> list[list[Track]]:
+def answers(name: str, harbour: DrawnHarbour) -> list[Sequence[Track]]:
     # As written: tuned values are for the scene that they were tuned on.
     tracker = entry(name).create(np.random.default_rng(0), **entry(name).written())
     tracker.survey(SURVEY)
     tracker.start(harbour.pictures(80), CAMERA)
     pictures = [*harbour.pictures(QUIET), *(harbour.picture([place_m]) for place_m in WALK)]
-    made = [tracker.update(picture) for picture in pictures]
-    for tracks in made:
-        check_tracks(tracks)
-    return made
+    return checked_answers(tracker, pictures)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -9,10 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from trackers.baselines.ground_looks import ColourLook, Look, middle_of
-from trackers.baselines.ground_view import GroundViews
-from trackers.baselines.picture_motion import picture_motion
-from trackers.baselines.template_look import TemplateLook
+from trackers.baselines.ground_looks import ColourLook, Look, TemplateLook, middle_of
+from trackers.baselines.ground_view import GroundViews, picture_motion
 from trackers.types import CameraModel, EgoPose, Observation
 
 SIDE = 12

@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from tests.trackers.drawn_people import BLUE, CAMERA, CAMERA_HEIGHT_M, GREEN, RED, Board, observation, person_box
+from tests.trackers.drawn_people import BLUE, CAMERA, GREEN, RED, Board, observation, person_box, place_of, posed
 from trackers.estimate_check import check_estimate
-from trackers.light_adaptive_stereo.robot_frame import Mounting
 from trackers.protocols import Tracker
 from trackers.registry import entry
-from trackers.types import EgoPose, Estimate, Observation
 
 NAMES = ("stereo_nearest", "stereo_colour_gate")
-LEVEL = Mounting.level(CAMERA_HEIGHT_M)
 PERSON, OTHER = Board(3.0, 0.2, RED), Board(3.6, -1.0, BLUE)
 WALL = Board(1.6, 0.1, GREEN, 2.6, 2.6, head=False)
 
@@ -27,12 +23,6 @@ def started(name: str, *boards: Board, **changes: float) -> Tracker:
     tracker = entry(name).create(np.random.default_rng(0), **changes)
     tracker.initialise(observation(boards), person_box(boards[0]))
     return tracker
-
-
-def place_of(estimate: Estimate) -> NDArray[np.float64]:
-    """Return the place (2,) of an answer in the robot's frame."""
-    assert estimate.depth_m is not None
-    return LEVEL.place_at(estimate.position_px, estimate.depth_m, CAMERA)[:2]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -73,19 +63,11 @@ def test_colours_tell_a_lost_person_from_a_nearer_one() -> None:
     assert answers["stereo_colour_gate"] == pytest.approx(1.1, abs=0.15)
 
 
-def _posed(of: Observation, heading_rad: float) -> Observation:
-    cosine, sine = np.cos(heading_rad), np.sin(heading_rad)
-    pose = np.eye(4)
-    pose[:3, :3] = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]]) @ LEVEL.R_robot_camera
-    pose[2, 3] = CAMERA_HEIGHT_M
-    return replace(of, ego=EgoPose(pose))
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_a_prediction_stays_on_the_ground_when_the_robot_turns(name: str) -> None:
     tracker = entry(name).create(np.random.default_rng(0))
-    tracker.initialise(_posed(observation([PERSON]), 0.0), person_box(PERSON))
-    unseen = _posed(observation([PERSON], 1, right=False), 0.3)
+    tracker.initialise(posed(observation([PERSON]), 0.0), person_box(PERSON))
+    unseen = posed(observation([PERSON], 1, right=False), 0.3)
     estimate = tracker.update(unseen)
     c, s = np.cos(0.3), np.sin(0.3)
     assert place_of(estimate) == pytest.approx([c * 3.0 + s * 0.2, c * 0.2 - s * 3.0], abs=0.15)

@@ -1,4 +1,4 @@
-"""Blind trackers against positions computed by hand, seen by tilted cameras."""
+"""Blind trackers of one target."""
 
 from __future__ import annotations
 
@@ -9,13 +9,16 @@ from numpy.typing import NDArray
 from sim.optics import PinholeCamera, look_down_pose, project
 from trackers import registry
 from trackers.blind.dead_reckoning import (
+    AheadParameters,
     Below,
     Carried,
     CarriedParameters,
+    StraightAhead,
     StraightParameters,
     TurningParameters,
 )
-from trackers.blind.protocol import TargetState
+from trackers.light_adaptive_stereo.robot_frame import Mounting
+from trackers.protocols import TargetState
 from trackers.types import CameraModel, EgoPose, Observation
 
 CAMERA = PinholeCamera(160, 120, 140.0)
@@ -98,8 +101,7 @@ def test_without_instruments_it_stays_where_it_was_in_the_picture() -> None:
 
 
 @pytest.mark.parametrize(
-    "name",
-    [name for name, entry in registry.entries().items() if entry.role == "blind" and not entry.follows_many],
+    "name", [name for name, entry in registry.entries().items() if entry.role == "blind" and not entry.follows_many]
 )
 def test_answers_are_finite_however_the_camera_is_held(name: str) -> None:
     rng = np.random.default_rng(5)
@@ -112,3 +114,13 @@ def test_answers_are_finite_however_the_camera_is_held(name: str) -> None:
 
 def test_it_says_nothing_before_it_has_a_state() -> None:
     assert np.isnan(Carried(CarriedParameters(), RNG).update(seen_from(START, 0.0)).position_px).all()
+
+
+def test_it_is_always_as_far_straight_ahead() -> None:
+    camera = CameraModel(640, 480, 500.0, baseline_m=0.12)
+    tracker = StraightAhead(AheadParameters(2.5), np.random.default_rng(0))
+    estimate = tracker.update(Observation(np.empty((0, 0, 3), np.uint8), 0.0, camera))
+    assert estimate.depth_m is not None
+    assert Mounting.level(1.2).place_at(estimate.position_px, estimate.depth_m, camera) == pytest.approx(
+        [2.5, 0.0, 1.2]
+    )

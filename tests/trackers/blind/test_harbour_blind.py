@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW, DrawnHarbour
+from tests.trackers.drawn_harbour import CAMERA, SURVEY, VIEW, DrawnHarbour, checked_answers
 from trackers.blind.harbour_blind import HarbourBlind
-from trackers.estimate_check import check_tracks
 from trackers.registry import entry
-from trackers.site.volume import place
+from trackers.site import place
 from trackers.types import Observation, Track
 
 # By the survey of the camera that it was learnt with the volume lies up to a metre away.
@@ -19,14 +19,11 @@ VOLUME = place(replace(SURVEY, watched_m=(92.0, 34.0, 6.0)), CAMERA, VIEW.T_worl
 FRAMES = 900
 
 
-def answers(shown: list[Observation], name: str = "harbour_blind", **changes: float) -> list[list[Track]]:
+def answers(shown: list[Observation], name: str = "harbour_blind", **changes: float) -> list[Sequence[Track]]:
     tracker: HarbourBlind = entry(name).create(np.random.default_rng(3), **changes)
     tracker.survey(SURVEY)
     tracker.start((), CAMERA)
-    made = [tracker.update(picture) for picture in shown]
-    for tracks in made:
-        check_tracks(tracks)
-    return made
+    return checked_answers(tracker, shown)
 
 
 def without_pictures(count: int) -> list[Observation]:

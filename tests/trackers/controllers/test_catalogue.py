@@ -11,7 +11,7 @@ import pytest
 
 from trackers.controllers import catalogue
 from trackers.controllers.catalogue import controller_entry, register_controller, steers_instead
-from trackers.controllers.centre import CentreController
+from trackers.controllers.centring import CentreController
 from trackers.registry import NoParameters
 from trackers.types import CameraCommand
 

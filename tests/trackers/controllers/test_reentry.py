@@ -10,8 +10,7 @@ import pytest
 from sim.optics import PinholeCamera, intersect_plane, look_down_pose, project
 from trackers.belief.kernel import BELIEF
 from trackers.controllers.catalogue import controller_entry
-from trackers.controllers.reentry import ReentryController, ReentryParameters
-from trackers.controllers.reentry_kernel import nearest_seen
+from trackers.controllers.reentry import ReentryController, ReentryParameters, nearest_seen
 from trackers.types import CameraModel, EgoPose, Estimate, Observation
 
 CAMERA = PinholeCamera.from_field_of_view(640, 480, np.deg2rad(50))

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.trackers.drawn_harbour import CAMERA, INTERVAL_S, SURVEY, VIEW, DrawnHarbour
+from tests.trackers.drawn_harbour import CAMERA, INTERVAL_S, SURVEY, VIEW, DrawnHarbour, checked_answers
 from trackers.eigen_swarm.tracker import EigenSwarm
-from trackers.estimate_check import check_tracks
 from trackers.registry import entry
-from trackers.site.model_file import save_model
-from trackers.types import Observation, Track
+from trackers.site_model_file import save_model
+from trackers.types import Observation
 
 WALK = [np.array([4.0 - 0.5 * k, 3.0 - 0.7 * k]) for k in range(14)]
 QUIET = 5
@@ -39,13 +38,6 @@ def saved(harbour: tuple[EigenSwarm, list[Observation]], tmp_path_factory: pytes
     return harbour[0].save_background(tmp_path_factory.mktemp("models") / "quay")
 
 
-def answers(tracker: EigenSwarm, pictures: list[Observation]) -> list[list[Track]]:
-    made = [tracker.update(picture) for picture in pictures]
-    for tracks in made:
-        check_tracks(tracks)
-    return made
-
-
 def restarted(saved: Path) -> EigenSwarm:
     tracker = a_swarm()
     tracker.start_from(saved, CAMERA, VIEW.T_world_camera)
@@ -53,7 +45,7 @@ def restarted(saved: Path) -> EigenSwarm:
 
 
 def test_a_person_who_walks_is_found_and_followed(harbour: tuple[EigenSwarm, list[Observation]], saved: Path) -> None:
-    made = answers(restarted(saved), harbour[1])
+    made = checked_answers(restarted(saved), harbour[1])
     assert made[:QUIET] == [[]] * QUIET
     for k, place_m in enumerate(WALK[8:], 8):
         oldest = made[QUIET + k][0]
@@ -73,7 +65,7 @@ def test_a_saved_background_answers_as_the_learnt_one(
     harbour: tuple[EigenSwarm, list[Observation]], saved: Path
 ) -> None:
     learnt, loaded = harbour[0], restarted(saved)
-    for mine, other in zip(answers(learnt, harbour[1]), answers(loaded, harbour[1]), strict=True):
+    for mine, other in zip(checked_answers(learnt, harbour[1]), checked_answers(loaded, harbour[1]), strict=True):
         assert [track.identity for track in mine] == [track.identity for track in other]
         for one, two in zip(mine, other, strict=True):
             np.testing.assert_array_equal(one.estimate.box_xyxy, two.estimate.box_xyxy)
@@ -108,11 +100,11 @@ def test_a_file_whose_axes_are_those_of_no_blocks_is_refused(
 def test_without_background_or_pose_nothing_is_answered(harbour: tuple[EigenSwarm, list[Observation]]) -> None:
     tracker = a_swarm()
     tracker.start((), CAMERA)
-    assert answers(tracker, harbour[1][-2:]) == [[], []]
+    assert checked_answers(tracker, harbour[1][-2:]) == [[], []]
     drawn = DrawnHarbour(1)
     unposed = [Observation(each.image_rgb, INTERVAL_S * k, CAMERA) for k, each in enumerate(drawn.pictures(4))]
     tracker.start(unposed[:3], CAMERA)
-    assert answers(tracker, unposed[3:]) == [[]]
+    assert checked_answers(tracker, unposed[3:]) == [[]]
 
 
 def test_the_ablations_leave_out_one_condition_each() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from trackers.gaps.types import Bridge, Piece, Surroundings
+from trackers.gaps import Bridge, Piece, Surroundings
 
 _KEPT = 0.93
 

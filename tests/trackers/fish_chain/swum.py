@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from trackers.fish_chain.detection import Detection
 from trackers.fish_chain.posture import STATIONS
-from trackers.fish_chain.tracklet import Tracklet
+from trackers.fish_chain.tracklets import Tracklet
 
 LENGTH_PX, WIDTH_PX = 30.0, 6.0
 

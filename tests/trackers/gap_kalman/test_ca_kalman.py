@@ -17,8 +17,7 @@ from trackers.gap_kalman.ca_kalman import (
     successor_distances,
     transition,
 )
-from trackers.gaps.check import check_bridge
-from trackers.gaps.types import Piece, Surroundings
+from trackers.gaps import Piece, Surroundings, check_bridge
 
 DT = 1.0
 PARAMETERS = CaKalmanParameters(jerk_px=0.05, measured_px=0.5)

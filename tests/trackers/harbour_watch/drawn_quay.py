@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.site.view import SiteView
+from trackers.site import SiteView
 from trackers.types import CameraModel, EgoPose, Observation, SiteSurvey
 
 CAMERA = CameraModel(256, 192, 770.0, band="thermal")

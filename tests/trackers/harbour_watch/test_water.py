@@ -7,7 +7,7 @@ import pytest
 
 from tests.trackers.harbour_watch.drawn_quay import SURVEY, VIEW, Quay
 from trackers.harbour_watch.water import WaterLevel
-from trackers.site.quay import shows_water
+from trackers.site import shows_water
 
 MEAN_M = SURVEY.mean_water_m
 

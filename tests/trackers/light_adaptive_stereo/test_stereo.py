@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.trackers.drawn_people import BLUE, CAMERA, CAMERA_HEIGHT_M, GREY, Board, observation, person_box
+from tests.trackers.drawn_people import BLUE, CAMERA, GREY, LEVEL, Board, observation, person_box
 from trackers.light_adaptive_stereo.candidates import CandidateParameters, below_head_top
 from trackers.light_adaptive_stereo.matching import StereoMatcher
 from trackers.light_adaptive_stereo.occlusion import (
@@ -24,8 +24,6 @@ from trackers.light_adaptive_stereo.person_kalman import PersonKalman
 from trackers.light_adaptive_stereo.robot_frame import Mounting, points_m
 from trackers.light_adaptive_stereo.stereo_view import StereoView, see
 from trackers.types import CameraModel, Observation
-
-LEVEL = Mounting.level(CAMERA_HEIGHT_M)
 
 
 def view_of(frame: Observation) -> StereoView:

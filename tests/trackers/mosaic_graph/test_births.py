@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from trackers.mosaic_graph.births import LastSeen, may_be_target, renewal, surprise
 from trackers.mosaic_graph.detector import Candidate
 from trackers.mosaic_graph.kernels import oriented_box as ob
-from trackers.mosaic_graph.sightings import Sighting, Sightings
+from trackers.mosaic_graph.sightings import LastSeen, Sighting, Sightings, may_be_target, renewal, surprise
 
 
 def candidate(x_m: float, log_ratio: float, axis_rad: float = 0.0, covered: float = 1.0) -> Candidate:

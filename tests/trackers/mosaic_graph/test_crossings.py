@@ -12,7 +12,7 @@ from trackers.mosaic_graph.kernels import road_course as rc
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
 from trackers.mosaic_graph.kernels.crossing import CUT_M, curve_over, fit_of_curve, on_curve
-from trackers.mosaic_graph.kernels.roads import RoadGraph
+from trackers.mosaic_graph.kernels.road_position import RoadGraph
 from trackers.mosaic_graph.road_graph import build_graph
 
 _LANE_M = 1.75

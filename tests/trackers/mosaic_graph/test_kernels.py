@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import optimize
 
-from trackers.kernels.posterior import detection_log_weights, geometric_median
+from trackers.kernels.particles import detection_log_weights, geometric_median
+from trackers.mosaic_graph.colour_model import CELLS, count_colours, look_up
 from trackers.mosaic_graph.kernels import oriented_box as ob
-from trackers.mosaic_graph.kernels.blend import blend_into
-from trackers.mosaic_graph.kernels.colour_table import CELLS, count_colours, look_up
 from trackers.mosaic_graph.kernels.skeleton import thin, trace_lines
+from trackers.mosaic_graph.mosaic import blend_into
 
 
 @settings(max_examples=20, deadline=None)

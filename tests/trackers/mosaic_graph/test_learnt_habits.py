@@ -10,8 +10,7 @@ from tests.trackers.mosaic_graph.test_roads import HABITS, crossing, nothing_uns
 from trackers import registry
 from trackers.mosaic_graph.kernels import road_position as rp
 from trackers.mosaic_graph.kernels.road_course import weight_of_turn
-from trackers.mosaic_graph.lane_offset import LaneOffset
-from trackers.mosaic_graph.motion_model import CarModel, Instant
+from trackers.mosaic_graph.motion_model import CarModel, Instant, LaneOffset
 from trackers.mosaic_graph.road_graph import build_graph
 from trackers.particle_filter import ParticleFilter
 

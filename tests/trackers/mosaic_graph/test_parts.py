@@ -8,8 +8,8 @@ import pytest
 from sim.optics import PinholeCamera, project
 from tests.trackers.drawn_town import film
 from trackers.kernels.ground_camera import GroundCamera, looking_down
+from trackers.mosaic_graph.detector import Likeness
 from trackers.mosaic_graph.kernels import oriented_box as ob
-from trackers.mosaic_graph.likeness import Likeness
 from trackers.mosaic_graph.mosaic import Mosaic, standing_ground
 from trackers.mosaic_graph.registration import Registration
 from trackers.mosaic_graph.road_network import RoadFinder

@@ -10,7 +10,7 @@ import pytest
 from trackers.kernels.ground_camera import looking_down
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
-from trackers.mosaic_graph.kernels.roads import RoadGraph, Roads
+from trackers.mosaic_graph.kernels.road_position import RoadGraph, Roads
 from trackers.mosaic_graph.motion_model import CarModel, Instant
 from trackers.mosaic_graph.road_graph import build_graph
 from trackers.mosaic_graph.road_network import NO_ROADS, roads_about

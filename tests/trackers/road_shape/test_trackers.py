@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from tests.fakes import CAMERA, DrawnFrame, DrawnTown, along, bent_road, drive, look_down, straight_road
 from trackers.baselines.single_target import best_match
-from trackers.kernels.colour_template import ColourTemplate
+from trackers.kernels.histogram import ColourTemplate
 from trackers.registry import entry
 from trackers.types import Estimate
 

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from tests.trackers.drawn_people import BLUE, CALM, CAMERA, CAMERA_HEIGHT_M, RED, Board, observation, person_box
-from trackers.light_adaptive_stereo.robot_frame import Mounting
+from tests.trackers.drawn_people import BLUE, CALM, CAMERA, RED, Board, observation, person_box, place_of, posed
 from trackers.protocols import Tracker
 from trackers.registry import entry
 from trackers.stereo_people import tracker as tracker_module
 from trackers.stereo_people.tracks import Track, associate
-from trackers.types import EgoPose, Estimate, Observation
+from trackers.types import Estimate, Observation
 
-LEVEL = Mounting.level(CAMERA_HEIGHT_M)
 VARIANTS = ("stereo_people_no_light", "stereo_people_no_odometry", "stereo_people_no_others", "stereo_people_no_nearby")
 PERSON = Board(3.0, 0.2, RED)
 OTHER = Board(3.6, -1.0, BLUE, 0.55, 1.85)
@@ -33,12 +31,6 @@ def started(name: str, *boards: Board, frame: int = 0) -> Tracker:
     return tracker
 
 
-def place_of(estimate: Estimate) -> NDArray[np.float64]:
-    """Return the place (2,) of an answer in the robot's frame."""
-    assert estimate.depth_m is not None
-    return LEVEL.place_at(estimate.position_px, estimate.depth_m, CAMERA)[:2]
-
-
 def turned(boards: Iterable[Board], heading_rad: float, frame: int, right: bool = True) -> Observation:
     """Return what a robot sees that has turned on the spot; boards are where they are at heading 0."""
     cosine, sine = np.cos(heading_rad), np.sin(heading_rad)
@@ -50,10 +42,7 @@ def turned(boards: Iterable[Board], heading_rad: float, frame: int, right: bool 
         )
         for board in boards
     ]
-    pose = np.eye(4)
-    pose[:3, :3] = np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]]) @ LEVEL.R_robot_camera
-    pose[2, 3] = CAMERA_HEIGHT_M
-    return replace(observation(there, frame, right=right), ego=EgoPose(pose))
+    return posed(observation(there, frame, right=right), heading_rad)
 
 
 def on_ground(estimate: Estimate, heading_rad: float) -> NDArray[np.float64]:

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from trackers.mosaic_graph.kernels.roads import RoadGraph
+from trackers.mosaic_graph.kernels.road_position import RoadGraph
 
 CUT_M = 9.0
 """Distance from a crossing's middle at which a car leaves its lane, and at which it is in the next."""

@@ -27,10 +27,10 @@ from trackers.mosaic_graph.kernels.road_position import (
     HEADING,
     LATERAL,
     ON_ROAD,
+    RoadGraph,
     X,
     Y,
 )
-from trackers.mosaic_graph.kernels.roads import RoadGraph
 
 _STRAIGHT_SPREAD_RAD = 0.5
 _SHARPEST_RAD, _SHARPEST_SPREAD_RAD, _TURNING_BACK = 2.3, 0.15, 0.02

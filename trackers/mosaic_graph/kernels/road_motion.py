@@ -27,12 +27,13 @@ from trackers.mosaic_graph.kernels.road_position import (
     TURN,
     URGE,
     VIGOUR,
+    RoadGraph,
+    Roads,
     X,
     Y,
     associate_one,
     nearest_point,
 )
-from trackers.mosaic_graph.kernels.roads import RoadGraph, Roads
 
 _COMMITTED_M = 5.5
 _DECIDE_M = 28.0
@@ -255,12 +256,7 @@ def _begin_turn(s: NDArray[np.float64], turn: float) -> None:
 
 @njit(cache=True)
 def _go_free(
-    s: NDArray[np.float64],
-    roads: Roads,
-    habits: Habits,
-    dt_s: float,
-    normal: float,
-    uniforms: NDArray[np.float64],
+    s: NDArray[np.float64], roads: Roads, habits: Habits, dt_s: float, normal: float, uniforms: NDArray[np.float64]
 ) -> tuple[float, float]:
     """Return goal speed and curvature of a car off the known roads; it may turn if none is near, or join one."""
     goal = max(s[CRUISE], 0.0)

@@ -18,7 +18,7 @@ from benchmarks.run.guards import GuardedTracker
 from scenarios.loop import Loop, ManyFromPictures
 from scenarios.scenario import Frame
 from tests import fakes_scenario
-from trackers.gaps.types import Bridge, GapMethod, Piece, Surroundings
+from trackers.gaps import Bridge, GapMethod, Piece, Surroundings
 from trackers.types import CameraCommand, CameraModel, Observation, Track
 
 PAST, FUTURE = Piece(0, np.zeros((4, 2)), 0.1), Piece(7, np.zeros((4, 2)), 0.1)

@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 
 from scenarios.fish_tank.scenario import FISH_TANK
 from trackers.fish_chain.detection import Detector, DetectorParameters
-from trackers.gaps.types import Bridge, Piece, Surroundings
+from trackers.gaps import Bridge, Piece, Surroundings
 from trackers.registry import NoParameters, register
 from trackers.types import CameraModel, Estimate, Observation, Track
 

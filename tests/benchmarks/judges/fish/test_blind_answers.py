@@ -14,7 +14,7 @@ from scenarios.fish_tank.presets import PRESETS, FishTank
 from scenarios.fish_tank.scenario import FISH_TANK
 from scenarios.fish_tank.shoal import swim
 from scenarios.fish_tank.tank import VOLUME_M
-from sim.meshes.fish_look import draw_look
+from sim.meshes.fish import draw_look
 from sim.rng import episode_seed, generator
 from tests.benchmarks.named import NamedExperiment as Experiment
 from tests.benchmarks.named import run_named as run

@@ -16,7 +16,7 @@ from benchmarks.judges.fish.gap_protocol import (
     cut_gaps,
     turn_rad,
 )
-from trackers.gaps.types import Bridge, Piece, Surroundings
+from trackers.gaps import Bridge, Piece, Surroundings
 
 
 class Shifted:

@@ -12,7 +12,7 @@ from benchmarks.judges.fish.gap_scores import GAP_FRAMES, TURNS_DEG, GapTask, ga
 from benchmarks.run.guards import Guard, GuardedGapMethod
 from benchmarks.show.suites.fish import charts
 from tests.benchmarks.judges.fish.gap_methods import Fails, GivesUp, Knows, swimming
-from trackers.gaps.types import Bridge
+from trackers.gaps import Bridge
 
 TRUE_PX = swimming()
 TRACKS = Tracks(TRUE_PX + 0.5, 1 / 30, true_px=TRUE_PX)
@@ -91,7 +91,7 @@ def test_a_method_without_covariance_or_far_end_has_no_such_scores() -> None:
 
 
 def test_a_method_that_fails_has_the_worst_error() -> None:
-    guard = Guard(60.0, "answer")
+    guard = Guard(60.0)
     bridged = TASK.bridged(lambda: GuardedGapMethod(Fails(), guard, 7))
     scores = {each.metric: each.value for each in gap_scores(TRACKS, bridged)}
     assert scores["gap_error_50_px"] == 500.0

@@ -14,7 +14,7 @@ from benchmarks.judges.fish.judge import AT_ONCE, FishJudge
 from scenarios.fish_tank.truth import FishTruth
 from tests.benchmarks.judges.fish.gap_methods import Knows
 from tests.benchmarks.judges.fish.hand_made import CAMERA, LENGTH_PX, empty_pictures, frame_of, track, truth_of
-from trackers.gaps.types import GapMethod
+from trackers.gaps import GapMethod
 from trackers.types import Start, Track
 
 FRAMES = 240

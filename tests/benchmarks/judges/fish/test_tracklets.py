@@ -80,7 +80,7 @@ def test_a_piece_that_a_method_gives_up_on_is_not_linked() -> None:
 
 
 def test_a_method_that_fails_makes_no_link_from_there_on() -> None:
-    guard = Guard(60.0, "answer")
+    guard = Guard(60.0)
     links = link_tracklets(lambda: GuardedGapMethod(Fails(), guard, 0), Tracks(MEASURED, 1 / 30), 50.0)
     assert guard.reason == "RuntimeError: it fails"
     assert [link.outcome for link in links] == [Outcome.ABSTAINED] * 3

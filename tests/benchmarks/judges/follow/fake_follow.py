@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -168,7 +169,7 @@ class FakeFollowScenario:
 
     def episode(
         self,
-        preset: str,
+        preset: Any,
         seed: int,
         *,
         renderer: str = "raster",
@@ -176,7 +177,7 @@ class FakeFollowScenario:
         truth: str = "all",
     ) -> FakeFollowEpisode:
         """Build one episode; all seeds are alike."""
-        configuration = self.presets[preset]
+        configuration = self.presets[preset] if isinstance(preset, str) else preset
         return FakeFollowEpisode(configuration, configuration.closed_loop if closed_loop is None else closed_loop)
 
 

@@ -17,7 +17,7 @@ from tests.benchmarks.judges.follow.test_run import TINY, TRACKERS, _fake_suite
 from tests.benchmarks.named import run_named as run
 from tests.fakes_policy import made_up_policy
 from trackers.belief.features import FEATURES
-from trackers.controllers.policy_file import Policy, save_policy
+from trackers.controllers.policy import Policy, save_policy
 
 # A fixture that every test here uses.
 __all__ = ["_fake_suite"]

@@ -10,14 +10,20 @@ from scipy.integrate import quad
 
 from sim.optics import PinholeCamera, project, ray_of_pixel
 from sim.render.protocol import create_renderer
-from sim.shaders.thermal.glitter import glitter, glitter_arrays, may_glitter
 from sim.shaders.thermal.mirror import image_of, mirror_arrays
-from sim.shaders.thermal.sea import Sea
-from sim.shaders.thermal.sea_tables import SINES, SLOPES, STEEPEST, levels_of, radiance_table
+from sim.shaders.thermal.sea import (
+    SINES,
+    SLOPES,
+    STEEPEST,
+    Sea,
+    glitter,
+    glitter_arrays,
+    levels_of,
+    may_glitter,
+    radiance_table,
+)
 from sim.shaders.thermal.shader import ThermalShader
-from sim.thermal.radiance import band_radiance
-from sim.thermal.sky import Air, air_mass, sky_radiance
-from sim.thermal.water import reflectance
+from sim.thermal.radiance import Air, air_mass, band_radiance, reflectance, sky_radiance
 from sim.thermal.waves import CELLS, LEVELS, SeaState, SeaWaves
 from sim.world import World
 from tests.sim.demo_scene import box, ground

@@ -12,11 +12,9 @@ from sim.gbuffer import SKY
 from sim.optics import PinholeCamera, ray_of_pixel
 from sim.render.pipeline import capture
 from sim.render.protocol import create_renderer
-from sim.sensors.thermal_config import ThermalConfig
-from sim.sensors.thermal_sensor import ThermalSensor
+from sim.sensors.thermal_sensor import ThermalConfig, ThermalSensor
 from sim.shaders.thermal.shader import ThermalShader
-from sim.thermal.radiance import band_radiance
-from sim.thermal.sky import Air, sky_radiance
+from sim.thermal.radiance import Air, band_radiance, sky_radiance
 from sim.thermal.weather import Weather
 from sim.world import World
 from tests.sim.demo_scene import box, ground

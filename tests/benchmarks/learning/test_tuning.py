@@ -1,0 +1,271 @@
+from __future__ import annotations
+
+import dataclasses
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.contract.suite import Scene
+from benchmarks.contract.suite import suite as registered
+from benchmarks.judges.frame_out.suite import FRAME_OUT
+from benchmarks.learning import tuning
+from benchmarks.learning.tuning import (
+    NO_VALUES,
+    Budget,
+    ControllerBudget,
+    Found,
+    FreshScores,
+    controller_scores,
+    failures_in_words,
+    fresh_entries,
+    fresh_scores,
+    rows_of,
+    scored_anew,
+    search,
+    tracker_scores,
+    tunables,
+    tune,
+    write_tuned,
+)
+from benchmarks.run.failures import Failure
+from benchmarks.run.selection import job_on
+from tests import fakes_scenario, fakes_trackers
+from trackers.controllers.catalogue import controller_entry
+from trackers.registry import entry, register, tunable, tuned_file
+from trackers.types import Estimate, Observation
+
+
+@dataclass(frozen=True)
+class ShakyParameters:
+    """Its error."""
+
+    off_m: float = tunable(20.0, 0.0, 40.0)
+    ignored: int = tunable(3, 1, 5)
+
+
+@register("fake_shaky", role="baseline", summary="knows the circle, but for a constant error")
+class Shaky(fakes_trackers.Knowing):
+    """Is better with smaller ``off_m``."""
+
+    Parameters = ShakyParameters  # type: ignore[assignment]
+
+    def __init__(self, parameters: ShakyParameters, rng: np.random.Generator) -> None:
+        super().__init__(fakes_trackers.NoParameters(), rng)
+        self._off_px = parameters.off_m * fakes_scenario.CAMERA.focal_px / fakes_scenario.HEIGHT_M
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        right = super().misbehave(observation)
+        return Estimate(right.position_px + np.array([self._off_px, 0.0]))
+
+
+@pytest.fixture(autouse=True)
+def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
+    fake = replace(FRAME_OUT, scenes=(Scene(fakes_scenario.FAKE_TOWN.id, "frame-out"),))
+    monkeypatch.setattr(tuning, "suite", lambda name: fake)
+
+
+BUDGET = Budget("frame-out", ("tiny",), range(1), ("tiny",), range(1, 3), trials=20, workers=0)
+
+
+@pytest.mark.heavy
+def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> None:
+    told: list[tuple[int, int]] = []
+    tuned = tune("fake_shaky", BUDGET, lambda done, of: told.append((done, of)))
+    assert tuned.trials == 20
+    assert told[-1] == (20, 20)
+    assert tuned.parameters["off_m"] < 5.0
+    assert isinstance(tuned.parameters["ignored"], int)
+    assert tuned.score > tuned.default_score
+    assert tuned.check_score > tuned.check_default_score
+    assert tuned.fresh is not None
+    assert tuned.fresh.seeds == range(9_000, 9_008)
+    assert tuned.fresh.tuned > tuned.fresh.written
+    assert tune("fake_shaky", BUDGET, lambda done, of: None) == tuned
+
+    path = write_tuned(
+        "fake_shaky", tuned, BUDGET.suite, BUDGET.presets, BUDGET.seeds, "frameout tune fake_shaky", tmp_path
+    )
+    document = json.loads(path.read_text())
+    assert path.name == "fake_shaky.json"
+    assert document["parameters"] == tuned.parameters
+    for key in ("score", "trials", "seeds", "suite", "preset", "command"):
+        assert key in document
+    assert entry("fake_shaky").parameters(**document["parameters"]).off_m == tuned.parameters["off_m"]
+    assert document["episodes"] == 1
+    fresh = {"seeds": "9000:9008", "written": round(tuned.fresh.written, 6), "tuned": round(tuned.fresh.tuned, 6)}
+    assert document["fresh"] == fresh
+    # The scores of a file are those of its own function; the check's, which may be of other editions, go.
+    written, scores_on = entry("fake_shaky").written(), tracker_scores("fake_shaky", BUDGET, [])
+    outdated = document | {"score": 3.0, "default_score": 2.0, "fresh": None, "no_fresh": "not measured"}
+    del document["check_score"], document["check_default_score"]
+    assert scored_anew(document, written, BUDGET.seeds, scores_on) == document
+    assert scored_anew(outdated, written, BUDGET.seeds, scores_on) == document
+
+
+def test_a_tracker_that_lacks_a_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("optuna")
+
+    def init(*given: object) -> None:
+        raise ModuleNotFoundError("No module named 'torch'")
+
+    monkeypatch.setattr(Shaky, "__init__", init)
+    told = "^tracker: expected one that can begin, got fake_shaky: ModuleNotFoundError: No module named 'torch'$"
+    with pytest.raises(ValueError, match=told):
+        tune("fake_shaky", replace(BUDGET, trials=2), lambda done, of: None)
+
+
+def test_the_first_setting_tried_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried: list[dict[str, Any]] = []
+
+    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget, _: Any) -> dict[str, float]:
+        tried.extend(settings.values())
+        return dict.fromkeys(settings, 0.0)
+
+    monkeypatch.setattr(tuning, "_scores", scores)
+    tune("fake_shaky", BUDGET, lambda done, of: None)
+    assert tried[0] == {"off_m": 20.0, "ignored": 3}
+    assert all(0.0 <= values["off_m"] <= 40.0 and 1 <= values["ignored"] <= 5 for values in tried)
+
+
+def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget, _: Any) -> dict[str, float]:
+        """The higher ``off_m`` the better on the search's seeds, the worse on others."""
+        sign = 1.0 if budget.seeds == BUDGET.seeds else -1.0
+        return {label: sign * values["off_m"] for label, values in settings.items()}
+
+    monkeypatch.setattr(tuning, "_scores", scores)
+    tuned = tune("fake_shaky", BUDGET, lambda done, of: None)
+    assert tuned.parameters == {}
+    assert tuned.score == -tuned.check_score > tuned.default_score == -tuned.check_default_score == 20.0
+    assert tuned.fresh is None
+    assert fresh_entries(tuned.fresh) == {"fresh": None, "no_fresh": NO_VALUES}
+
+
+def test_the_check_of_the_best_setting_is_on_other_presets_too_and_announced(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget, _: Any) -> dict[str, float]:
+        """The higher ``off_m`` the better but on the preset of the check."""
+        sign = -1.0 if budget.presets == ("hard",) else 1.0
+        return {label: sign * values["off_m"] for label, values in settings.items()}
+
+    monkeypatch.setattr(tuning, "_scores", scores)
+    assert tune("fake_shaky", BUDGET, lambda done, of: None).parameters["off_m"] > 20.0
+    budget = replace(BUDGET, fresh_presets=("hard",))
+    assert tune("fake_shaky", budget, lambda done, of: None).parameters == {}
+    said = "fake_shaky: the best setting and the defaults now run on 2 fresh episodes …\n"
+    assert capsys.readouterr().err == 2 * said
+
+
+def test_every_as_written_and_own_tracker_declares_what_is_tuned() -> None:
+    for name in ("colour_pf", "road_shape_pf", "background_pf", "mosaic_graph_pf", "hold", "constant_velocity"):
+        assert tunables(name)
+
+
+def test_fresh_scores_are_those_of_tuned_and_written_values_on_seeds_of_no_search() -> None:
+    asked: list[tuple[dict[str, dict[str, Any]], range]] = []
+
+    def scores_on(settings: dict[str, dict[str, Any]], seeds: range) -> dict[str, float]:
+        asked.append((settings, seeds))
+        return {label: float(values["off_m"]) for label, values in settings.items()}
+
+    fresh = fresh_scores({"off_m": 3.0}, {"off_m": 20.0, "ignored": 3}, range(64), scores_on)
+    settings = {"written": {"off_m": 20.0, "ignored": 3}, "tuned": {"off_m": 3.0, "ignored": 3}}
+    assert asked == [(settings, range(9_000, 9_064))]
+    assert fresh == FreshScores(range(9_000, 9_064), written=20.0, tuned=3.0)
+    fresh_scores({"off_m": 3.0}, {"off_m": 20.0}, range(2), scores_on, count=4)
+    assert asked[1][1] == range(9_000, 9_004)
+    assert fresh_scores({}, {"off_m": 20.0}, range(2), scores_on) is None
+    assert len(asked) == 2
+
+
+def test_every_file_says_on_how_many_episodes_and_what_fresh_ones_gave() -> None:
+    folder = tuned_file("hold", "trackers.baselines.single_target").parent
+    for file in sorted(folder.rglob("*.json")):
+        found = json.loads(file.read_text())
+        first, end = map(int, found["seeds"].split(":"))
+        assert found["episodes"] == len(found["preset"].split()) * (end - first), file.name
+        fresh = found["fresh"]
+        if fresh is None:
+            assert found["no_fresh"] == NO_VALUES, file.name
+            assert not found["parameters"], file.name
+        else:
+            assert set(fresh) == {"seeds", "written", "tuned"}, file.name
+            assert int(fresh["seeds"].split(":")[0]) >= end, file.name
+            assert "no_fresh" not in found, file.name
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("carrier", "scenario", "tracker"),
+    [("helicopter", "road-town-v2", "mosaic_graph_pf"), ("robot", "stereo-follow-v2", "stereo_people")],
+)
+def test_the_scores_of_a_controller_are_those_of_its_function(
+    carrier: str, scenario: str, tracker: str, tmp_path: Path
+) -> None:
+    """Where a scene or an error model has changed, ``frameout tune --rescore`` makes them anew."""
+    stored = json.loads(tuned_file(f"controllers/{carrier}/reentry", "trackers.controllers.reentry").read_text())
+    seeds = range(*map(int, stored["seeds"].split(":")))
+    budget = ControllerBudget(scenario, stored["preset"], tracker, seeds, range(0), 0, 0, tmp_path)
+    entry = controller_entry("reentry", carrier)
+    scores = controller_scores("reentry", budget, [])(
+        {"tuned": stored["parameters"], "written": entry.written()}, seeds
+    )
+    assert scores["tuned"] == pytest.approx(stored["score"], abs=1e-6)
+    assert scores["written"] == pytest.approx(stored["default_score"], abs=1e-6)
+
+
+def test_all_of_a_suite_were_tuned_for_one_score() -> None:
+    folder = tuned_file("hold", "trackers.baselines.single_target").parent
+    for file in sorted(folder.glob("*.json")):
+        found = json.loads(file.read_text())
+        told = " + ".join(f"{factor:g} {metric}" for metric, factor in registered(found["suite"]).tuned_for.items())
+        assert found["score_is"] == told, file.name
+
+
+def test_a_search_goes_on_unless_what_it_depends_on_has_changed(tmp_path: Path) -> None:
+    pytest.importorskip("optuna")
+    fields = {field.name: field for field in dataclasses.fields(ShakyParameters)}
+    tried: list[str] = []
+
+    def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
+        tried.extend(settings)
+        return {label: values["off_m"] for label, values in settings.items()}
+
+    def found(trials: int, budget: str) -> Found:
+        return search(
+            "fake", fields, {"off_m": 20.0, "ignored": 3}, trials, scores, lambda done, of: None, tmp_path, budget
+        )
+
+    assert found(3, "one").trials == 3
+    assert found(5, "one").trials == 5
+    assert len(tried) == 5
+    assert found(5, "another").trials == 5
+    assert len(tried) == 10
+
+
+@pytest.mark.heavy
+def test_a_tracker_that_ends_its_process_scores_as_one_without_answers() -> None:
+    town, modules = fakes_scenario.FAKE_TOWN.id, ("tests.fakes_scenario",)
+    trackers = ("fake_kills", "fake_silent")
+    jobs = [job_on("frame-out", town, "tiny", seed, trackers, modules=modules) for seed in (1, 0)]
+    failures: list[Failure] = []
+    rows = [row for row in rows_of(jobs, 2, failures) if row["metric"] == "offscreen_error_m"]
+    values = {name: [(row["seed"], row["value"]) for row in rows if row["tracker"] == name] for name in trackers}
+    assert values["fake_kills"] == values["fake_silent"]
+    assert list(dict(values["fake_kills"])) == [1, 0]
+    assert [(failure.tracker, failure.seed) for failure in failures] == [("fake_kills", 1), ("fake_kills", 0)]
+
+
+def test_what_failed_is_told_in_the_last_line_of_a_search() -> None:
+    failed = [Failure("hold#1", "town", "quick", seed, 3, "RuntimeError: a bug") for seed in range(3)]
+    failed += [Failure("hold#2", "town", "quick", 0, 5, "took longer than 600 s of CPU time over one frame")]
+    assert failures_in_words(failed) == (
+        "; 4 runs failed, which counts as no answer: RuntimeError: a bug (3 times), "
+        "took longer than 600 s of CPU time over one frame (1 time)"
+    )
+    assert failures_in_words([]) == ""

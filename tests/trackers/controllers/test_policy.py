@@ -1,0 +1,108 @@
+"""A policy is loaded as it was saved and steers by its network; other files are refused."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.fakes_policy import random_policy
+from trackers.belief.features import FEATURES
+from trackers.controllers.catalogue import controller_entry
+from trackers.controllers.policy import load_policy, save_policy
+from trackers.types import CameraCommand, CameraModel, Carrier, CommandAxis, EgoPose, Estimate, Observation
+
+CARRIER = Carrier(
+    "helicopter", (CommandAxis("forward_mps", 25.0, 40.0), CommandAxis("yaw_rate_rad_s", 1.0, 2.0)), "down"
+)
+
+
+def observation(time_s: float) -> Observation:
+    T = np.diag([1.0, -1.0, -1.0, 1.0])
+    T[2, 3] = 50.0
+    return Observation(np.zeros((48, 64, 3), np.uint8), time_s, CameraModel(64, 48, 70.0), ego=EgoPose(T))
+
+
+def test_it_comes_back_as_it_was(tmp_path: Path) -> None:
+    saved = random_policy(CARRIER)
+    path = save_policy(saved, tmp_path / "mine.json")
+    loaded = load_policy(str(path))
+    assert replace(loaded, weights=(), biases=()) == replace(saved, weights=(), biases=())
+    for ours, theirs in zip((*saved.weights, *saved.biases), (*loaded.weights, *loaded.biases), strict=True):
+        np.testing.assert_array_equal(ours, theirs)
+    assert load_policy(str(tmp_path / "mine.safetensors")).carrier == CARRIER
+
+
+def test_its_action_is_the_networks() -> None:
+    given = random_policy(CARRIER)
+    features = np.linspace(-1, 1, len(FEATURES), dtype=np.float32)
+    hidden = np.tanh(given.weights[0] @ features + given.biases[0])
+    wanted = given.weights[1] @ hidden + given.biases[1]
+    np.testing.assert_allclose(given.action(features[None])[0], np.clip(wanted, -1, 1), rtol=1e-5)
+    squashed = replace(given, output="tanh").action(features[None])[0]
+    np.testing.assert_allclose(squashed, np.tanh(wanted), rtol=1e-5)
+
+
+def test_it_steers_as_a_controller(tmp_path: Path) -> None:
+    path = save_policy(random_policy(CARRIER), tmp_path / "mine.json")
+    entry = controller_entry(f"policy:{path}", "helicopter")
+    assert entry.role == "policy"
+    first, second = entry.create(), entry.create()
+    estimate = Estimate(np.array([40.0, 20.0]), in_view_probability=0.9)
+    given = [first.command(observation(t / 15), estimate) for t in range(3)]
+    assert given == [second.command(observation(t / 15), estimate) for t in range(3)]
+    assert given[0] != CameraCommand()
+
+
+@pytest.mark.parametrize("corrects", ["always", "unseen"])
+def test_it_corrects_another_controller(tmp_path: Path, corrects: str) -> None:
+    base = {"controller": "hold", "parameters": {}}
+    path = save_policy(replace(random_policy(CARRIER), base=base, corrects=corrects), tmp_path / "mine.json")
+    controller = controller_entry(f"policy:{path}", "helicopter").create()
+    seen = controller.command(observation(0.0), Estimate(np.array([40.0, 20.0]), in_view_probability=0.9))
+    unseen = controller.command(observation(0.1), Estimate(np.array([40.0, 20.0]), in_view_probability=0.1))
+    assert (seen == CameraCommand()) == (corrects == "unseen")
+    assert unseen != CameraCommand()
+    assert abs(unseen.forward_mps) <= 0.5 * 25.0
+
+
+def test_a_policy_for_another_carrier_is_refused(tmp_path: Path) -> None:
+    path = save_policy(random_policy(CARRIER), tmp_path / "mine.json")
+    with pytest.raises(ValueError, match=r"controller: expected a policy for a robot, got .* for a helicopter"):
+        controller_entry(f"policy:{path}", "robot")
+
+
+def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
+    path = save_policy(random_policy(CARRIER), tmp_path / "mine.json")
+    with pytest.raises(ValueError, match=r"policy: expected a file that can be read, got .*missing.json"):
+        load_policy(str(tmp_path / "missing.json"))
+    with pytest.raises(ValueError, match=r"got '.*missing.zip', whose JSON file would be '.*missing.json': No such"):
+        load_policy(str(tmp_path / "missing.zip"))
+    with pytest.raises(ValueError, match=r"policy: expected a file, got ''"):
+        load_policy("")
+    alone = tmp_path / "alone.json"
+    alone.write_bytes(path.read_bytes())
+    with pytest.raises(ValueError, match=r"got '.*alone.json': No such file or directory of .*alone.safetensors"):
+        load_policy(str(alone))
+    document = json.loads(path.read_text())
+    wrong: list[dict[str, Any]] = [
+        {"format": 2},
+        {"layers": 3},
+        {"layers": 0},
+        {"features": ["one"]},
+        {"carrier": None},
+    ]
+    wrong += [{"hidden": "gelu"}, {"output": "sign"}, {"corrects": "never"}, {"correction_share": 0}]
+    wrong += [{"weights_sha256": "0"}]
+    for change in wrong:
+        path.write_text(json.dumps(document | change))
+        with pytest.raises(ValueError, match="policy: expected a policy of format 1, got"):
+            load_policy(str(path))
+    path.write_text(json.dumps(document))
+    path.with_suffix(".safetensors").write_bytes(b"torn")
+    with pytest.raises(ValueError, match="policy: expected a policy of format 1, got"):
+        load_policy(str(path))
