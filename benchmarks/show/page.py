@@ -19,7 +19,7 @@ from benchmarks.show import tables
 from benchmarks.show.charts import Chart, DotChart
 from benchmarks.show.definitions import MetricDefinition, metric_definitions
 from benchmarks.show.palette import LineStyle, line_styles
-from benchmarks.show.pictures import keep_event_picture, name_of, read_pictures, remove_picture
+from benchmarks.show.pictures import Picture, keep_event_picture, name_of, read_pictures, remove_picture
 from benchmarks.show.provenance import provenance
 from benchmarks.show.showing import showing_of
 from benchmarks.statistics.bootstrap import Interval
@@ -38,7 +38,7 @@ from trackers.atomic_file import write_atomic
 from trackers.papers import Paper, paper_of
 
 if TYPE_CHECKING:
-    from benchmarks.show.plots import Plot, ShownFigure
+    from benchmarks.show.plots import ShownFigure
 
 REPORT_FILE_NAME = "report.html"
 _DRAWN_ROLES = (*tables.RANKED_ROLES, *tables.UNRANKED_ROLES)
@@ -94,7 +94,7 @@ class _Results:
             )
 
 
-def write_report(directory: Path, metrics: Sequence[str] = (), plots: Sequence[str] = ()) -> Path:
+def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
     """Make ``directory/report.html`` from the rows in ``directory`` and return its path.
 
     For a picture of the suite part of a simulated episode is run again, if this code made the rows. A missing summary
@@ -102,10 +102,9 @@ def write_report(directory: Path, metrics: Sequence[str] = (), plots: Sequence[s
 
     Args:
         metrics: names of those on the leaderboard, the first one ranks; () = the suite's headline.
-        plots: words of the titles of those to draw; () = all.
 
     Raises:
-        ValueError: if the folder holds no results, or no plot has such a title.
+        ValueError: if the folder holds no results.
     """
     rows = read_rows(directory)
     check("directory", bool(rows), "one that holds results", f"no whole episode in {str(directory)!r}")
@@ -115,13 +114,10 @@ def write_report(directory: Path, metrics: Sequence[str] = (), plots: Sequence[s
         json.loads((directory / name).read_text()) for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME)
     )
     results = list(_by_condition(rows, summary, comparisons, metrics))
-    charts = _chosen([each.charts() for each in results], plots)
-    # After the check of the plots, since they run a tracker again.
     _draw_pictures(directory, results)
     pictures = read_pictures(directory)
     sections = [
-        _section(each, chosen) | {"pictures": [picture for picture in pictures if picture.condition == each.condition]}
-        for each, chosen in zip(results, charts, strict=True)
+        _section(each, [picture for picture in pictures if picture.condition == each.condition]) for each in results
     ]
     page = page_environment(__file__).get_template("page.html.jinja")
     path = directory / REPORT_FILE_NAME
@@ -140,16 +136,13 @@ def write_report(directory: Path, metrics: Sequence[str] = (), plots: Sequence[s
 
 def figures_of(rows: Sequence[Row], summary: Entries) -> list[ShownFigure]:
     """Return the figures of the page of these rows, each with its title, condition by condition."""
-    from benchmarks.show.plots import drawn_as, figure_of
+    from benchmarks.show.plots import figure_of
 
-    made = []
-    for results in _by_condition(rows, summary, [], ()):
-        for chart in results.charts():
-            with drawn_as(chart.title):
-                figure = figure_of(chart, results.styles)
-                figure.suptitle(chart.title, fontsize=11)
-                made.append(figure)
-    return made
+    return [
+        figure_of(chart, results.styles, titled=True)
+        for results in _by_condition(rows, summary, [], ())
+        for chart in results.charts()
+    ]
 
 
 def page_style() -> str:
@@ -178,18 +171,6 @@ def _by_condition(
         yield _Results(condition, contestants, mine, compared, suite(condition[0]).showing(metrics))
 
 
-def _chosen(charts: Sequence[Sequence[Chart]], words: Sequence[str]) -> list[list[Chart]]:
-    """Return of each section the charts whose titles hold one of ``words``; all for none."""
-    titles = dict.fromkeys(chart.title for some in charts for chart in some)
-    for each in words:
-        known = any(each.lower() in title.lower() for title in titles)
-        check("plot", known, f"words of one of the titles {', '.join(map(repr, titles))}", repr(each))
-    return [
-        [chart for chart in some if not words or any(each.lower() in chart.title.lower() for each in words)]
-        for some in charts
-    ]
-
-
 def _draw_pictures(directory: Path, results: Sequence[_Results]) -> None:
     """Draw a picture of each condition that is simulated and whose suite has one."""
     deadly = ended_processes(directory)
@@ -214,8 +195,10 @@ def worth_showing(suite: Suite, summary: Entries) -> list[str]:
     return chosen or [line.names[0] for line in lines[:1]] or [entry["tracker"] for entry in summary[:1]]
 
 
-def _section(results: _Results, charts: Sequence[Chart]) -> dict[str, Any]:
+def _section(results: _Results, pictures: Sequence[Picture]) -> dict[str, Any]:
     """Return what the template shows of one condition."""
+    from benchmarks.show.plots import plot_of
+
     _, scenario, preset, renderer, _ = results.condition
     scores, summary = results.suite, results.summary
     showing, real = showing_of(scores), results.is_real
@@ -240,14 +223,9 @@ def _section(results: _Results, charts: Sequence[Chart]) -> dict[str, Any]:
         "differences": list(_differences(scores, results.comparisons, everything)),
         "everything": everything,
         "facts": None if showing.facts is None else tables.facts_table(showing.facts, results.contestants),
-        "plots": _drawn(charts, results.styles),
+        "plots": [plot_of(chart, results.styles) for chart in results.charts()],
+        "pictures": pictures,
     }
-
-
-def _drawn(charts: Sequence[Chart], styles: Mapping[str, LineStyle]) -> list[Plot]:
-    from benchmarks.show.plots import plot_of
-
-    return [plot_of(chart, styles) for chart in charts]
 
 
 def _papers(everything: tables.Table) -> dict[Paper, list[str]]:

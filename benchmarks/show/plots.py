@@ -24,6 +24,8 @@ from benchmarks.statistics.bootstrap import Interval
 
 _WIDTH_INCHES, _HEIGHT_INCHES, _ENTRY_INCHES = 5.4, 3.7, 0.2
 _ENTRIES_A_LINE = 3
+_LINE_INCHES, _FRAME_INCHES = 0.28, 0.9
+"""Least height of a line of dots, and of what stands above and below all."""
 _GROUP_HEIGHT = 0.6
 """Height of the dots on one line together; 1 is the distance of lines."""
 _SETTINGS: dict[str, Any] = {
@@ -91,12 +93,21 @@ def plot_of(chart: Chart, styles: Styles) -> Plot:
         return Plot(chart.title, chart.words, svg(figure_of(chart, styles)))
 
 
-def figure_of(chart: Chart, styles: Styles) -> ShownFigure:
-    """Return a chart as a figure with a legend, in matplotlib's present style."""
+def figure_of(chart: Chart, styles: Styles, *, titled: bool = False) -> ShownFigure:
+    """Return a chart as a figure with a legend, ``titled`` or not."""
+    with drawn_as(chart.title):
+        figure = _draw(chart, styles)
+        if titled:
+            figure.suptitle(chart.title, fontsize=11)
+    return figure
+
+
+def _draw(chart: Chart, styles: Styles) -> ShownFigure:
     if isinstance(chart, DotChart):
         figure, axes = new_figure(chart.x_label, "")
+        figure.set_figheight(max(_HEIGHT_INCHES, _FRAME_INCHES + _LINE_INCHES * len(chart.lines)))
         styles = line_styles(list(chart.roles.items())) if chart.roles else styles
-        draw_dots(axes, chart, styles)
+        _draw_dots(axes, chart, styles)
         # A tracker on a line of its own name needs no entry.
         named = {name for line, values in chart.lines.items() for name in values if name != line}
         handles = [
@@ -112,7 +123,7 @@ def figure_of(chart: Chart, styles: Styles) -> ShownFigure:
         _scale(axes, "y", chart.y_scale)
     if handles:
         lines = -(-len(handles) // _ENTRIES_A_LINE)
-        figure.set_size_inches(_WIDTH_INCHES, _HEIGHT_INCHES + lines * _ENTRY_INCHES)
+        figure.set_figheight(figure.get_figheight() + lines * _ENTRY_INCHES)
         figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), _ENTRIES_A_LINE))
     return figure
 
@@ -140,14 +151,14 @@ def _annotate(axes: Axes, chart: CurveChart) -> None:
         axes.annotate(words, (end + 0.8, 0.02), **_NOTE)
 
 
-def draw_dots(axes: Axes, chart: DotChart, styles: Styles) -> None:
-    """Draw the dots of a chart with their intervals, the first line above; a mean of NaN has none."""
+def _draw_dots(axes: Axes, chart: DotChart, styles: Styles) -> None:
+    """Draw the dots of a chart with their intervals, the first line above."""
     names = [name for name in styles if any(name in values for values in chart.lines.values())]
     alone = all(len(values) <= 1 for values in chart.lines.values())
     places = np.arange(len(chart.lines))[::-1]
     for place, values in zip(places, chart.lines.values(), strict=True):
         for offset, name in zip(_offsets(len(names)), names, strict=True):
-            if name in values and np.isfinite(values[name].mean):
+            if name in values:
                 _draw_dot(axes, values[name], place + (0.0 if alone else offset), styles[name].colour)
     for place in places[:-1]:
         axes.axhline(place - 0.5, color=GRID, linewidth=0.6)

@@ -11,14 +11,25 @@ ones.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.contract.rows import FILE_NAME, Row, event_of, read_rows
-from benchmarks.contract.text import counted
+from benchmarks.contract.suite import suite
+from benchmarks.contract.text import counted, number_text
 from benchmarks.run.outcome import Outcome
-from benchmarks.statistics.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME, write_summary
+from benchmarks.show.charts import DotChart
+from benchmarks.show.palette import LineStyle, line_styles
+from benchmarks.show.tables import column_of, names_and_roles, rank
+from benchmarks.statistics.bootstrap import Interval
+from benchmarks.statistics.summary import (
+    COMPARISONS_FILE_NAME,
+    SUMMARY_FILE_NAME,
+    condition_of,
+    label_of,
+    write_summary,
+)
 from sim.checks import check
 
 if TYPE_CHECKING:
@@ -72,12 +83,14 @@ class Results:
     def plot(self, metric: str) -> ShownFigure:
         """Return a figure of a metric of the summary: a dot with its 95 % interval for each contestant, the best above.
 
+        Contestants of several conditions stand below each other, condition by condition.
+
         Raises:
             ValueError: for a metric that no contestant has; lists those that there are.
         """
-        from benchmarks.show.metric_plot import metric_figure
+        from benchmarks.show.plots import figure_of
 
-        return metric_figure(self._entries(SUMMARY_FILE_NAME), metric)
+        return figure_of(*metric_chart(self._entries(SUMMARY_FILE_NAME), metric), titled=True)
 
     def figures(self) -> list[ShownFigure]:
         """Return the plots of the report, condition by condition; a notebook shows each as a picture."""
@@ -95,6 +108,38 @@ class Results:
             write_summary(self.directory)
         entries: list[dict[str, Any]] = json.loads((self.directory / name).read_text())
         return entries
+
+
+def metric_chart(summary: Sequence[dict[str, Any]], metric: str) -> tuple[DotChart, dict[str, LineStyle]]:
+    """Return the chart of a metric of the list of ``summary.json``, see ``Results.plot``, and the report's styles."""
+    known = list(dict.fromkeys(entry["metric"] for entry in summary))
+    check("metric", metric in known, f"one of {', '.join(known)}", repr(metric))
+    conditions = list(dict.fromkeys(map(condition_of, summary)))
+    lines: dict[str, dict[str, Interval]] = {}
+    styles: dict[str, LineStyle] = {}
+    for condition in conditions:
+        scores, entries = suite(condition[0]), [entry for entry in summary if condition_of(entry) == condition]
+        defined, looks = scores.metric(metric), line_styles(names_and_roles(scores, entries))
+        where = "" if len(conditions) == 1 else f", {' '.join(filter(None, condition[1:]))}"
+        shown = [entry for entry in entries if entry["metric"] == metric]
+        for entry in sorted(shown, key=lambda entry: rank(defined, entry)):
+            name = f"{label_of(entry)}{where}"
+            ends = (entry["mean"] if entry[key] is None else entry[key] for key in ("mean", "ci_low", "ci_high"))
+            lines[name] = {} if entry["mean"] is None else {name: Interval(*ends)}
+            styles[name] = looks[scores.names_of(entry)[0]]
+    column = column_of(defined)
+    unit = f" ({column.unit})" if column.unit and defined.unit != "fraction" else ""
+    goal = f"{defined.better} is better"
+    if defined.ideal is not None:
+        goal = f"ideal: {number_text(defined.ideal, defined.unit)} {column.unit}".rstrip()
+    chart = DotChart(
+        title=f"{column.title}, {max(entry['n'] for entry in summary if entry['metric'] == metric)} seeds",
+        words="",
+        lines=lines,
+        x_label=f"{column.title}{unit}, {goal}, 95 % intervals",
+        x_scale="share" if defined.unit == "fraction" else "linear",
+    )
+    return chart, styles
 
 
 def numbers_table(rows: Iterable[Row]) -> pd.DataFrame:

@@ -136,7 +136,7 @@ def test_a_tracker_that_cannot_be_made_fails_on_the_first_frame(
     outcome = run(replace(TINY, trackers=("unmade", "fake_knowing"), seeds=range(1)), tmp_path)
     (failure,) = outcome.failures
     assert (failure.tracker, failure.frame, failure.reason) == ("unmade", 0, "OSError: weights.pt not found")
-    assert failure.place.startswith("test_known_failures.py, line ")
+    assert failure.place.startswith("test_failures.py, line ")
     assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
 
 
