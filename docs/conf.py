@@ -15,8 +15,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 from benchmarks.run.workers import cores
-from benchmarks.show.envs_page import envs_page
-from benchmarks.show.reference import reference_page
+from benchmarks.show.reference import envs_page, reference_page
 from tools.gallery.page import gallery_page, write_pictures
 
 _ROOT = Path(__file__).resolve().parents[1]

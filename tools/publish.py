@@ -20,8 +20,7 @@ from benchmarks.contract.rows import FILE_NAME, read_blocks, read_rows
 from benchmarks.run.arithmetic import calculates_like_published
 from benchmarks.run.result_folder import make_folder
 from benchmarks.run.workers import cores
-from benchmarks.show.console import console_of
-from benchmarks.show.progress import progress_bar
+from benchmarks.show.progress import console_of, progress_bar
 from sim.checks import check
 from tools.publishing import ledger
 from tools.publishing.published import PublishedTable, tables_named

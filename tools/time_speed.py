@@ -18,8 +18,7 @@ from benchmarks.contract.text import counted
 from benchmarks.learning.training import EPISODES, Training
 from benchmarks.run.packages import needs_data
 from benchmarks.run.result_folder import make_folder
-from benchmarks.show.console import console_of
-from benchmarks.show.progress import progress_bar
+from benchmarks.show.progress import console_of, progress_bar
 from benchmarks.show.tables import NO_NUMBER
 from benchmarks.statistics.summary import SUMMARY_FILE_NAME
 from scenarios import catalog

@@ -20,7 +20,6 @@ from benchmarks.cli.arguments import (
     NAMES,
     ONE_NAME,
     SEEDS,
-    WORDS,
     WORKERS,
     names,
     seed_range,
@@ -96,7 +95,6 @@ class Bench(WithModules):
             be kept from a core by others, until ten times as many seconds went by.
         backend: joblib backend; the default starts processes on this machine.
         metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
-        plot: words of the titles of the plots in the report, e.g. found again (default: all).
         json: print the summary as JSON instead of tables.
         csv: also write all numbers of the rows as a table, a line for each condition, seed, tracker, event and metric,
             to this file; `-` prints the table instead of everything else. Lists, e.g. the error on each frame, stay in
@@ -124,7 +122,6 @@ class Bench(WithModules):
     limit_s: float = 60.0
     backend: str = "loky"
     metric: Annotated[tuple[str, ...], NAMES] = ()
-    plot: Annotated[tuple[str, ...], WORDS] = ()
     json: bool = False
     csv: Annotated[str, FILE] = ""
     resumes = True
@@ -145,13 +142,11 @@ class Bench(WithModules):
             check_suites(map(suite, names(self.suites)), asked, link=self.link, data=self.data, quick=self.quick)
         made = [self._run_suite(name) for name in names(self.suites)]
         if self.csv:
-            self._write_table([out for out, _, _ in made])
-        if all(unknown_plot for _, _, unknown_plot in made):
-            raise ValueError(made[-1][2])
-        return 1 if any(failed for _, failed, _ in made) else 0
+            self._write_table([out for out, _ in made])
+        return 1 if any(failed for _, failed in made) else 0
 
     def _write_table(self, folders: Sequence[Path]) -> None:
-        from benchmarks.show.long_table import numbers_table
+        from benchmarks.show.results import numbers_table
 
         rows = [row for folder in dict.fromkeys(folders) for row in read_rows(folder)]
         text = numbers_table(rows).to_csv(index=False)
@@ -170,8 +165,8 @@ class Bench(WithModules):
             return stored_seeds(self.data)
         return seed_range(_QUICK_SEEDS if self.quick and unnamed else self.seeds)
 
-    def _run_suite(self, name: str) -> tuple[Path, bool, str]:
-        """Return the folder, whether a contestant failed, and which plot is unknown, in words."""
+    def _run_suite(self, name: str) -> tuple[Path, bool]:
+        """Return the folder, and whether a contestant failed."""
         wanted = suite(name)
         pictures = bool(self.real) and wanted.on_sequences is not None
         beside = pictures or self.beside is None
@@ -184,7 +179,8 @@ class Bench(WithModules):
         if shows:
             print_leaderboard(summary, names(self.metric))
         print("making the report, whose pictures take another run of a tracker …", file=sys.stderr)
-        report, unknown_plot = self._report(out)
+        with contestants_print_to_stderr():
+            report = write_report(out, names(self.metric))
         if self.json:
             told = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
             print(json.dumps(told, indent=1))
@@ -196,18 +192,7 @@ class Bench(WithModules):
             print(printable(f"rows: {out / 'records.jsonl'}\nreport: {report}"))
         for line in outcome.problems_in_words(wanted.silence_in(REAL if self.real else "")):
             print(line, file=sys.stderr)
-        return out, outcome.failed, unknown_plot
-
-    @contestants_print_to_stderr()
-    def _report(self, out: Path) -> tuple[Path, str]:
-        """Write the report; return its path. It has all plots if one that is asked for is unknown, then told second."""
-        try:
-            return write_report(out, names(self.metric), self.plot), ""
-        except ValueError as error:
-            if not self.plot:
-                raise
-            report = write_report(out, names(self.metric))
-            return report, f"{error}; {report} has all plots"
+        return out, outcome.failed
 
     @contestants_print_to_stderr()
     def _rows_of(self, wanted: Suite) -> tuple[Path, Outcome]:

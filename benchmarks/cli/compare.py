@@ -19,7 +19,7 @@ from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import REAL, Row, read_rows
 from benchmarks.contract.suite import DEFAULT, EventWords, suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
-from benchmarks.show.console import console_of
+from benchmarks.show.progress import console_of
 from benchmarks.show.tables import NO_NUMBER
 from benchmarks.statistics.attributes import by_attribute
 from benchmarks.statistics.bootstrap import Comparison
@@ -81,11 +81,11 @@ class Compare(WithModules):
         """Return the suite to compare in. Raises ValueError for none in common, and for several with none named."""
         suites = sorted({row["suite"] for row in first} & {row["suite"] for row in second})
         check("second", bool(suites), f"a tracker of a suite that {self.first} has rows of", repr(self.second))
-        if self.suite is not None:
-            check_choice("suite", self.suite, suites)
-            return self.suite
-        check("suite", len(suites) == 1, f"one of {', '.join(suites)}, as both have rows of them", "none")
-        return suites[0]
+        if self.suite is None:
+            check("suite", len(suites) == 1, f"one of {', '.join(suites)}, as both have rows of them", "none")
+        chosen = self.suite or suites[0]
+        check_choice("suite", chosen, suites)
+        return chosen
 
     def _check_alike(self, first: list[Row], second: list[Row]) -> None:
         """Raise ValueError for controllers' rows of several scenarios or links, for simulated beside real ones, and for

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -15,13 +14,10 @@ from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import counted
 from benchmarks.show import tables
-from benchmarks.show.console import console_of
-from benchmarks.show.markdown import head, lines_in_parts, markdown_table, short
+from benchmarks.show.progress import console_of
 from benchmarks.statistics.summary import condition_of, steering_words
 
 _WIDTH = 132
-_HEAD_LINES = (2, 3, 4, 8)
-"""Lines of a table's head that are tried, so that more columns fit."""
 _ROLE_STYLES = {
     "ours": "bold green",
     "external": "bold magenta",
@@ -57,8 +53,8 @@ def print_leaderboard(
         board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:
             print(f"{title}\n")
-            heads = [*scores.contestants, "role", *map(head, board.columns)]
-            print(markdown_table(heads, lines_in_parts(board), words=len(scores.contestants) + 1), end="\n\n")
+            heads = [*scores.contestants, "role", *(column.head for column in board.columns)]
+            print(tables.markdown_table(heads, board.lines_in_parts(), words=len(scores.contestants) + 1), end="\n\n")
         else:
             console.print(_that_fits(console, title, board, scores.contestants))
 
@@ -74,40 +70,30 @@ def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[d
 
 def _that_fits(console: Console, title: str, board: tables.Table, names: Sequence[str]) -> Table:
     """Return the table with as many columns as fit, of whole words; at least one."""
-    for count in range(len(board.columns), 0, -1):
-        for head_lines in _HEAD_LINES:
-            table = _for_terminal(title, board, names, count, head_lines)
-            if Measurement.get(console, console.options, table).minimum < console.width or count == 1:
-                return table
-    return _for_terminal(title, board, names, 0, 1)
+    for count in range(len(board.columns), 1, -1):
+        table = _for_terminal(title, board, names, count)
+        if Measurement.get(console, console.options, table).minimum < console.width:
+            return table
+    return _for_terminal(title, board, names, 1)
 
 
-def _for_terminal(title: str, board: tables.Table, names: Sequence[str], count: int, head_lines: int) -> Table:
-    """Return the table with the first ``count`` columns, whose heads have at most ``head_lines`` lines."""
+def _for_terminal(title: str, board: tables.Table, names: Sequence[str], count: int) -> Table:
+    """Return the table with the first ``count`` columns, each as wide as its longest word."""
     left_out = [column.title for column in board.columns[count:]]
     words = f"not shown, as the table would be too wide: {', '.join(left_out)} (choose with --metric)"
     table = Table(title=title, caption=words if left_out else None, box=box.SIMPLE_HEAD)
-    for place, name in enumerate(names):
-        table.add_column(name, width=max(len(name), *(len(line.names[place]) for line in board.lines)))
-    table.add_column("role", width=max(len("role"), *(len(line.role) for line in board.lines)))
+    for place, name in enumerate((*names, "role")):
+        table.add_column(name, width=max(len(name), *(len((*line.names, line.role)[place]) for line in board.lines)))
     for place, column in enumerate(board.columns[:count]):
-        cells = [part for line in board.lines for part in _lines_of(line.cells[place])]
-        table.add_column(head(column), justify="right", width=_width(head(column), cells, head_lines))
+        parts = (part for line in board.lines for part in _number_above_interval(line.cells[place]))
+        table.add_column(column.head, justify="right", width=max(map(len, (*column.head.split(), *parts))))
     for part in (board.competitors, board.references):
         for line in part:
-            shown = ("\n".join(_lines_of(cell)) for cell in line.cells[:count])
-            table.add_row(*line.names, line.role, *shown, style=_ROLE_STYLES.get(line.role, ""))
+            cells = ("\n".join(_number_above_interval(cell)) for cell in line.cells[:count])
+            table.add_row(*line.names, line.role, *cells, style=_ROLE_STYLES.get(line.role, ""))
         table.add_section()
     return table
 
 
-def _lines_of(cell: tables.Cell) -> list[str]:
-    """Return a number and, below it, its interval."""
-    return [cell.text, *filter(None, [short(cell.interval)])]
-
-
-def _width(title: str, cells: Sequence[str], head_lines: int) -> int:
-    """Return the least width of a column that cuts no word and gives its head at most so many lines, if it can."""
-    least = max(map(len, (*title.split(), *cells)))
-    widths = range(least, max(least, len(title)) + 1)
-    return next((width for width in widths if len(textwrap.wrap(title, width)) <= head_lines), least)
+def _number_above_interval(cell: tables.Cell) -> list[str]:
+    return [cell.text, cell.short_interval] if cell.interval else [cell.text]

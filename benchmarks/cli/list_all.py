@@ -16,11 +16,9 @@ from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import Suite, suites
 from benchmarks.run.editions import preset_edition
 from benchmarks.run.selection import trackers_of
-from benchmarks.show.console import console_of
-from benchmarks.show.envs_page import envs_page
-from benchmarks.show.metric_definitions import MetricDefinition, metric_definitions
-from benchmarks.show.progress import progress_bar
-from benchmarks.show.reference import reference_page
+from benchmarks.show.definitions import MetricDefinition, metric_definitions
+from benchmarks.show.progress import console_of, progress_bar
+from benchmarks.show.reference import envs_page, reference_page
 from scenarios import catalog
 from scenarios.catalog import unversioned
 from sim.checks import check
@@ -65,11 +63,8 @@ class List(WithModules):
         check("json", not (self.json and markdown), f"none with --{''.join(pages)}, which is Markdown", self.json)
         if not self.measure:
             check_unset(self, ("seeds",), "without --measure")
-        if self.reference:
-            print(reference_page(), end="")
-            return 0
-        if self.envs:
-            print(envs_page(), end="")
+        if markdown:
+            print(reference_page() if self.reference else envs_page(), end="")
             return 0
         if self.metrics:
             defined = [each for suite in suites().values() for each in metric_definitions(suite)]
@@ -173,38 +168,46 @@ _ROLES = {
 
 
 def _tables() -> list[tuple[str, list[tuple[str, str, str]]]]:
-    trackers = [
-        (
-            f"trackers of suite {name}{' beside those of its scenes' if suite.judges_controllers else ''}",
-            [(each.name, each.role, each.summary) for each in trackers_of(name).values()],
+    trackers = {
+        f"trackers of suite {name}{' beside those of its scenes' if suite.judges_controllers else ''}": trackers_of(
+            name
         )
         for name, suite in suites().items()
-    ]
-    steering: list[tuple[str, list[tuple[str, str, str]]]] = [
-        (f"controllers of the {name}", [(each.name, each.role, each.summary) for each in controllers(name).values()])
-        for name in _carriers()
-    ]
-    roles = [(role, "", words) for role, words in _ROLES.items()]
-    papers = [(each.name, each.about, each.reference()) for each in PAPERS.values()]
+    }
+    steering = {f"controllers of the {name}": controllers(name) for name in _carriers()}
     return [
-        ("suites", _suites()),
-        *trackers,
-        *steering,
-        ("roles", roles),
-        ("papers of the methods as written", papers),
-        ("envs", _envs()),
+        ("suites", [(each["name"], each["kind"], each["summary"]) for each in _suites()]),
+        *(
+            (title, [(each.name, each.role, each.summary) for each in entries.values()])
+            for title, entries in (trackers | steering).items()
+        ),
+        ("roles", [(role, "", words) for role, words in _ROLES.items()]),
+        ("papers of the methods as written", [(each.name, each.about, each.reference()) for each in PAPERS.values()]),
+        (
+            "envs",
+            [
+                (
+                    each["name"],
+                    each["scenario"],
+                    "Gymnasium env; defaults: tracker {tracker}, preset {preset}".format(**each),
+                )
+                for each in _envs()
+            ],
+        ),
     ]
 
 
-def _envs() -> list[tuple[str, str, str]]:
+def _envs() -> list[dict[str, str]]:
     return [
-        (name, scenario, f"Gymnasium env; defaults: tracker {tracker}, preset {catalog.env_preset(scenario)}")
+        {"name": name, "scenario": scenario, "tracker": tracker, "preset": catalog.env_preset(scenario)}
         for name, (scenario, tracker) in catalog.envs().items()
     ]
 
 
-def _suites() -> list[tuple[str, str, str]]:
-    return [(suite.name, "; ".join(_scenes(suite)), suite.summary) for suite in suites().values()]
+def _suites() -> list[dict[str, str]]:
+    return [
+        {"name": suite.name, "kind": "; ".join(_scenes(suite)), "summary": suite.summary} for suite in suites().values()
+    ]
 
 
 def _scenes(suite: Suite) -> Iterator[str]:
@@ -232,39 +235,30 @@ def _table(title: str, rows: list[tuple[str, str, str]]) -> Table:
 
 
 def _as_data(contents: dict[str, Any]) -> dict[str, Any]:
-    scenarios = [
-        {
-            "scenario": name,
-            "summary": catalog.scenario(name).summary,
-            "start": catalog.scenario(name).start,
-            "presets": {
-                preset: {"summary": configuration.summary, "holds": contents.get(name, {}).get("holds", {}).get(preset)}
-                for preset, configuration in catalog.scenario(name).presets.items()
-            },
-        }
-        for name in catalog.names()
-    ]
-    listed_suites = [dict(zip(("name", "kind", "summary"), row, strict=True)) for row in _suites()]
-    steering = [
-        {"name": each.name, "kind": each.role, "summary": each.summary, "carrier": carrier}
-        for carrier in _carriers()
-        for each in controllers(carrier).values()
-    ]
-    trackers = [
-        {"name": each.name, "kind": each.role, "summary": each.summary, "suites": each.suites}
-        for each in trackers_of().values()
-    ]
-    papers = [{"name": each.name, "summary": each.about, "reference": each.reference()} for each in PAPERS.values()]
-    envs = [
-        {"name": name, "scenario": scenario, "tracker": tracker, "preset": catalog.env_preset(scenario)}
-        for name, (scenario, tracker) in catalog.envs().items()
-    ]
+    def entry(each: Any, **more: Any) -> dict[str, Any]:
+        return {"name": each.name, "kind": each.role, "summary": each.summary, **more}
+
     return {
-        "scenarios": scenarios,
-        "suites": listed_suites,
-        "controllers": steering,
-        "trackers": trackers,
+        "scenarios": [
+            {
+                "scenario": scenario.id,
+                "summary": scenario.summary,
+                "start": scenario.start,
+                "presets": {
+                    name: {"summary": preset.summary, "holds": contents.get(scenario.id, {}).get("holds", {}).get(name)}
+                    for name, preset in scenario.presets.items()
+                },
+            }
+            for scenario in map(catalog.scenario, catalog.names())
+        ],
+        "suites": _suites(),
+        "controllers": [
+            entry(each, carrier=carrier) for carrier in _carriers() for each in controllers(carrier).values()
+        ],
+        "trackers": [entry(each, suites=each.suites) for each in trackers_of().values()],
         "roles": _ROLES,
-        "papers": papers,
-        "envs": envs,
+        "papers": [
+            {"name": each.name, "summary": each.about, "reference": each.reference()} for each in PAPERS.values()
+        ],
+        "envs": _envs(),
     }

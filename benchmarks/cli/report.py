@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import FOLDER, NAMES, WORDS, WORKERS, names
+from benchmarks.cli.arguments import FOLDER, NAMES, WORKERS, names
 from benchmarks.cli.ignored_rows import report_ignored_rows
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.with_modules import WithModules
@@ -39,7 +39,6 @@ class Report(WithModules):
         markdown: also print the leaderboard as a Markdown table.
         metric: names of the metrics on the leaderboard, see `frameout list --metrics`; the first one ranks (default:
             the suite's own).
-        plot: words of the titles of the plots to draw, e.g. found again (default: all).
     """
 
     directory: Annotated[Path, tyro.conf.Positional]
@@ -48,7 +47,6 @@ class Report(WithModules):
     workers: Annotated[int | None, WORKERS] = None
     markdown: bool = False
     metric: Annotated[tuple[str, ...], NAMES] = ()
-    plot: Annotated[tuple[str, ...], WORDS] = ()
     resumes = False
 
     def run(self) -> int:
@@ -61,7 +59,7 @@ class Report(WithModules):
         report_ignored_rows(self.directory)
         if self.markdown:
             print_leaderboard(summary, metrics, markdown=True)
-        print(write_report(self.directory, metrics, self.plot))
+        print(write_report(self.directory, metrics))
         return 0
 
     def _rejudge(self) -> None:

@@ -23,7 +23,7 @@ from benchmarks.run.episodes import Steering, editions_of, simulated
 from benchmarks.run.jobs import Job, block_of, heading_of, take_in
 from benchmarks.run.result_folder import append_block
 from benchmarks.run.selection import tracker_named
-from benchmarks.show.video.instant import draw_steered
+from benchmarks.show.video.drawing import draw_steered
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.view import open_display

@@ -15,7 +15,7 @@ from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, 
 from benchmarks.papers.experiment import Plots, TextTable
 from benchmarks.show.palette import line_styles
 from benchmarks.show.plots import drawn_as, new_figure, svg
-from benchmarks.show.video.contact_sheet import picture_sheet
+from benchmarks.show.video.drawing import picture_sheet
 from scenarios.scenario import RendererName
 from trackers.kernels.boxes import box_centre, box_size
 from trackers.kernels.histogram import hs_bins, rectangle_histogram

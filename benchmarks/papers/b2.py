@@ -14,7 +14,7 @@ from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, 
 from benchmarks.papers.experiment import Plots
 from benchmarks.show.palette import GRID, line_styles
 from benchmarks.show.plots import count_frames, drawn_as, new_figure, svg
-from benchmarks.show.video.contact_sheet import picture_sheet
+from benchmarks.show.video.drawing import picture_sheet
 from scenarios.scenario import RendererName
 from trackers.light_adaptive_stereo.light_change import LightTrend
 

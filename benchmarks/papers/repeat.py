@@ -13,11 +13,9 @@ from rich.table import Table
 from benchmarks.contract.text import ranges_text
 from benchmarks.papers.experiment import Finding, PaperExperiment, TextTable, findings
 from benchmarks.run.outcome import WHY_MOVED
-from benchmarks.show.console import console_of
-from benchmarks.show.page import page_style
+from benchmarks.show.page import page_environment, page_style
 from benchmarks.show.pictures import read_pictures
-from benchmarks.show.progress import progress_bar
-from benchmarks.show.templates import page_environment
+from benchmarks.show.progress import console_of, progress_bar
 from scenarios.scenario import RendererName
 from trackers.atomic_file import write_atomic
 from trackers.papers import PAPERS

@@ -15,13 +15,13 @@ from benchmarks.contract.text import interval_text, number_text, ranges_text, un
 from benchmarks.papers.experiment import Claim, PaperExperiment, Plots, Robustness, TextTable
 from benchmarks.run.experiment import Experiment, Progress
 from benchmarks.run.experiment import run as run_experiment
-from benchmarks.run.jobs import opened
 from benchmarks.run.result_folder import MadeNow
 from benchmarks.run.selection import experiment_on, job_on, tracker_named
 from benchmarks.show.palette import line_styles
-from benchmarks.show.replay import replay
+from benchmarks.show.pictures import drawn_cells, keep_event_picture
+from benchmarks.show.plots import plot_of
 from benchmarks.show.showing import showing_of
-from benchmarks.show.video.contact_sheet import contact_sheet
+from benchmarks.show.video.drawing import InLargerView, picture_sheet
 from benchmarks.statistics.bootstrap import bootstrap_interval
 from benchmarks.statistics.pooling import Median
 from benchmarks.statistics.summary import grouped
@@ -32,6 +32,7 @@ from trackers import registry
 FOLDER = "robustness"
 """Of the rows of what is varied, in the experiment's folder."""
 _SCALE = 3.0
+_CELL_PX = 600
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -153,28 +154,29 @@ class TrackerExperiment(PaperExperiment):
         if self.frames:
             self._show_frames(out, seeds.start, renderer)
             return None
-        condition, showing = self.condition(renderer), showing_of(suite(self.suite))
+        condition = self.condition(renderer)
         found = grouped(rows)[condition]
         drawn = {name: found[name] for name in self.trackers}
-        showing.picture(out, condition, drawn, self.trackers)
+        showing = showing_of(suite(self.suite))
+        if showing.event_picture is not None:
+            keep_event_picture(out, condition, drawn, self.trackers, showing.event_picture)
         styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
-        plots = showing.figures(drawn, styles)
+        plots = [plot_of(chart, styles) for chart in showing.charts(drawn)]
         return Plots("What the paper does not show", {f"{plot.title} {plot.words}": plot.svg for plot in plots})
 
     def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:
         """Run one episode with each method; show the observed frame inside the larger view."""
-        rows = {}
+        cells = []
         for tracker in self.trackers:
             how: Any = {"controller": self.controller, "renderer": renderer, "repeats": 1}
-            with opened(job_on(self.suite, self.scenario, self.preset, seed, (tracker,), **how)) as live:
-                count = min(max(self.frames) + 1, live.loop.episode.frame_count)
-                rows[tracker] = list(replay(live, scale=_SCALE, wanted=self.frames, frame_count=count))
+            job = job_on(self.suite, self.scenario, self.preset, seed, (tracker,), **how)
+            cells += drawn_cells(job, lambda episode: InLargerView(_CELL_PX), self.frames, scale=_SCALE)
         caption = (
             f"Frames {', '.join(map(str, self.frames))}, as in the paper's figure, of seed {seed}. White: the "
             "camera's picture; its surroundings are not shown to trackers. Blue: the car. Orange: the estimate. "
             "Yellow: the particles. An arrow at the border points to a place beyond it."
         )
-        self.write_figure(out, contact_sheet(rows), seed, renderer, "figure", caption)
+        self.write_figure(out, picture_sheet(cells, _CELL_PX), seed, renderer, "figure", caption)
 
 
 def alias(name: str, words: str) -> str:

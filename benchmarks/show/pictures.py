@@ -1,21 +1,58 @@
-"""Pictures in the result folder, embedded in the report: ``pictures/NAME.jpg`` with its text in ``NAME.json``."""
+"""Pictures in the result folder, embedded in the report: ``pictures/NAME.jpg`` with its text in ``NAME.json``.
+
+The picture of one event is found in the rows by a rule of its suite, run again and drawn as a sheet; it is kept as long
+as the rows do not change.
+"""
 
 from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import Condition
+from benchmarks.run.jobs import Job, opened
+from benchmarks.run.selection import job_of
+from benchmarks.show.replay import is_of_present_editions, replay_all
+from benchmarks.show.video.drawing import Drawing, picture_sheet
+from scenarios.scenario import Episode
 from trackers.atomic_file import write_atomic
 
 FOLDER_NAME = "pictures"
+
+Event = dict[str, Any]
+"""Attributes of an event of rows."""
+
+
+@dataclass(frozen=True, slots=True)
+class EventPicture:
+    """How a suite shows one event.
+
+    Attributes:
+        find: returns seed and attributes of the event to show, from the rows of one tracker; None without one.
+        frames: returns the frames of an event that are shown; one beyond the end of the episode is its last.
+        words: returns title and caption of an event.
+        drawing: makes the drawing of one tracker's frames.
+        cell_width_px: width of one picture of the sheet.
+        scale: size of the larger view over that of the observed frame.
+        every_frame: whether the drawing needs all frames up to the last that is shown.
+    """
+
+    find: Callable[[Sequence[Row]], tuple[int, Event] | None]
+    frames: Callable[[Event], list[int]]
+    words: Callable[[Event], tuple[str, str]]
+    drawing: Callable[[Episode], Drawing]
+    cell_width_px: int
+    scale: float = 1.0
+    every_frame: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +71,71 @@ class Picture:
     source: str
     width_px: int
     height_px: int
+
+
+def keep_event_picture(
+    directory: Path,
+    condition: Condition,
+    trackers: Mapping[str, Sequence[Row]],
+    shown: Sequence[str],
+    picture: EventPicture,
+) -> None:
+    """Write the picture of an event, unless it exists; remove it where it is out of date.
+
+    No picture is written without an event, nor for rows of other editions, whose runs cannot be repeated.
+
+    Args:
+        trackers: rows by tracker. shown: the trackers in the picture, a line for each.
+    """
+    name, found = name_of(condition), picture.find(trackers[shown[0]])
+    key = json.dumps([found, [(tracker, trackers[tracker][0].get("editions")) for tracker in shown]])
+    if made_from(directory, name) == key:
+        return
+    remove_picture(directory, name)
+    if found is not None and all(is_of_present_editions(trackers[tracker][0]) for tracker in shown):
+        seed, event = found
+        jobs = _jobs([trackers[tracker][0] for tracker in shown], seed)
+        how: Any = {"scale": picture.scale, "every_frame": picture.every_frame}
+        cells = [row for job in jobs for row in drawn_cells(job, picture.drawing, picture.frames(event), **how)]
+        title, caption = picture.words(event)
+        sheet = picture_sheet(cells, picture.cell_width_px)
+        write_picture(directory, name, sheet, condition, title, f"Seed {seed}: {caption}", key)
+
+
+def drawn_cells(
+    job: Job,
+    drawing: Callable[[Episode], Drawing],
+    frames: Sequence[int],
+    *,
+    scale: float = 1.0,
+    every_frame: bool = False,
+) -> list[list[tuple[str, NDArray[np.uint8]]]]:
+    """Run a job; return a line of pictures with their words for each of its trackers, see ``EventPicture``."""
+    cells: list[dict[int, tuple[str, NDArray[np.uint8]]]] = [{} for _ in job.trackers]
+    with opened(job) as live:
+        frames = [min(frame, live.loop.episode.frame_count - 1) for frame in frames]
+        drawings = [drawing(live.loop.episode) for _ in job.trackers]
+        wanted = range(max(frames) + 1) if every_frame else frames
+        for instants in replay_all(live, scale=scale, wanted=wanted, frame_count=max(frames) + 1):
+            for mine, tracker, each, instant in zip(cells, job.trackers, drawings, instants, strict=True):
+                frame = instant.frame.truth.frame
+                mine[frame] = f"{tracker}   frame {frame}   {each.describe(instant)}", each.picture(instant)
+    return [[mine[frame] for frame in frames] for mine in cells]
+
+
+def _jobs(rows: Sequence[Row], seed: int) -> list[Job]:
+    """Return the jobs that repeat the runs of rows: on a set path one, as all trackers see the same pictures."""
+    jobs = [job_of(row, seed) for row in rows]
+    if any(job.episode.steering is not None for job in jobs):
+        return jobs
+    modules = tuple(dict.fromkeys(name for job in jobs for name in job.modules))
+    trackers = {name: spec for job in jobs for name, spec in job.trackers.items()}
+    return [replace(jobs[0], trackers=trackers, modules=modules, limit_s=min(job.limit_s for job in jobs))]
+
+
+def name_of(condition: Condition) -> str:
+    """Return the name of a condition's picture and section."""
+    return "-".join(filter(None, condition))
 
 
 def write_picture(
@@ -84,12 +186,6 @@ def read_pictures(directory: Path) -> list[Picture]:
 def _read(path: Path) -> Picture:
     words = json.loads(path.read_text())
     data = base64.b64encode(path.with_suffix(".jpg").read_bytes()).decode()
-    condition: Sequence[str] = words["condition"]
-    return Picture(
-        condition=(condition[0], condition[1], condition[2], condition[3], condition[4]),
-        title=words["title"],
-        caption=words["caption"],
-        source=f"data:image/jpeg;base64,{data}",
-        width_px=words["width_px"],
-        height_px=words["height_px"],
-    )
+    del words["made_from"]
+    words["condition"] = tuple(words["condition"])
+    return Picture(**words, source=f"data:image/jpeg;base64,{data}")

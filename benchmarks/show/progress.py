@@ -1,7 +1,8 @@
-"""Progress with an estimate of the time left, on stderr: a bar on a terminal, lines in a log file."""
+"""Output on a terminal: tables as wide as it is; progress on stderr, a bar there, lines in a log file."""
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 from collections.abc import Iterator
@@ -22,6 +23,13 @@ from benchmarks.run.experiment import Progress as Report
 
 _LINE_EVERY_S = 30.0
 """Least time between two lines of a log, but for the last one."""
+
+
+def console_of(width: int = 118) -> Console:
+    """Return a console as wide as the terminal or as ``COLUMNS`` says, or of ``width`` where neither tells."""
+    console = Console()
+    columns = os.environ.get("COLUMNS", "")
+    return console if console.is_terminal or (columns.isdigit() and int(columns) > 0) else Console(width=width)
 
 
 @contextmanager

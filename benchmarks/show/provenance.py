@@ -99,43 +99,32 @@ def _split(seeds: Sequence[int]) -> str:
 
 def _command(rows: Sequence[Row], seeds: Sequence[int]) -> str:
     row = rows[0]
-    modules = list(dict.fromkeys(each for some in rows for each in some.get("modules", ())))
     trackers = list(dict.fromkeys(each["tracker"] for each in rows))
-    parts = ["frameout", "bench", row["suite"]]
+    span = f"{seeds[0]}:{seeds[-1] + 1}"
     if all(each["controller"] == HUMAN for each in rows):
-        return _played(row, seeds, modules)
-    parts += row["recorded"] if row["scenario"] == REAL else _episodes(rows, seeds)
-    parts += ["--trackers", *trackers]
-    # The shortest of several: a tracker that it ended may not end under a longer one.
-    limit_s = min(each.get("limit_s", Job.limit_s) for each in rows)
-    parts += ["--limit-s", f"{limit_s:g}"] if limit_s != Job.limit_s else []
+        env = next((name for name, (scenario, _) in catalog.envs().items() if scenario == row["scenario"]), "ENV")
+        parts = ["frameout", "play", env, "--preset", row["preset"], "--tracker", row["tracker"], "--link", row["link"]]
+        parts += ["--seeds", span]
+    else:
+        parts = ["frameout", "bench", row["suite"]]
+        parts += row["recorded"] if row["scenario"] == REAL else _simulated(rows, span)
+        parts += ["--trackers", *trackers]
+        # The shortest of several: a tracker that it ended may not end under a longer one.
+        limit_s = min(each.get("limit_s", Job.limit_s) for each in rows)
+        parts += ["--limit-s", f"{limit_s:g}"] if limit_s != Job.limit_s else []
+    modules = list(dict.fromkeys(each for some in rows for each in some.get("modules", ())))
     return shlex.join([*parts, "--modules", *modules] if modules else parts)
 
 
-def _episodes(rows: Sequence[Row], seeds: Sequence[int]) -> list[str]:
-    """Return the arguments of simulated episodes."""
-    row, controllers = rows[0], _controllers(rows)
-    parts = ["--scenario", row["scenario"], "--preset", row["preset"]]
-    parts += ["--seeds", f"{seeds[0]}:{seeds[-1] + 1}", "--renderer", row["renderer"]]
-    if suite(row["suite"]).judges_controllers:
-        parts += ["--link", row["link"]]
-    return [*parts, "--controllers", *controllers] if controllers else parts
-
-
-def _played(row: Row, seeds: Sequence[int], modules: Sequence[str]) -> str:
-    """Return the command of episodes that a person played."""
-    env = next((name for name, (scenario, _) in catalog.envs().items() if scenario == row["scenario"]), "ENV")
-    parts = ["frameout", "play", env, "--preset", row["preset"], "--tracker", row["tracker"], "--link", row["link"]]
-    parts += ["--seeds", f"{seeds[0]}:{seeds[-1] + 1}"]
-    return shlex.join([*parts, "--modules", *modules] if modules else parts)
-
-
-def _controllers(rows: Sequence[Row]) -> list[str]:
-    """Return the controllers to name: not a person, nor a set path where it is the preset's own."""
+def _simulated(rows: Sequence[Row], span: str) -> list[str]:
+    """Return the arguments of simulated episodes; of controllers neither a person nor a preset's own set path."""
+    row, presets = rows[0], catalog.scenario(rows[0]["scenario"]).presets
+    set_path = row["preset"] in presets and presets[row["preset"]].closed_loop
     steering = dict.fromkeys(each["controller"] for each in rows if each["controller"] != HUMAN)
-    presets = catalog.scenario(rows[0]["scenario"]).presets
-    set_path = rows[0]["preset"] in presets and presets[rows[0]["preset"]].closed_loop
-    return [each or SET_PATH for each in steering if each is not None or set_path]
+    controllers = [each or SET_PATH for each in steering if each is not None or set_path]
+    parts = ["--scenario", row["scenario"], "--preset", row["preset"], "--seeds", span, "--renderer", row["renderer"]]
+    parts += ["--link", row["link"]] if suite(row["suite"]).judges_controllers else []
+    return [*parts, "--controllers", *controllers] if controllers else parts
 
 
 def _editions(rows: Sequence[Row]) -> dict[str, str]:
@@ -150,18 +139,13 @@ def _editions(rows: Sequence[Row]) -> dict[str, str]:
     return {name: ", ".join(editions) for name, editions in found.items()}
 
 
-def _episode(row: Row) -> str:
-    return f"sequence {row['sequence']}" if "sequence" in row else f"seed {row['seed']}"
-
-
-def _failures(rows: Sequence[Row]) -> list[str]:
-    words = {
+def _failures(rows: Sequence[Row]) -> Iterator[str]:
+    kinds = {
         "failed_at_frame": ("tracker", "worst score from there on"),
         "controller_failed_at_frame": ("controller", "no command from there on"),
     }
-    return [
-        f"{row[kind]}, {_episode(row)}: failed at frame {row['value']:.0f}; {then}"
-        for row in rows
-        if row["metric"] in words
-        for kind, then in [words[row["metric"]]]
-    ]
+    for row in rows:
+        if row["metric"] in kinds:
+            kind, then = kinds[row["metric"]]
+            episode = f"sequence {row['sequence']}" if "sequence" in row else f"seed {row['seed']}"
+            yield f"{row[kind]}, {episode}: failed at frame {row['value']:.0f}; {then}"

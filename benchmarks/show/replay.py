@@ -8,7 +8,7 @@ from benchmarks.contract.rows import Row
 from benchmarks.run.episodes import editions_of
 from benchmarks.run.jobs import OpenJob
 from benchmarks.run.selection import job_of
-from benchmarks.show.video.instant import Instant
+from benchmarks.show.video.drawing import Instant
 from trackers.types import Answer
 
 

@@ -1,23 +1,48 @@
-"""The results in a folder, for notebooks and scripts: tables, and plots of the report."""
+"""The results in a folder, for notebooks and scripts: tables, and plots of the report.
+
+Rows become long tables for pandas: a line for each number, and apart from them a line for each entry of a list. Columns
+of both: ``suite scenario preset renderer controller link tracker role seed sequence repeat``; then what the row is
+about, ``event_kind event_index`` and the event's other attributes, all empty for rows about a whole episode; then
+``metric value weight``. ``benchmarks.contract.rows`` defines metrics and events. Values are floats; an undefined value,
+null in a row, is NaN. A column that no row has is left out, e.g. ``link`` in most suites, and ``sequence`` in simulated
+ones.
+"""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from benchmarks.contract.rows import FILE_NAME, read_rows
-from benchmarks.contract.text import counted
+from benchmarks.contract.rows import FILE_NAME, Row, event_of, read_rows
+from benchmarks.contract.suite import suite
+from benchmarks.contract.text import counted, number_text
 from benchmarks.run.outcome import Outcome
-from benchmarks.show import long_table
-from benchmarks.statistics.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME, write_summary
+from benchmarks.show.charts import DotChart
+from benchmarks.show.palette import LineStyle, line_styles
+from benchmarks.show.tables import column_of, names_and_roles, rank
+from benchmarks.statistics.bootstrap import Interval
+from benchmarks.statistics.summary import (
+    COMPARISONS_FILE_NAME,
+    SUMMARY_FILE_NAME,
+    condition_of,
+    label_of,
+    write_summary,
+)
 from sim.checks import check
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
-    from benchmarks.show.figures import ReportFigure
+    from benchmarks.show.plots import ShownFigure
+
+_NAMES = (
+    *("suite", "scenario", "preset", "renderer", "controller", "link"),
+    *("tracker", "tracker_role", "role", "seed", "sequence", "repeat"),
+)
+_EVENT_FIRST = ("event_kind", "event_index")
+_LAST = ("metric", "value", "weight")
 
 
 class Results:
@@ -40,12 +65,12 @@ class Results:
         return f"Results({str(self.directory)!r}{failed})"
 
     def rows(self) -> pd.DataFrame:
-        """Return all numbers, a line for each condition, seed, tracker, event and metric, see ``long_table``."""
-        return long_table.numbers_table(read_rows(self.directory))
+        """Return all numbers, a line for each condition, seed, tracker, event and metric."""
+        return numbers_table(read_rows(self.directory))
 
     def lists(self) -> pd.DataFrame:
-        """Return all lists, e.g. the error on each frame outside, a line for each entry, see ``long_table``."""
-        return long_table.lists_table(read_rows(self.directory))
+        """Return all lists, e.g. the error on each frame outside, a line for each entry."""
+        return lists_table(read_rows(self.directory))
 
     def summary(self) -> pd.DataFrame:
         """Return means with 95 % intervals, a line for each condition, tracker and metric, see ``scores.summary``."""
@@ -55,17 +80,19 @@ class Results:
         """Return paired differences of ours and each other tracker, see ``scores.summary``."""
         return self._read(COMPARISONS_FILE_NAME)
 
-    def plot(self, metric: str) -> Figure:
+    def plot(self, metric: str) -> ShownFigure:
         """Return a figure of a metric of the summary: a dot with its 95 % interval for each contestant, the best above.
+
+        Contestants of several conditions stand below each other, condition by condition.
 
         Raises:
             ValueError: for a metric that no contestant has; lists those that there are.
         """
-        from benchmarks.show.metric_plot import metric_figure
+        from benchmarks.show.plots import figure_of
 
-        return metric_figure(self._entries(SUMMARY_FILE_NAME), metric)
+        return figure_of(*metric_chart(self._entries(SUMMARY_FILE_NAME), metric), titled=True)
 
-    def figures(self) -> list[ReportFigure]:
+    def figures(self) -> list[ShownFigure]:
         """Return the plots of the report, condition by condition; a notebook shows each as a picture."""
         from benchmarks.show.page import figures_of
 
@@ -81,3 +108,75 @@ class Results:
             write_summary(self.directory)
         entries: list[dict[str, Any]] = json.loads((self.directory / name).read_text())
         return entries
+
+
+def metric_chart(summary: Sequence[dict[str, Any]], metric: str) -> tuple[DotChart, dict[str, LineStyle]]:
+    """Return the chart of a metric of the list of ``summary.json``, see ``Results.plot``, and the report's styles."""
+    known = list(dict.fromkeys(entry["metric"] for entry in summary))
+    check("metric", metric in known, f"one of {', '.join(known)}", repr(metric))
+    conditions = list(dict.fromkeys(map(condition_of, summary)))
+    lines: dict[str, dict[str, Interval]] = {}
+    styles: dict[str, LineStyle] = {}
+    for condition in conditions:
+        scores, entries = suite(condition[0]), [entry for entry in summary if condition_of(entry) == condition]
+        defined, looks = scores.metric(metric), line_styles(names_and_roles(scores, entries))
+        where = "" if len(conditions) == 1 else f", {' '.join(filter(None, condition[1:]))}"
+        shown = [entry for entry in entries if entry["metric"] == metric]
+        for entry in sorted(shown, key=lambda entry: rank(defined, entry)):
+            name = f"{label_of(entry)}{where}"
+            ends = (entry["mean"] if entry[key] is None else entry[key] for key in ("mean", "ci_low", "ci_high"))
+            lines[name] = {} if entry["mean"] is None else {name: Interval(*ends)}
+            styles[name] = looks[scores.names_of(entry)[0]]
+    column = column_of(defined)
+    unit = f" ({column.unit})" if column.unit and defined.unit != "fraction" else ""
+    goal = f"{defined.better} is better"
+    if defined.ideal is not None:
+        goal = f"ideal: {number_text(defined.ideal, defined.unit)} {column.unit}".rstrip()
+    chart = DotChart(
+        title=f"{column.title}, {max(entry['n'] for entry in summary if entry['metric'] == metric)} seeds",
+        words="",
+        lines=lines,
+        x_label=f"{column.title}{unit}, {goal}, 95 % intervals",
+        x_scale="share" if defined.unit == "fraction" else "linear",
+    )
+    return chart, styles
+
+
+def numbers_table(rows: Iterable[Row]) -> pd.DataFrame:
+    """Return the rows whose value is a number, a truth value (1 or 0) or null, a line for each."""
+    return _table(({**_heading(row), "value": _number(row["value"])} for row in rows if not _is_list(row)), _LAST)
+
+
+def lists_table(rows: Iterable[Row]) -> pd.DataFrame:
+    """Return the rows whose value is a list (a *series*), a line for each entry: ``entry`` is its place from 0 on."""
+    return _table(_entries(row for row in rows if _is_list(row)), ("metric", "entry", "value", "weight"))
+
+
+def _entries(rows: Iterable[Row]) -> Iterator[dict[str, Any]]:
+    for row in rows:
+        for entry, value in enumerate(row["value"]):
+            yield {**_heading(row), "entry": entry, "value": _number(value)}
+
+
+def _is_list(row: Row) -> bool:
+    return isinstance(row["value"], list)
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def _heading(row: Row) -> dict[str, Any]:
+    about = {f"event_{key}": value for key, value in (event_of(row) or {}).items()}
+    return {**{name: row.get(name) for name in _NAMES}, **about, "metric": row["metric"], "weight": row.get("weight")}
+
+
+def _table(lines: Iterable[dict[str, Any]], last: tuple[str, ...]) -> pd.DataFrame:
+    import pandas as pd
+
+    table = pd.DataFrame(list(lines))
+    if table.empty:
+        return pd.DataFrame(columns=[*_NAMES, *last])
+    about = [name for name in table.columns if name not in (*_NAMES, *_EVENT_FIRST, *last)]
+    table = table.reindex(columns=[*_NAMES, *_EVENT_FIRST, *about, *last]).dropna(axis="columns", how="all")
+    return table.astype({"value": float, "weight": float})

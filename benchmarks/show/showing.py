@@ -1,4 +1,4 @@
-"""How results of a suite are shown: its figures, its pictures, the words around its tables.
+"""How results of a suite are shown: its charts, its picture, the words around its tables.
 
 What judges knows nothing of this; a suite without an entry is shown by its metrics alone.
 """
@@ -6,15 +6,14 @@ What judges knows nothing of this; a suite without an entry is shown by its metr
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 from benchmarks.contract.rows import Row
-from benchmarks.contract.suite import Condition, Suite, suites
-from benchmarks.show.facts import Facts
-from benchmarks.show.palette import LineStyle
-from benchmarks.show.plots import Plot
+from benchmarks.contract.suite import Suite, suites
+from benchmarks.show.charts import Chart
+from benchmarks.show.pictures import EventPicture
+from benchmarks.show.tables import Facts
 from benchmarks.show.video.drawing import Drawing, InLargerView
 from scenarios import catalog
 from scenarios.catalog import unversioned
@@ -28,8 +27,8 @@ class Showing:
 
     Attributes:
         heading: of its report page; "" = its summary.
-        figures: draws the report's plots from rows by tracker, in the given styles.
-        picture: writes a picture of the trackers ``shown`` for the report.
+        charts: returns the report's charts from rows by tracker.
+        event_picture: how the report shows one event; None = not at all.
         facts: table of the report about the episodes themselves.
         oracles: note of the report about references with unfair knowledge.
         remarks: tracker -> answer to what its line beside methods as written makes readers ask, below the table.
@@ -37,22 +36,16 @@ class Showing:
     """
 
     heading: str = ""
-    figures: Callable[[Mapping[str, Sequence[Row]], Mapping[str, LineStyle]], list[Plot]] = lambda rows, styles: []
-    picture: Callable[[Path, Condition, Mapping[str, Sequence[Row]], Sequence[str]], None] = lambda *_: None
+    charts: Callable[[Mapping[str, Sequence[Row]]], Iterable[Chart]] = lambda rows: ()
+    event_picture: EventPicture | None = None
     facts: Facts | None = None
     oracles: str = ""
     remarks: Mapping[str, str] = field(default_factory=dict)
     drawings: Mapping[str, Callable[[Episode], Drawing]] = field(default_factory=dict)
 
 
-_PLACES = {
-    "frame-out": "benchmarks.show.frame_out.showing",
-    "follow": "benchmarks.show.follow.showing",
-    "stereo": "benchmarks.show.stereo.showing",
-    "fish": "benchmarks.show.fish.showing",
-    "harbour": "benchmarks.show.harbour.showing",
-}
-"""Suite -> module whose ``SHOWING`` it is."""
+_SHOWN = ("frame-out", "follow", "stereo", "fish", "harbour")
+"""Suites whose ``SHOWING`` stands in a module of ``suites``."""
 _OWN: dict[str, Showing] = {}
 
 
@@ -63,9 +56,9 @@ def register_showing(suite: str, showing: Showing) -> None:
 
 def showing_of(suite: Suite) -> Showing:
     """Return how a suite is shown."""
-    if suite.name in _OWN or suite.name not in _PLACES:
+    if suite.name in _OWN or suite.name not in _SHOWN:
         return _OWN.get(suite.name, Showing())
-    found: Showing = importlib.import_module(_PLACES[suite.name]).SHOWING
+    found: Showing = importlib.import_module(f"benchmarks.show.suites.{suite.name.replace('-', '_')}").SHOWING
     return found
 
 

@@ -1,20 +1,25 @@
-"""Tables of the report: leaderboard with intervals, paired differences, every metric. From the summary alone."""
+"""Tables of the report: leaderboard with intervals, paired differences, every metric, facts; and as Markdown."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from benchmarks.contract.metric import Metric
+from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import Suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
+from benchmarks.statistics.bootstrap import interval_of
 
 Entry = dict[str, Any]
 
 UNRANKED_ROLES = ("blind", "oracle")
 """References, not competitors: never the best, and in a part of the table of their own. Some are told the truth at
 times, e.g. at each exit, which no competitor is."""
+RANKED_ROLES = ("ours", "policy", "as-written", "tuned", "baseline", "external")
+"""Competitors: all others but variants."""
+_ROLE_ORDER = (*RANKED_ROLES, "variant", *UNRANKED_ROLES)
 REFERENCES = "references, not ranked"
 """Heading of that part."""
 NO_NUMBER = "–"
@@ -40,6 +45,11 @@ class Column:
     goal: str
     summary: str
 
+    @property
+    def head(self) -> str:
+        """The name in words with its unit and an arrow for the better direction."""
+        return " ".join(filter(None, (self.title, f"({self.unit})" if self.unit else "", self.goal)))
+
 
 @dataclass(frozen=True, slots=True)
 class Cell:
@@ -58,6 +68,14 @@ class Cell:
     dot: float = 0.0
     mark: str = ""
 
+    @property
+    def short_interval(self) -> str:
+        """The interval as ``89.3–98.3``."""
+        return self.interval.replace(" … ", "–")
+
+    def __str__(self) -> str:
+        return f"{self.text} ({self.short_interval})" if self.interval else self.text
+
 
 @dataclass(frozen=True, slots=True)
 class Line:
@@ -71,6 +89,11 @@ class Line:
     names: tuple[str, ...]
     role: str
     cells: tuple[Cell, ...]
+
+    @property
+    def words(self) -> list[str]:
+        """Its cells as Markdown: names, role, numbers with their intervals."""
+        return [*(f"`{name}`" for name in self.names), self.role, *map(str, self.cells)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +113,28 @@ class Table:
         """The lines of references."""
         return tuple(line for line in self.lines if line.role in UNRANKED_ROLES)
 
+    def lines_in_parts(self) -> list[list[str]]:
+        """Return the cells of all lines as Markdown; those of references have a heading if there are others too."""
+        competitors, references = ([line.words for line in part] for part in (self.competitors, self.references))
+        between = [[f"*{REFERENCES}*", *[""] * (len(references[0]) - 1)]] if competitors and references else []
+        return [*competitors, *between, *references]
+
+
+@dataclass(frozen=True, slots=True)
+class Facts:
+    """What a table of the report about the episodes themselves, independent of contestants, is made of.
+
+    Attributes:
+        title, words: of the table, note below it. lines: name of a line -> suffix after ``_`` in the names of its rows.
+        columns: metrics, with rows named without the suffix. beside: name of what was measured elsewhere -> its rows.
+    """
+
+    title: str
+    words: str
+    lines: Mapping[str, str]
+    columns: tuple[Metric, ...]
+    beside: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
 
 def leaderboard(suite: Suite, entries: Sequence[Entry], roles: Sequence[str]) -> Table:
     """Return the headline metrics of the contestants with one of these roles, the best first, then references."""
@@ -105,6 +150,15 @@ def every_metric(suite: Suite, entries: Sequence[Entry]) -> Table:
     table = _table(suite, metrics, entries, entries)
     order = [line.names for line in ranked.lines]
     return Table(table.columns, tuple(sorted(table.lines, key=lambda line: order.index(line.names))))
+
+
+def names_and_roles(suite: Suite, entries: Sequence[Entry]) -> list[tuple[str, str]]:
+    """Return name and role of those that have a line style, in order: of the first name, e.g. the controller."""
+    roles: dict[str, str] = {}
+    for line in sorted(every_metric(suite, entries).lines, key=lambda line: _ROLE_ORDER.index(line.role)):
+        # A controller that also has a blind tracker keeps its own role.
+        roles.setdefault(line.names[0], line.role)
+    return list(roles.items())
 
 
 def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequence[str]) -> Table:
@@ -138,7 +192,7 @@ def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], am
     lines.sort(
         key=lambda line: [
             line.role in UNRANKED_ROLES,
-            *(_rank(m, by_names[line.names].get(m.name)) for m in metrics[:_RANKED_BY]),
+            *(rank(m, by_names[line.names].get(m.name)) for m in metrics[:_RANKED_BY]),
         ]
     )
     return Table(tuple(map(column_of, metrics)), tuple(lines))
@@ -164,8 +218,8 @@ def _cell(metric: Metric, entry: Entry | None, top: float, entries: Sequence[Ent
     text = number_text(entry["mean"], metric.unit)
     low, high = entry["ci_low"], entry["ci_high"]
     rivals = [e for e in entries if e["metric"] == metric.name and e["role"] not in UNRANKED_ROLES]
-    best = min((_rank(metric, rival) for rival in rivals), default=None)
-    mark = "best" if best == _rank(metric, entry) and len(rivals) > 1 and entry in rivals else ""
+    best = min((rank(metric, rival) for rival in rivals), default=None)
+    mark = "best" if best == rank(metric, entry) and len(rivals) > 1 and entry in rivals else ""
     if low is None or high is None or top <= 0:
         return Cell(text, mark=mark)
     left, right, dot = (max(0.0, min(100.0, 100.0 * v / top)) for v in (low, high, entry["mean"]))
@@ -179,7 +233,8 @@ def _top(metric: Metric, entries: Sequence[Entry]) -> float:
     return max((e["ci_high"] or 0.0 for e in entries if e["metric"] == metric.name), default=0.0)
 
 
-def _rank(metric: Metric, entry: Entry | None) -> float:
+def rank(metric: Metric, entry: Entry | None) -> float:
+    """Return the less, the better the mean of an entry is; infinity without one."""
     if entry is None or entry["mean"] is None:
         return float("inf")
     if metric.ideal is not None:
@@ -199,3 +254,39 @@ def _difference(metric: Metric, entry: Entry | None) -> Cell:
         interval_text(low, high, metric.unit, signed=True),
         mark=mark,
     )
+
+
+def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
+    """Return the means over the episodes of one condition, each episode counted once; empty lines are left out.
+
+    On a set path the rows of all trackers are equal; in closed loop each tracker has its own episode.
+    """
+    once = {
+        (row["seed"], name if row["controller"] else "", row["metric"]): row
+        for name, rows in trackers.items()
+        for row in rows
+    }
+    rows, lines = list(once.values()), list[Line]()
+    for words, suffix in facts.lines.items():
+        means = [(metric.unit, interval_of(metric.statistic.of_line(suffix), rows)) for metric in facts.columns]
+        if any(mean is not None for _, mean in means):
+            cells = (
+                Cell(NO_NUMBER) if mean is None else Cell(number_text(mean.mean, unit), interval_text(*mean[1:], unit))
+                for unit, mean in means
+            )
+            lines.append(Line((words,), "", tuple(cells)))
+            for other, values in facts.beside.items():
+                there = (values.get(f"{metric.statistic.of[0].name}_{suffix}") for metric in facts.columns)
+                texts = map(number_text, there, (metric.unit for metric in facts.columns))
+                lines.append(Line((f"{words}, {other}",), "", tuple(map(Cell, texts))))
+    return Table(tuple(map(column_of, facts.columns)), tuple(lines))
+
+
+def markdown_table(heads: Sequence[str], lines: Iterable[Sequence[str]], words: int) -> str:
+    """Return a table as Markdown; the first ``words`` columns are text, the others numbers, which stand at the right.
+
+    A bar in a cell is written so that it ends none.
+    """
+    ruler = ["---"] * words + ["---:"] * (len(heads) - words)
+    rows = ([cell.replace("|", r"\|") for cell in cells] for cells in (heads, ruler, *lines))
+    return "\n".join(f"| {' | '.join(cells)} |" for cells in rows)

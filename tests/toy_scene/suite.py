@@ -8,9 +8,7 @@ from typing import Any
 from benchmarks.contract.metric import Metric, Quantity
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import EventWords, Scene, Suite, add_scene, register_suite
-from benchmarks.show.dot_plot import plot_groups
-from benchmarks.show.palette import LineStyle
-from benchmarks.show.plots import Plot
+from benchmarks.show.charts import Chart, DotChart
 from benchmarks.show.showing import Showing, register_showing
 from benchmarks.statistics.bootstrap import intervals_of
 from benchmarks.statistics.pooling import Median
@@ -25,11 +23,11 @@ def _describe(stays: Sequence[dict[str, Any]]) -> str:
     return f"{len(stays)} crates, {sum(stay['length_frames'] for stay in stays)} times there"
 
 
-def figures(drawn: Mapping[str, Sequence[Row]], styles: Mapping[str, LineStyle]) -> list[Plot]:
+def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
     """Return the share found of each tracker."""
-    shares = intervals_of(FOUND.statistic, drawn)
-    svg = plot_groups({"all crates": shares}, styles, "found")
-    return [Plot("How many are found?", "Dots: all episodes; bars: 95 % bootstrap over seeds.", svg)]
+    shares = {name: {name: share} for name, share in intervals_of(FOUND.statistic, drawn).items()}
+    words = "Dots: all episodes; bars: 95 % bootstrap over seeds."
+    return [DotChart(title="How many are found?", words=words, lines=shares, x_label="found")]
 
 
 register_suite(
@@ -63,5 +61,5 @@ register_suite(
         follows_many=True,
     )
 )
-register_showing("toy-many", Showing("Are all of them found?", figures))
+register_showing("toy-many", Showing("Are all of them found?", charts))
 add_scene("follow", Scene("toy-yard", "toy-many", ("warm_bodies",)))

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.jobs import take_in
-from benchmarks.show.video.instant import Instant, draw_instant
+from benchmarks.show.video.drawing import Instant, draw_instant
 from scenarios.loop import Loop, ManyFromPictures
 from tests.toy_scene.judge import ManyJudge
 from tests.toy_scene.scenario import TOY_YARD, YardEpisode

@@ -20,9 +20,9 @@ from benchmarks.run.editions import preset_edition
 from benchmarks.run.jobs import opened
 from benchmarks.run.selection import job_on
 from benchmarks.run.workers import in_processes
+from benchmarks.show.page import page_environment
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of, suite_watching
-from benchmarks.show.templates import page_environment
 from scenarios import catalog
 from scenarios.scenario import Scenario
 from trackers.atomic_file import write_atomic

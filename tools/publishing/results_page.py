@@ -35,8 +35,14 @@ from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
 from benchmarks.papers.experiment import experiment_named
-from benchmarks.show.markdown import head, markdown_table, names_and_cells, short
-from benchmarks.show.tables import NO_NUMBER, REFERENCES, UNRANKED_ROLES, leaderboard
+from benchmarks.show.tables import (
+    NO_NUMBER,
+    REFERENCES,
+    UNRANKED_ROLES,
+    Cell,
+    leaderboard,
+    markdown_table,
+)
 from benchmarks.statistics.summary import paired
 from sim.checks import check
 from tools.publishing import ledger
@@ -97,7 +103,7 @@ class _Page:
             found = all(name in [column.name for column in board.columns] for board in boards)
             check("columns", found, f"metrics that {', '.join(names)} have", repr(name))
         # A headline metric that no row has, such as one of steered runs alone, has no column.
-        kinds = sorted({" | ".join(map(head, board.columns)) for board in boards})
+        kinds = sorted({" | ".join(column.head for column in board.columns) for board in boards})
         check("table", len(kinds) == 1, f"the same columns in {', '.join(names)}", "; ".join(kinds))
         several = len(shown) > 1
         lines: list[list[str]] = []
@@ -107,9 +113,9 @@ class _Page:
             for line in board.lines:
                 # A contestant without any number here, such as one of another protocol, has no line.
                 if any(cell.text != NO_NUMBER for cell in line.cells):
-                    (beside if line.role in UNRANKED_ROLES else lines).append([*preset, *names_and_cells(line)])
+                    (beside if line.role in UNRANKED_ROLES else lines).append([*preset, *line.words])
         texts = [*(["preset"] if several else []), *scores.contestants, "role"]
-        heads = [*texts, *map(head, boards[0].columns)]
+        heads = [*texts, *(column.head for column in boards[0].columns)]
         if lines and beside:
             lines.append([f"*{REFERENCES}*", *[""] * (len(heads) - 1)])
         return f"{markdown_table(heads, lines + beside, words=len(texts))}\n\n{self.origin(*names)}"
@@ -224,7 +230,7 @@ def _number(entry: Mapping[str, Any], *, sign: bool = False) -> str:
     unit = entry["unit"]
     text = " ".join(filter(None, (number_text(entry["mean"], unit), unit_sign(unit) if sign else "")))
     interval = interval_text(entry["ci_low"], entry["ci_high"], unit)
-    return f"{text} ({short(interval)})" if interval else text
+    return str(Cell(text, interval))
 
 
 def _varied(shown: TableFile) -> str:

@@ -1,12 +1,16 @@
-"""MP4 files of episodes with the drawing of their scenario, e.g. the observed frame inside a larger view."""
+"""MP4 files of episodes with the drawing of their scenario, under each picture a caption with a time line."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from fractions import Fraction
 from pathlib import Path
+from typing import cast
 
+import av
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.run.episodes import Simulated
 from benchmarks.run.experiment import Progress
@@ -15,14 +19,15 @@ from benchmarks.run.jobs import Job, opened
 from benchmarks.run.result_folder import make_folder
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
-from benchmarks.show.video.caption import Caption
-from benchmarks.show.video.drawing import Drawing
-from benchmarks.show.video.instant import Instant
-from benchmarks.show.video.mp4 import Mp4Writer
+from benchmarks.show.video import marks
+from benchmarks.show.video.drawing import Drawing, Instant, draw_legend, outlined
 from sim.checks import check
 
 MOST_PIXELS = 4096 * 4096
 """Limit of a larger view, whose buffers and encoder then take 2 GB."""
+HEIGHT_PX = 116
+_TRACK_TOP, _TRACK_BOTTOM = 78, 106
+_STEERED = outlined("2nd camera", marks.OBSERVED)
 
 
 def render_episode(
@@ -81,9 +86,106 @@ def write_video(
     out: Path, instants: Iterable[Instant], drawing: Drawing, *, rate_hz: float, title: str, frame_count: int
 ) -> None:
     """Write instants as an MP4, under each a caption with ``title`` and a time line of ``frame_count``."""
+    write_mp4(out, _captioned(instants, drawing, title, frame_count), rate_hz)
+
+
+def _captioned(
+    instants: Iterable[Instant], drawing: Drawing, title: str, frame_count: int
+) -> Iterator[NDArray[np.uint8]]:
     caption = None
-    with Mp4Writer(out, rate_hz) as video:
-        for instant in instants:
-            picture = drawing.picture(instant)
-            caption = caption or Caption(drawing, title, frame_count, picture.shape[1])
-            video.write(np.concatenate([picture, caption.draw(instant)]))
+    for instant in instants:
+        picture = drawing.picture(instant)
+        caption = caption or Caption(drawing, title, frame_count, picture.shape[1])
+        yield np.concatenate([picture, caption.draw(instant)])
+
+
+class Caption:
+    """Draws the strip frame by frame, with a time line of all frames so far."""
+
+    def __init__(self, drawing: Drawing, title: str, frame_count: int, width_px: int) -> None:
+        self._drawing = drawing
+        self._title = title
+        self._frame_count = frame_count
+        self._width = width_px
+        self._shades: list[tuple[marks.Rgb, ...]] = []
+        self._probabilities: list[float] = []
+
+    def draw(self, instant: Instant) -> NDArray[np.uint8]:
+        """Return the strip (HEIGHT_PX, width, 3) of the next instant."""
+        truth, estimate = instant.frame.truth, instant.estimate
+        probability = None if estimate is None else estimate.in_view_probability
+        self._shades.append(self._drawing.shades(instant))
+        self._probabilities.append(np.nan if probability is None else probability)
+        strip = np.full((HEIGHT_PX, self._width, 3), marks.GROUND, dtype=np.uint8)
+        marks.draw_text(strip, (16, 28), f"frame {truth.frame}", marks.INK, size=19, weight=600)
+        marks.draw_text(strip, (130, 28), f"{truth.time_s:.1f} s", marks.QUIET, size=16)
+        end = marks.draw_text(strip, (200, 28), self._drawing.describe(instant), marks.INK, size=16)
+        if estimate is not None and np.isnan(estimate.position_px).any():
+            marks.draw_text(strip, (end + 28, 28), "tracker: no answer", marks.ESTIMATE, size=16)
+        elif probability is not None:
+            marks.draw_text(strip, (end + 28, 28), f"tracker: {probability:.0%} in view", marks.ESTIMATE, size=16)
+        width = marks.text_width_px(self._title, size=14)
+        marks.draw_text(strip, (self._width - 16 - width, 27), self._title, marks.QUIET, size=14)
+        signs = self._drawing.signs if instant.frame.steered is None else (*self._drawing.signs, _STEERED)
+        draw_legend(strip, (16, 58), signs, with_tracker=instant.answer is not None)
+        self._draw_time_line(strip)
+        return strip
+
+    def _draw_time_line(self, strip: NDArray[np.uint8]) -> None:
+        left, right = 16, self._width - 16
+        edges = np.linspace(left, right, self._frame_count + 1)
+        strip[_TRACK_TOP:_TRACK_BOTTOM, left:right] = (36, 39, 45)
+        for k, shades in enumerate(self._shades):
+            rows = np.linspace(_TRACK_TOP, _TRACK_BOTTOM, len(shades) + 1).round().astype(int)
+            for top, bottom, shade in zip(rows[:-1], rows[1:], shades, strict=True):
+                strip[top:bottom, round(edges[k]) : round(edges[k + 1])] = shade
+        known = np.flatnonzero(np.isfinite(self._probabilities))
+        if len(known) > 1:
+            share = np.array(self._probabilities)[known]
+            y = _TRACK_BOTTOM - 3 - share * (_TRACK_BOTTOM - _TRACK_TOP - 6)
+            x = 0.5 * (edges[known] + edges[known + 1])
+            marks.draw_lines(strip, [np.stack([x, y], axis=1)], marks.ESTIMATE)
+        now = edges[len(self._shades)]
+        marks.draw_lines(strip, [[(now, _TRACK_TOP - 4.0), (now, _TRACK_BOTTOM + 4.0)]], marks.INK, 1)
+
+
+def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], rate_hz: float, *, quality: int = 20) -> None:
+    """Write pictures (H, W, 3) as H.264 in MP4.
+
+    The file is written as ``.part`` and renamed at the end; after an error nothing is left. One encoding thread and no
+    time stamps: the same pictures make the same bytes. An odd last row or column is left out: yuv420p has even sizes
+    only.
+
+    Args:
+        rate_hz: frames a second, > 0. quality: 0 (lossless) to 51 (worst), x264's CRF.
+
+    Raises:
+        ValueError: if the file cannot be written, without pictures, and for pictures of several sizes.
+    """
+    check("rate_hz", rate_hz > 0, "a number > 0", rate_hz)
+    part, size = path.with_name(path.name + ".part"), None
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part.touch()
+    except OSError as error:
+        wanted = f"out: expected a file that can be written, got {str(path)!r}: {error.strerror}"
+        raise ValueError(wanted) from None
+    try:
+        # The library opens the file only with the first picture.
+        with av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as file:
+            file.flags |= cast(int, av.container.Flags.bitexact.value)
+            options = {"crf": str(quality), "preset": "veryfast", "threads": "1", "tune": "animation"}
+            stream = file.add_stream("libx264", rate=Fraction(rate_hz).limit_denominator(1001), options=options)
+            stream.pix_fmt = "yuv420p"
+            for image_rgb in pictures:
+                height, width = (side & ~1 for side in image_rgb.shape[:2])
+                if size is None:
+                    size = stream.height, stream.width = height, width
+                check("image_rgb", (height, width) == size, f"{size} like the first picture", (height, width))
+                even = np.ascontiguousarray(image_rgb[:height, :width])
+                file.mux(stream.encode(av.VideoFrame.from_ndarray(even, format="rgb24")))
+            check("pictures", size is not None, "at least one", "none")
+            file.mux(stream.encode())
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

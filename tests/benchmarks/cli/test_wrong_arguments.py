@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.cli import main as cli
 from benchmarks.cli.main import main
-from benchmarks.show.video.mp4 import Mp4Writer
+from benchmarks.show.video.episode_video import write_mp4
 from tests.benchmarks.no_room import no_room
 
 pytestmark = pytest.mark.usefixtures("fake_suite")
@@ -233,9 +233,8 @@ def test_a_video_that_finds_no_room_is_told_in_one_line(
 ) -> None:
     def render(scenario: str, out: Path, **_: object) -> Path:
         pictures = np.random.default_rng(0).integers(0, 255, (30, 64, 64, 3), dtype=np.uint8)
-        with no_room(1000), Mp4Writer(out, 15.0) as video:
-            for picture in pictures:
-                video.write(picture)
+        with no_room(1000):
+            write_mp4(out, pictures, 15.0)
         return out
 
     monkeypatch.setattr("benchmarks.cli.render.render_episode", render)

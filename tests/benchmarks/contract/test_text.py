@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from benchmarks.contract import text as numbers
 from benchmarks.contract.suite import suite, suites
 from benchmarks.show import tables
-from benchmarks.show.markdown import head
-from benchmarks.show.metric_definitions import metrics_of
+from benchmarks.show.definitions import metrics_of
 
 FRAME_OUT = suite("frame-out")
 
@@ -35,13 +34,13 @@ def test_numbers_in_words() -> None:
 def test_a_head_says_no_unit_twice() -> None:
     for name in suites():
         for metric in metrics_of(suite(name)):
-            words = head(tables.column_of(metric)).replace("(", "").replace(")", "").split()
+            words = tables.column_of(metric).head.replace("(", "").replace(")", "").split()
             assert all(first != second for first, second in itertools.pairwise(words)), words
             half = [words[k : k + 2] for k in range(len(words) - 1)]
             assert all(half[k] != half[k + 2] for k in range(len(half) - 2)), words
-    assert head(tables.column_of(FRAME_OUT.metric("time_to_recover_frames"))) == "time to recover (frames) ↓"
-    assert head(tables.column_of(FRAME_OUT.metric("offscreen_error_car_lengths"))) == "offscreen error (car lengths) ↓"
-    assert head(tables.column_of(FRAME_OUT.metric("precision_20_px"))) == "precision 20 px (%) ↑"
+    assert tables.column_of(FRAME_OUT.metric("time_to_recover_frames")).head == "time to recover (frames) ↓"
+    assert tables.column_of(FRAME_OUT.metric("offscreen_error_car_lengths")).head == "offscreen error (car lengths) ↓"
+    assert tables.column_of(FRAME_OUT.metric("precision_20_px")).head == "precision 20 px (%) ↑"
 
 
 def test_one_thing_is_no_plural_and_one_length_no_range() -> None:

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.contract.rows import Row
-from benchmarks.show.page import _worth_showing
+from benchmarks.contract.suite import suite
+from benchmarks.show.page import worth_showing
 from benchmarks.show.palette import line_styles
 from benchmarks.statistics.summary import compare_ours, grouped, summarise
 from tests.benchmarks.fake_rows import rows_of
@@ -39,7 +40,7 @@ def test_a_film_strip_shows_ours_own_and_the_best_as_written() -> None:
     roles = {"hold": "baseline", "mine": "external", "mine too": "external", "colour": "as-written", "graph": "ours"}
     groups = grouped(_rows(roles))
     (condition,) = groups
-    assert _worth_showing(summarise(groups), condition) == ["graph", "mine", "mine too", "colour"]
+    assert worth_showing(suite(condition[0]), summarise(groups)) == ["graph", "mine", "mine too", "colour"]
 
 
 def test_own_trackers_have_a_colour_of_their_own_and_different_lines() -> None:

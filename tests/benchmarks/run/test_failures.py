@@ -14,7 +14,7 @@ from benchmarks.run.failures import FILE_NAME, Failure, ended_processes, read_fa
 from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.own_inputs import own
 from benchmarks.run.selection import tracker_named
-from benchmarks.show.frame_out import picture
+from benchmarks.show import page
 from benchmarks.show.page import write_report
 from tests.benchmarks.fake_episode import FakeEpisode
 from tests.benchmarks.named import run_named as run
@@ -111,7 +111,7 @@ def test_rows_that_are_gone_take_their_failures_along(tmp_path: Path, monkeypatc
 def test_a_contestant_that_ended_its_process_is_in_no_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """To draw it would end this process too."""
     drawn: list[str] = []
-    monkeypatch.setattr(picture, "keep_event_picture", lambda *arguments: drawn.extend(arguments[3]))
+    monkeypatch.setattr(page, "keep_event_picture", lambda *arguments: drawn.extend(arguments[3]))
     for tracker in ("fake_still", "fake_kills"):
         run(replace(TINY, trackers=(tracker,), seeds=range(1), workers=2), tmp_path / tracker)
         assert write_report(tmp_path / tracker).is_file()

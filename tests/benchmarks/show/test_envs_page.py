@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.cli.main import main
-from benchmarks.show.envs_page import envs_page, fields_of_preset
+from benchmarks.show.reference import envs_page, fields_of_preset
 from scenarios import catalog
 from scenarios.command_link import LINKS
 from scenarios.envs.reward import Reward

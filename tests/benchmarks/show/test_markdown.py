@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from benchmarks.show.markdown import markdown_table
+from benchmarks.show.tables import markdown_table
 
 
 def test_a_bar_in_a_cell_is_escaped() -> None:

@@ -15,9 +15,13 @@ from benchmarks.contract.metric import NOT_STATED, Mean, Metric, Quantity
 from benchmarks.contract.suite import suite
 from benchmarks.run.jobs import heading_of
 from benchmarks.run.selection import job_on
-from benchmarks.show.docstrings import attribute_meanings
-from benchmarks.show.metric_definitions import definitions_of, metric_definitions, metrics_of
-from benchmarks.show.preset_settings import preset_settings
+from benchmarks.show.definitions import (
+    attribute_meanings,
+    definitions_of,
+    metric_definitions,
+    metrics_of,
+    preset_settings,
+)
 from benchmarks.show.reference import truth_fields
 from benchmarks.statistics.summary import COMPARISON_COLUMNS, SUMMARY_COLUMNS, compare_ours, grouped, summarise
 from scenarios import catalog

@@ -6,18 +6,20 @@ import html.parser
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from benchmarks.contract.rows import read_rows
 from benchmarks.contract.suite import suite
-from benchmarks.show import curves, plots, tables
-from benchmarks.show.markdown import lines_in_parts
+from benchmarks.show import plots, tables
+from benchmarks.show.charts import Curve, CurveChart, DotChart
 from benchmarks.show.page import write_report
-from benchmarks.show.palette import PLACEHOLDERS, line_styles
+from benchmarks.show.palette import line_styles
 from benchmarks.show.pictures import made_from, read_pictures, remove_picture, write_picture
 from benchmarks.show.provenance import provenance
+from benchmarks.statistics.bootstrap import Interval
 from tests.benchmarks.fake_rows import TRACKERS, rows_of, write_rows
 from trackers.papers import PAPERS
 
@@ -134,23 +136,40 @@ def test_one_tracker_on_one_seed_makes_a_page(tmp_path: Path, tracker: str) -> N
     assert tracker in write_report(tmp_path).read_text()
 
 
-def test_plots_have_no_placeholder_colour_left_and_no_date(page: str) -> None:
-    for colour in PLACEHOLDERS:
-        assert colour not in page
+def test_the_page_has_no_date(page: str) -> None:
     assert "<dc:date" not in page
 
 
-def test_plots_draw_the_numbers_they_are_given() -> None:
-    """A line that ends twice as high ends higher on the page: y grows downwards there."""
-    x = np.arange(40.0)
-    ends = []
-    for top in (0.4, 0.8):
-        y = np.linspace(0, top, 40)
-        styles = line_styles([("a", "baseline")])
-        svg = plots.plot_recovery({"a": curves.Curve(x, y, y, y, x)}, styles, "it was back", 5)
-        points = re.findall(r"([\d.]+) ([\d.]+)", max(re.findall(r' d="(M[^"]+)"', svg), key=len))
-        ends.append(float(points[-1][1]))
-    assert ends[1] < ends[0] - 50
+def chart_of(curve: Curve, **changes: Any) -> CurveChart:
+    return CurveChart(**{"title": "t", "words": "", "curves": {"a": curve}, "x_label": "x", "y_label": "y"} | changes)
+
+
+@pytest.mark.parametrize("changes", [{}, {"steps": True}, {"y_scale": "log", "rule": (0.1, "rule")}])
+def test_plots_draw_the_numbers_they_are_given(changes: dict[str, Any]) -> None:
+    curve = Curve(np.arange(1.0, 40.0), *np.linspace(0.1, [0.4, 0.3, 0.5], 39).T)
+    (axes,) = plots.figure_of(chart_of(curve, **changes), line_styles([("a", "ours")])).axes
+    drawn = axes.lines[0].get_xydata()
+    np.testing.assert_array_equal(drawn, np.stack([curve.x, curve.mean], axis=1))
+    (band,) = axes.collections
+    assert band.get_datalim(axes.transData).get_points()[1].tolist() == [39.0, 0.5]
+
+
+def test_dots_of_one_line_stand_apart_from_the_top_and_their_trackers_in_the_legend() -> None:
+    """Here of controllers and trackers: ours above, a user's own tracker in a colour that no controller has."""
+    roles = {"one": "ours", "two": "external"}
+    lines = {
+        "reentry": {"one": Interval(0.9, 0.8, 0.95), "two": Interval(0.5, 0.4, 0.6)},
+        "hold": {"one": Interval(0.2, 0.1, 0.3)},
+    }
+    figure = plots.figure_of(DotChart(title="t", words="", lines=lines, x_label="seen", roles=roles), {})
+    (axes,) = figure.axes
+    single = [line for line in axes.lines if line.get_marker() == "o"]
+    dots = {(line.get_xdata()[0], line.get_color()): line.get_ydata()[0] for line in single}
+    styles = line_styles(list(roles.items()))
+    ours, own, lower = (dots[x, styles[name].colour] for x, name in ((0.9, "one"), (0.5, "two"), (0.2, "one")))
+    assert ours > own > lower
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["reentry", "hold"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["one", "two"]
 
 
 def test_styles_differ_and_ours_is_in_front() -> None:
@@ -205,10 +224,10 @@ def test_references_come_last_in_a_part_of_their_own(results: Path, page: str) -
     ]
     table = tables.leaderboard(FRAME_OUT, entries, ("baseline", "blind", "oracle"))
     assert [line.names[0] for line in table.lines] == ["a", "b", "unseeing", "told"]
-    cells = [cells[0] for cells in lines_in_parts(table)]
+    cells = [cells[0] for cells in table.lines_in_parts()]
     assert cells == ["`a`", "`b`", "*references, not ranked*", "`unseeing`", "`told`"]
     alone = tables.leaderboard(FRAME_OUT, entries, ("blind", "oracle"))
-    assert [cells[0] for cells in lines_in_parts(alone)] == ["`unseeing`", "`told`"]
+    assert [cells[0] for cells in alone.lines_in_parts()] == ["`unseeing`", "`told`"]
     for tables_of in page.split("Every metric"):
         parts = re.search(r"references, not ranked(.*?)</tbody>", tables_of, re.DOTALL)
         assert parts is not None
@@ -300,23 +319,15 @@ def test_the_papers_of_methods_stand_below_the_leaderboard(page: str) -> None:
     assert "paper B" not in page
 
 
-@pytest.mark.heavy
 @pytest.mark.parametrize("last", [0, 1, 2, 7, 130])
 def test_frames_are_counted_in_whole_numbers(last: int) -> None:
     x = np.arange(last + 1.0)
-    curve = curves.Curve(x, x + 1.0, x + 0.5, x + 1.5, np.ones(last + 1, int))
-    drawn = {"sharp": curve}
-    styles = line_styles([("sharp", "ours")])
-    pictures = (
-        plots.plot_offscreen_error(drawn, styles),
-        plots.plot_search(drawn, styles, last),
-        plots.plot_errors(drawn, styles, "frames since the track was lost", "error, px"),
-    )
-    for picture in pictures:
-        axis = picture[picture.index('id="matplotlib.axis_1"') : picture.index('id="matplotlib.axis_2"')]
-        ticks = re.findall(r"<text [^>]*>([^<]*)</text>", axis)[:-1]
-        assert len(ticks) >= 2
-        assert all(tick.isdigit() for tick in ticks), ticks
+    styles = line_styles([("a", "ours")])
+    picture = plots.plot_of(chart_of(Curve(x, x + 1.0, x + 0.5, x + 1.5), y_scale="log"), styles).svg
+    axis = picture[picture.index('id="matplotlib.axis_1"') : picture.index('id="matplotlib.axis_2"')]
+    ticks = re.findall(r"<text [^>]*>([^<]*)</text>", axis)[:-1]
+    assert len(ticks) >= 2
+    assert all(tick.isdigit() for tick in ticks), ticks
 
 
 def test_pages_hold_no_backtick_and_no_plus_before_a_share(page: str) -> None:

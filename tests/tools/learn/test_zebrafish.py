@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.judges.fish.motion import motion_scores
-from benchmarks.show.facts import facts_table
-from benchmarks.show.fish.showing import SWIMS
+from benchmarks.show.suites.fish import SWIMS
+from benchmarks.show.tables import facts_table
 from tools.learn.zebrafish import PIECE_FRAMES, measured_rows
 
 RNG = np.random.default_rng(0)

@@ -19,9 +19,8 @@ from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.page import figures, scans
 from benchmarks.data.sets.page.sheets import Shot, boxed_shots, channel_shots
 from benchmarks.data.sets.page.statistics import by_group, check_episodes, state_shares
-from benchmarks.show.page import page_style
+from benchmarks.show.page import page_environment, page_style
 from benchmarks.show.plots import Plot
-from benchmarks.show.templates import page_environment
 from scenarios import catalog
 from scenarios.truth import meanings
 

@@ -13,7 +13,7 @@ from benchmarks.data.sets.page.boxes import STANDING_RGB, draw_boxes, zoomed
 from benchmarks.data.sets.page.channel_pictures import Rgb, channel_picture
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.show.video import marks
-from benchmarks.show.video.contact_sheet import picture_sheet
+from benchmarks.show.video.drawing import picture_sheet
 from scenarios import catalog
 from scenarios.truth import Truth, meanings
 from sim.checks import check

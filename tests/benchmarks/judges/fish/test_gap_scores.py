@@ -10,8 +10,7 @@ import pytest
 from benchmarks.judges.fish.gap_protocol import BLOCK_FRAMES, BridgedGap, Gap, Tracks
 from benchmarks.judges.fish.gap_scores import GAP_FRAMES, TURNS_DEG, GapTask, gap_scores, successors
 from benchmarks.run.guards import Guard, GuardedGapMethod
-from benchmarks.show.fish.figures import figures, turn_error
-from benchmarks.show.palette import line_styles
+from benchmarks.show.suites.fish import charts
 from tests.benchmarks.judges.fish.gap_methods import Fails, GivesUp, Knows, swimming
 from trackers.gaps import Bridge
 
@@ -132,17 +131,15 @@ def test_one_that_predicts_the_same_for_all_is_right_by_chance() -> None:
     assert right == pytest.approx(1 / 3, abs=0.04)
 
 
-def test_curves_are_drawn_over_the_gap_and_over_turns() -> None:
+def test_the_error_is_drawn_over_the_gap() -> None:
     bridged = TASK.bridged(lambda: Knows(TRUE_PX, off_px=3.0))
     heading = {"suite": "fish", "role": "ours", "seed": 0, "repeat": 0, "event": None}
     rows = [
         {**heading, "metric": each.metric, "value": each.value, "weight": each.weight}
         for each in gap_scores(TRACKS, bridged)
     ]
-    drawn = figures({"knows": rows}, line_styles([("knows", "ours")]))
-    titles = ["How far off is a lost fish?", *(f"What does a turn cost over {count} frames?" for count in GAP_FRAMES)]
-    assert [plot.title for plot in drawn] == titles
-    curve = turn_error(rows, 50)
-    assert curve is not None
-    assert set(curve.x) <= {low + 15.0 for low in TURNS_DEG}
-    assert curve.y == pytest.approx(np.full(len(curve.x), 3.0))
+    (chart,) = charts({"knows": rows})
+    assert chart.title == "How far off is a lost fish?"
+    curve = chart.curves["knows"]
+    assert curve.x.tolist() == list(range(1, GAP_FRAMES[-1] + 1))
+    assert curve.mean == pytest.approx(np.full(len(curve.x), 3.0))

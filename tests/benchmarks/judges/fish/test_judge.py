@@ -11,7 +11,6 @@ import pytest
 
 from benchmarks.contract.judging import Ending
 from benchmarks.judges.fish.judge import AT_ONCE, FishJudge
-from benchmarks.show.fish.timelines import plot_timeline
 from scenarios.fish_tank.truth import FishTruth
 from tests.benchmarks.judges.fish.gap_methods import Knows
 from tests.benchmarks.judges.fish.hand_made import CAMERA, LENGTH_PX, empty_pictures, frame_of, track, truth_of
@@ -133,14 +132,3 @@ def test_a_gap_method_alone_has_no_scores_of_tracks(judge: FishJudge) -> None:
     for ending in (Ending(failed_at_frame=0, new_gap_method=knows), Ending()):
         scores = scored(judge, nothing, ending)
         assert (scores["hota"], scores["link_rate_50"], scores["missed_rate"]) == (0.0, 0.0, 1.0)
-
-
-def test_timelines_show_switches(judge: FishJudge) -> None:
-    sheet = judge.sheet()
-    for truth, tracks in zip(TRUTHS, SWAPPED, strict=True):
-        sheet.keep(frame_of(truth), tracks)
-    rows = [{"metric": each.metric, "value": each.value} for each in sheet.scores(Ending()) if each.event is None]
-    drawn = plot_timeline(rows, "swaps")
-    assert drawn is not None
-    assert drawn.startswith("<svg")
-    assert plot_timeline([], "none") is None

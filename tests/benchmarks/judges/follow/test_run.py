@@ -17,7 +17,6 @@ from benchmarks.judges.follow.suite import FOLLOW
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.result_folder import append_block
 from benchmarks.show.page import write_report
-from benchmarks.show.palette import line_styles
 from benchmarks.show.showing import showing_of
 from benchmarks.statistics.summary import write_summary
 from tests.benchmarks.named import NamedExperiment as Experiment
@@ -142,12 +141,6 @@ def test_a_pair_with_a_blind_tracker_is_blind_whatever_steers(tmp_path: Path) ->
     assert "blind_straight" not in competitors
     assert "blind_straight" in references
     assert "Blind contestants get no picture" in references
-    # One line of the legend, drawn as the controller's own role.
-    assert page.count("</svg> centre</li>") == 1
-    assert (
-        line_styles([("centre", "baseline")])["centre"].variable
-        in page.split("</svg> centre</li>")[0].split("<li>")[-1]
-    )
 
 
 @pytest.mark.heavy
@@ -219,8 +212,6 @@ def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) 
     assert f"<h1>{showing_of(FOLLOW).heading}</h1>" in page
     for words in (
         "How long is the target seen?",
-        "How soon is the target found again by fake_still?",
-        "by fake_knowing",
         *TRACKERS,
     ):
         assert words in text

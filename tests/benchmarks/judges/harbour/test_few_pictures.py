@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.judges.harbour.few_pictures import COUNTS, TAUGHT_BY_FEW, FewPictures
-from benchmarks.show.harbour.figures import by_pictures, figures
-from benchmarks.show.palette import line_styles
+from benchmarks.show.suites.harbour import by_pictures, charts
 from benchmarks.statistics import froc
 from scenarios.loop import ManyFromPictures
 from tests.benchmarks.judges.harbour.hand_made import frame_of, truth_of
@@ -69,9 +68,8 @@ def test_the_figure_has_a_point_for_each_number() -> None:
     drawn = {"eigen_swarm": rows(8, 0), "eigen_swarm_25_pictures": rows(2, 0), "harbour_watch": rows(9, 0)}
     curve = by_pictures(drawn, "eigen_swarm")
     assert curve is not None
-    assert (curve.x.tolist(), curve.y.tolist()) == ([25.0, 400.0], [0.2, 0.8])
+    assert (curve.x.tolist(), curve.mean.tolist()) == ([25.0, 400.0], [0.2, 0.8])
     assert by_pictures(drawn, "harbour_watch") is None
     assert by_pictures(drawn, "eigen_swarm_25_pictures") is None
-    styles = line_styles([("eigen_swarm", "as-written"), ("harbour_watch", "ours")])
-    titles = [plot.title for plot in figures(drawn, styles)]
+    titles = [chart.title for chart in charts(drawn)]
     assert titles == ["How many false alarms does a find cost?", "How many pictures does it take?"]

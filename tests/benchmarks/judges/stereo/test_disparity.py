@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.rows import Row
 from benchmarks.judges.stereo.disparity import EVERY_FRAMES, DisparityMeasurement
-from benchmarks.show.facts import facts_table
-from benchmarks.show.stereo.showing import MATCHES
+from benchmarks.show.suites.stereo import MATCHES
+from benchmarks.show.tables import facts_table
 from scenarios.scenario import Frame
 from tests.benchmarks.judges.follow.fake_follow import CAMERA, POSE, FakeFollow, FakeFollowEpisode
 

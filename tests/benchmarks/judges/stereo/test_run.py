@@ -18,7 +18,6 @@ from benchmarks.judges.stereo.metrics.people import WORST_ERROR_M
 from benchmarks.judges.stereo.suite import STEREO
 from benchmarks.run.outcome import Outcome
 from benchmarks.show.page import write_report
-from benchmarks.show.palette import PLACEHOLDERS
 from scenarios.road_town.truth import RoadTruth
 from tests.benchmarks.judges.follow import fake_follow
 from tests.benchmarks.judges.follow.fake_follow import HIDDEN
@@ -188,36 +187,17 @@ def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -
     text = re.sub(r"<[^>]+>", " ", page)
     assert f"<h1>{STEREO.heading}</h1>" in page
     assert "outside the picture" not in text
-    for words in ("When is the person lost?", "How soon is the person found again?", "Frame by frame, seed 0"):
+    for words in ("When is the person lost?", "How soon is the person found again?"):
         assert words in text
     assert "2 occlusions of 6 frames, 4 changes of light (2 × lamp off, 2 × back light)" in text
-    for words in ("after lamp off", "near person", "another person", *ALL_TRACKERS):
+    for words in ("after lamp off", "near person", *ALL_TRACKERS):
         assert words in text
     # Its pictures are black: nothing is matched in them, in the hall or in the corridor.
     facts = text.split("Disparity matched from the pair")[1].split("Intervals:")[0]
     assert facts.split("all pixels")[1].split()[:4] == ["–", "–", "–", "0.0"]
     assert ["hall" in facts, "corridor" in facts, "yard" in facts] == [True, True, False]
-    for colour in PLACEHOLDERS:
-        assert colour not in page
-    assert page.count("<svg") >= 4
+    assert page.count("<svg") == 3
     assert write_report(out).read_text() == page
-
-
-def test_a_strip_shows_each_frames_outcome_in_its_colour(outcome: tuple[Outcome, Path]) -> None:
-    """Only one tracker was ever on another person: its page has ink where the others' has none."""
-    from benchmarks.show.stereo import timelines as strips
-
-    rows = [row for row in read_rows(outcome[1]) if row["seed"] == 0]
-    taken, knowing = (
-        strips.strip_of([row for row in rows if row["tracker"] == name]) for name in ("follow_taken", "follow_knowing")
-    )
-    assert taken.lights == knowing.lights == ((30, "lamp off"), (50, "back light"))
-
-    def coloured(strip: strips.Strip, variable: str) -> int:
-        return strips.plot_strips({"it": strip}).count(f"fill: var(--{variable})")
-
-    assert coloured(taken, "ink") > coloured(knowing, "ink")
-    assert coloured(taken, "better") == coloured(knowing, "better") - 1
 
 
 @pytest.mark.heavy

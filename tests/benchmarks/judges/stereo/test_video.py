@@ -11,16 +11,14 @@ import numpy as np
 import pytest
 
 from benchmarks.run.selection import job_on
-from benchmarks.show import event_picture
+from benchmarks.show import pictures
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
-from benchmarks.show.stereo import picture
-from benchmarks.show.stereo.drawing import StereoDrawing, describe_person
-from benchmarks.show.stereo.instant import draw_left_and_plan, settings_in_words
-from benchmarks.show.video import legend, marks
-from benchmarks.show.video.drawing import InLargerView
+from benchmarks.show.suites.stereo import SHOWING, first_event, shown_frames
+from benchmarks.show.video import marks
+from benchmarks.show.video.drawing import InLargerView, Instant, draw_legend, shaded
 from benchmarks.show.video.episode_video import render_episode, write_video
-from benchmarks.show.video.instant import Instant
+from benchmarks.show.video.stereo import LeftAndPlan, StereoDrawing, describe_person, settings_in_words
 from tests.benchmarks.fake_episode import FakeEpisode, live
 from tests.benchmarks.judges.follow import fake_follow
 from tests.benchmarks.judges.follow.fake_follow import HIDDEN, FakeFollow, FakeFollowEpisode, FollowKnowing
@@ -87,17 +85,17 @@ def test_words_and_shades_tell_of_hiding_and_of_light():
 
 
 def test_truth_and_estimate_are_drawn_in_the_left_picture_and_from_above():
-    plan = episode().map_of().plan
+    drawing = LeftAndPlan.of(episode())
     alone = instant_at(5)
     target_px = alone.frame.truth.position_px[0]
     answer = Estimate(target_px + np.array([12.0, 0.0]), in_view_probability=1.0, depth_m=5.0)
-    without, drawn = (draw_left_and_plan(replace(alone, answer=each), plan) for each in (None, answer))
+    without, drawn = (drawing.picture(replace(alone, answer=each)) for each in (None, answer))
     changed = np.argwhere(np.abs(drawn.astype(int) - without).sum(axis=2) > 0)
     left = changed[changed[:, 1] < 640]
     np.testing.assert_allclose(left.mean(axis=0)[::-1], 4 * answer.position_px, atol=4)
     assert (changed[:, 1] >= 640).any()
     silent = replace(alone, answer=Estimate(np.full(2, np.nan)))
-    assert np.array_equal(draw_left_and_plan(silent, plan), without)
+    assert np.array_equal(drawing.picture(silent), without)
 
 
 def test_a_lost_right_picture_is_shown_as_lost():
@@ -113,11 +111,11 @@ def test_a_legend_leaves_out_what_no_tracker_draws():
     ends = []
     for with_tracker in (False, True):
         strip = np.zeros((80, 1280, 3), np.uint8)
-        legend.draw_legend(strip, (16, 58), StereoDrawing.signs, with_tracker=with_tracker)
+        draw_legend(strip, (16, 58), StereoDrawing.signs, with_tracker=with_tracker)
         ends.append(np.flatnonzero(strip.any(axis=(0, 2))).max())
     assert ends[0] < ends[1]
     strip = np.zeros((80, 200, 3), np.uint8)
-    legend.shaded("x", marks.TRUTH).draw(strip, 10, 40)
+    shaded("x", marks.TRUTH).draw(strip, 10, 40)
     assert (strip[30:40, 12:28] == marks.TRUTH).all()
 
 
@@ -152,34 +150,34 @@ def test_the_event_to_look_at_is_found_by_a_rule(rows, found):
         }
         for seed, kind, *at in rows
     ]
-    chosen = picture._first_event(made)
+    chosen = first_event(made)
     assert (None if chosen is None else (chosen[0], chosen[1]["first_frame"])) == found
 
 
 def test_four_frames_of_an_event_are_shown():
-    assert picture._wanted(event("occlusion", 20, 6, 28)) == [19, 22, 28, 38]
-    assert picture._wanted(event("lamp off", 30, 30, None)) == [29, 40, 49, 59]
+    assert shown_frames(event("occlusion", 20, 6, 28)) == [19, 22, 28, 38]
+    assert shown_frames(event("lamp off", 30, 30, None)) == [29, 40, 49, 59]
 
 
 def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     drawn = []
-    monkeypatch.setattr(event_picture, "is_of_present_editions", lambda row: row["editions"] == "now")
-    monkeypatch.setattr(
-        picture, "_rows", lambda *about: drawn.append(about) or [[("words", np.zeros((24, 64, 3), np.uint8))]]
-    )
+    monkeypatch.setattr(pictures, "is_of_present_editions", lambda row: row["editions"] == "now")
+    cell = ("words", np.zeros((24, 64, 3), np.uint8))
+    monkeypatch.setattr(pictures, "drawn_cells", lambda *about, **how: drawn.append(about) or [[cell]])
+    assert SHOWING.event_picture is not None
     condition = ("stereo", "stereo-follow-v2", "quick", "raster", "")
     heading = dict(zip(("suite", "scenario", "preset", "renderer"), condition, strict=False)) | {"controller": None}
     told = {"seed": 4, "metric": "recovered", "event": event("occlusion", 20, 6, 28), "editions": "now"}
     rows = {name: [{**heading, "tracker": name, **told}] for name in ("stereo_people", "stereo_wb")}
     for _ in range(2):
-        picture.show_event(tmp_path, condition, rows, ("stereo_people", "stereo_wb"))
-    ((job, frames),) = drawn
+        pictures.keep_event_picture(tmp_path, condition, rows, tuple(rows), SHOWING.event_picture)
+    ((job, _, frames),) = drawn
     assert (job.episode.preset, job.episode.seed, list(job.trackers)) == ("quick", 4, list(rows))
     assert frames == [19, 22, 28, 38]
     (words,) = (tmp_path / "pictures").glob("*.json")
     assert json.loads(words.read_text())["title"] == "One occlusion"
     rows["stereo_wb"][0]["editions"] = "of old"
-    picture.show_event(tmp_path, condition, rows, ("stereo_people", "stereo_wb"))
+    pictures.keep_event_picture(tmp_path, condition, rows, tuple(rows), SHOWING.event_picture)
     assert list((tmp_path / "pictures").iterdir()) == []
 
 

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.show.harbour.drawing import _ALARM, _NEITHER, HarbourDrawing
-from benchmarks.show.harbour.plan_view import PlanView
-from benchmarks.show.video import legend, marks
-from benchmarks.show.video.instant import Instant
+from benchmarks.show.video import marks
+from benchmarks.show.video.drawing import ESTIMATE_SIGN, Instant
+from benchmarks.show.video.harbour import _ALARM, _NEITHER, HarbourDrawing, PlanView
 from scenarios.harbour.truth import HarbourMap
 from tests.benchmarks.judges.harbour.hand_made import CLUTTER, frame_of, standing, track, truth_of
 from trackers.types import Estimate, Track
@@ -98,7 +97,7 @@ def test_the_legend_is_of_what_is_drawn() -> None:
     for answer, told in (([track(1, (12.5, 3.0))], True), (Estimate(np.array([120.0, 90.0])), False)):
         drawing.picture(Instant(frame, (0,), answer, frame.observation.image_rgb))
         assert any("track" in sign.words for sign in drawing.signs) == told
-        assert (legend.ESTIMATE in drawing.signs) != told
+        assert (ESTIMATE_SIGN in drawing.signs) != told
 
 
 def test_a_follower_of_one_is_drawn_too() -> None:

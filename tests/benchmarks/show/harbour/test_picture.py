@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from benchmarks.show.harbour.picture import _first_visit
+from benchmarks.show.suites.harbour import first_visit
 
 
 def row(seed: int, first_frame: int, length_frames: int, metric: str = "found") -> dict[str, Any]:
@@ -14,7 +14,7 @@ def row(seed: int, first_frame: int, length_frames: int, metric: str = "found") 
 
 def test_the_first_arrival_is_shown() -> None:
     rows = [row(1, 3, 90), row(0, 0, 90), row(0, 5, 7), row(0, 4, 90, "found_unseen"), row(0, 40, 9), row(0, 30, 8)]
-    found = _first_visit(rows)
+    found = first_visit(rows)
     assert found is not None
     assert (found[0], found[1]["first_frame"]) == (0, 30)
-    assert _first_visit(rows[1:3]) is None
+    assert first_visit(rows[1:3]) is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,11 +14,8 @@ from hypothesis import strategies as st
 
 from benchmarks.show.replay import replay
 from benchmarks.show.video import marks
-from benchmarks.show.video.caption import Caption
-from benchmarks.show.video.drawing import InLargerView
-from benchmarks.show.video.episode_video import write_video
-from benchmarks.show.video.instant import Instant, describe_state, draw_instant
-from benchmarks.show.video.mp4 import Mp4Writer
+from benchmarks.show.video.drawing import InLargerView, Instant, describe_state, draw_instant
+from benchmarks.show.video.episode_video import Caption, write_mp4, write_video
 from tests.benchmarks.fake_episode import HEIGHT, WIDTH, FakeEpisode, FakeTracker, live
 from trackers.types import CameraCommand, Estimate, Observation
 
@@ -83,46 +81,40 @@ def test_the_same_pictures_make_the_same_bytes(tmp_path: Path) -> None:
 @given(height=st.integers(16, 51), width=st.integers(16, 51))
 def test_odd_sizes_are_cut_to_even_ones(tmp_path_factory: pytest.TempPathFactory, height: int, width: int) -> None:
     out = tmp_path_factory.mktemp("odd") / "x.mp4"
-    with Mp4Writer(out, 15.0) as video:
-        video.write(np.full((height, width, 3), (10, 200, 90), dtype=np.uint8))
+    write_mp4(out, [np.full((height, width, 3), (10, 200, 90), dtype=np.uint8)], 15.0)
     (picture,) = decode(out)
     assert picture.shape == (height // 2 * 2, width // 2 * 2, 3)
     assert np.abs(picture.astype(int) - (10, 200, 90)).max() < 8
 
 
 def test_a_video_cut_short_leaves_nothing(tmp_path: Path) -> None:
-    def write_one_and_stop() -> None:
-        with Mp4Writer(tmp_path / "x.mp4", 15.0) as video:
-            video.write(np.zeros((32, 32, 3), dtype=np.uint8))
-            raise KeyboardInterrupt
+    def one_and_stop() -> Iterator[np.ndarray]:
+        yield np.zeros((32, 32, 3), dtype=np.uint8)
+        raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        write_one_and_stop()
+        write_mp4(tmp_path / "x.mp4", one_and_stop(), 15.0)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_bad_pictures_are_named(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match="rate_hz: expected a number > 0, got 0"):
-        Mp4Writer(tmp_path / "x.mp4", 0.0)
-    with (
-        pytest.raises(ValueError, match="pictures: expected at least one"),
-        Mp4Writer(tmp_path / "x.mp4", 15),
-    ):
-        pass
-    with Mp4Writer(tmp_path / "x.mp4", 15) as video:
-        video.write(np.zeros((32, 32, 3), dtype=np.uint8))
-        with pytest.raises(ValueError, match="image_rgb: expected"):
-            video.write(np.zeros((32, 34, 3), dtype=np.uint8))
+@pytest.mark.parametrize(
+    ("sizes", "rate_hz", "message"),
+    [
+        ([(32, 32)], 0.0, "rate_hz: expected a number > 0, got 0"),
+        ([], 15.0, "pictures: expected at least one"),
+        ([(32, 32), (32, 34)], 15.0, "image_rgb: expected"),
+    ],
+)
+def test_bad_pictures_are_named(tmp_path: Path, sizes: list[tuple[int, int]], rate_hz: float, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        write_mp4(tmp_path / "x.mp4", [np.zeros((*size, 3), dtype=np.uint8) for size in sizes], rate_hz)
 
 
 @pytest.mark.parametrize("name", ["file/x.mp4", f"{'x' * 250}.mp4"])
 def test_a_file_that_cannot_be_made_is_named(tmp_path: Path, name: str) -> None:
     (tmp_path / "file").touch()
-    with (
-        pytest.raises(ValueError, match=r"out: expected a file that can be written, got '.*mp4': "),
-        Mp4Writer(tmp_path / name, 15),
-    ):
-        pass
+    with pytest.raises(ValueError, match=r"out: expected a file that can be written, got '.*mp4': "):
+        write_mp4(tmp_path / name, [], 15.0)
     assert list(tmp_path.iterdir()) == [tmp_path / "file"]
 
 

@@ -1,45 +1,99 @@
-"""One instant of a person followed by a stereo camera: both pictures, disparity, and all people from above."""
+"""Drawings of a person followed by a stereo camera: both pictures, disparity, and all people from above."""
 
 from __future__ import annotations
+
+from typing import Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import truth_as
-from benchmarks.judges.stereo.metrics.people import answered_place_m
+from benchmarks.judges.stereo.metrics.people import SEEN_AT_LEAST, answered_place_m
 from benchmarks.show.video import marks
-from benchmarks.show.video.instant import Instant
+from benchmarks.show.video.drawing import ESTIMATE_SIGN, PROBABILITY_SIGN, TRUTH_SIGN, Instant, Sign, shaded
+from scenarios.scenario import Episode
 from scenarios.stereo_follow.floor_plan import Area, RoomPlan
-from scenarios.stereo_follow.truth import StereoTruth
+from scenarios.stereo_follow.truth import PeopleTruth, StereoTruth
 from sim.optics import rays
 from trackers.light_adaptive_stereo.matching import StereoMatcher
 from trackers.types import CameraRegisters
 
 _CELL_PX = (640, 480)
 _PLAN_PX_PER_M = 40.0
-_CAPTION_AT, _INK = (16, 28), (236, 238, 242)
+_CAPTION_AT = (16, 28)
 _GROUND, _ROOM, _WALL = (30, 33, 38), (52, 56, 63), (150, 156, 166)
 _OTHERS, _SIGHT = (182, 186, 194), (74, 80, 92)
 _LARGEST_DISPARITY_PX = 64.0
 _BODY_M = 0.25
+_CALM, _HIDDEN, _NEW_LIGHT = (54, 58, 66), (130, 84, 118), (120, 170, 90)
+_WHOLE = 0.9
+"""Visible share from which no occluder is named."""
 
 
-def draw_stereo_instant(instant: Instant, plan: RoomPlan, matcher: StereoMatcher) -> NDArray[np.uint8]:
-    """Return a picture (960, 1280, 3) uint8: left and right above, disparity and plan view below.
+class StereoDrawing:
+    """See ``Drawing``."""
 
-    The disparity is matched from the pair, as by trackers; the plan view shows the truth and the tracker's answer.
-    """
-    right = instant.frame.observation.right_rgb
-    upper = [_left(instant), _lost() if right is None else _enlarged(right)]
-    for picture, words in zip(upper, ("left picture", "right picture"), strict=True):
-        marks.draw_label(picture, _CAPTION_AT, words, _INK)
-    return np.vstack([np.hstack(upper), np.hstack([_disparity(instant, matcher), _plan_view(instant, plan)])])
+    uses_larger_view = False
+    signs: tuple[Sign, ...] = (
+        TRUTH_SIGN,
+        shaded("light has changed", _NEW_LIGHT),
+        shaded("hidden", _HIDDEN),
+        ESTIMATE_SIGN,
+        PROBABILITY_SIGN,
+    )
+
+    def __init__(self, plan: RoomPlan) -> None:
+        self._plan = plan
+        self._matcher = StereoMatcher()
+
+    @classmethod
+    def of(cls, episode: Episode) -> Self:
+        """Return the drawing of an episode of either scenario of the suite."""
+        return cls(episode.map_of().plan)
+
+    def picture(self, instant: Instant) -> NDArray[np.uint8]:
+        """See ``Drawing``; (960, 1280, 3): left and right above, disparity and plan view below.
+
+        The disparity is matched from the pair, as by trackers; the plan view shows the truth and the tracker's answer.
+        """
+        right = instant.frame.observation.right_rgb
+        upper = [_left(instant), _lost() if right is None else _enlarged(right)]
+        for picture, words in zip(upper, ("left picture", "right picture"), strict=True):
+            marks.draw_label(picture, _CAPTION_AT, words, marks.INK)
+        lower = [_disparity(instant, self._matcher), _plan_view(instant, self._plan)]
+        return np.vstack([np.hstack(upper), np.hstack(lower)])
+
+    def describe(self, instant: Instant) -> str:
+        """See ``Drawing``."""
+        return describe_person(instant)
+
+    def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
+        """See ``Drawing``: light above, visibility of the target below."""
+        truth = truth_as(instant.frame.truth, StereoTruth)
+        is_seen = truth.visible_fraction[instant.target] >= SEEN_AT_LEAST
+        return (_CALM if truth.light_event is None else _NEW_LIGHT, _CALM if is_seen else _HIDDEN)
 
 
-def draw_left_and_plan(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
-    """Return a picture (480, 1280, 3) uint8: the left one beside the plan view."""
-    return np.hstack([_left(instant), _plan_view(instant, plan)])
+def describe_person(instant: Instant) -> str:
+    """Return visibility, occluder and change of light in words: ``9 % seen, behind crosser-3, lamp off``."""
+    truth = truth_as(instant.frame.truth, StereoTruth)
+    if truth.state[instant.target] == "out":
+        words = "out of view"
+    else:
+        seen = truth.visible_fraction[instant.target]
+        occluder = truth.occluder[instant.target] if isinstance(truth, PeopleTruth) else -1
+        words = f"{seen:.0%} seen"
+        words += f", behind {truth.names[occluder]}" if occluder >= 0 and seen < _WHOLE else ""
+    return words if truth.light_event is None else f"{words}, {truth.light_event}"
+
+
+class LeftAndPlan(StereoDrawing):
+    """The left picture beside the plan view alone."""
+
+    def picture(self, instant: Instant) -> NDArray[np.uint8]:
+        """See ``Drawing``; (480, 1280, 3)."""
+        return np.hstack([_left(instant), _plan_view(instant, self._plan)])
 
 
 def _left(instant: Instant) -> NDArray[np.uint8]:
@@ -78,7 +132,7 @@ def _disparity(instant: Instant, matcher: StereoMatcher) -> NDArray[np.uint8]:
     coloured = cv2.applyColorMap(level, cv2.COLORMAP_VIRIDIS)[..., ::-1]
     coloured = np.where((disparity > 0)[..., None], coloured, np.array(_GROUND, np.uint8))
     picture = _enlarged(np.ascontiguousarray(coloured))
-    marks.draw_label(picture, _CAPTION_AT, "disparity, matched from the pair", _INK)
+    marks.draw_label(picture, _CAPTION_AT, "disparity, matched from the pair", marks.INK)
     return picture
 
 
@@ -115,8 +169,8 @@ def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
             marks.draw_cross(picture, at(answer_m), marks.ESTIMATE)
     lux = truth.illuminance_lx[instant.target]
     event = f", {truth.light_event}" if truth.light_event else ""
-    marks.draw_label(picture, _CAPTION_AT, f"from above: {truth.place}, {lux:,.0f} lx on the target{event}", _INK)
-    marks.draw_label(picture, (16, _CELL_PX[1] - 14), settings_in_words(truth.registers), _INK)
+    marks.draw_label(picture, _CAPTION_AT, f"from above: {truth.place}, {lux:,.0f} lx on the target{event}", marks.INK)
+    marks.draw_label(picture, (16, _CELL_PX[1] - 14), settings_in_words(truth.registers), marks.INK)
     return picture
 
 

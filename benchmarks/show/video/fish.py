@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import truth_as
-from benchmarks.show.video import legend, marks
-from benchmarks.show.video.instant import Instant, draw_steered
-from benchmarks.show.video.legend import Sign
+from benchmarks.show.video import marks
+from benchmarks.show.video.drawing import Instant, Sign, draw_steered, shaded
 from scenarios.fish_tank.truth import FishTruth
 from scenarios.scenario import Episode
 from trackers.types import Estimate
@@ -45,12 +44,12 @@ def _draw_bridged(image: marks.Image, x: int, y: int) -> None:
 
 
 class FishDrawing:
-    """See ``benchmarks.show.video.drawing.Drawing``."""
+    """See ``Drawing``."""
 
     uses_larger_view = False
     signs: tuple[Sign, ...] = (
         Sign("true centre line", _draw_true_line),
-        legend.shaded("a fish hides another", _CROSSING),
+        shaded("a fish hides another", _CROSSING),
         Sign("tracks, a colour for each identity", _draw_trail, of_tracker=True),
         Sign("predicted, with its 95 % region", _draw_bridged, of_tracker=True),
     )

@@ -7,23 +7,23 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from benchmarks.contract.judging import truth_as
 from benchmarks.judges.harbour.alarms import CAUSES, Clutter
 from benchmarks.judges.harbour.answers import Answers, answers_of, objects_of
 from benchmarks.judges.harbour.matching import Matcher, Matches
 from benchmarks.judges.harbour.streaks import RUNNING
-from benchmarks.show.harbour.plan_view import PlanView
-from benchmarks.show.video import legend, marks
-from benchmarks.show.video.instant import Instant, draw_steered
-from benchmarks.show.video.legend import Sign
+from benchmarks.show.video import marks
+from benchmarks.show.video.drawing import ESTIMATE_SIGN, TRUTH_SIGN, Instant, Sign, draw_steered, shaded
 from scenarios.harbour.truth import HarbourMap, HarbourTruth
 from scenarios.scenario import Episode
 from sim.optics import project
 from trackers.types import Estimate
 
 _WIDTH_PX = 960
+_MARGIN_M = 6.0
+_SEA, _LAND = (36, 48, 62), (62, 60, 56)
 _ALARM: marks.Rgb = (213, 94, 0)
 _NEITHER: marks.Rgb = (182, 186, 194)
 _CALM, _THERE = (54, 58, 66), (86, 140, 180)
@@ -40,15 +40,15 @@ def _box_sign(words: str, colour: marks.Rgb) -> Sign:
     return Sign(words, draw, of_tracker=True)
 
 
-_INTRUDERS = legend.shaded("intruders in view", _THERE)
+_INTRUDERS = shaded("intruders in view", _THERE)
 
 
 class HarbourDrawing:
-    """See ``benchmarks.show.video.drawing.Drawing``. Instants come in order, as alarms are raised by four of them."""
+    """See ``Drawing``. Instants come in order, as alarms are raised by four of them."""
 
     uses_larger_view = False
     signs: tuple[Sign, ...] = (
-        legend.TRUTH,
+        TRUTH_SIGN,
         _INTRUDERS,
         _box_sign("track on an intruder", marks.ESTIMATE),
         _box_sign(f"track on nothing, a false alarm from its {RUNNING}th frame on", _ALARM),
@@ -89,7 +89,7 @@ class HarbourDrawing:
 
     def _draw_one(self, image: marks.Image, estimate: Estimate) -> None:
         """Draw the answer of a tracker that follows one target."""
-        self.signs = (legend.TRUTH, _INTRUDERS, legend.ESTIMATE)
+        self.signs = (TRUTH_SIGN, _INTRUDERS, ESTIMATE_SIGN)
         if estimate.box_xyxy is not None:
             marks.draw_corners(image, estimate.box_xyxy * self._zoom, marks.ESTIMATE)
         if np.isfinite(estimate.position_px).all():
@@ -173,3 +173,29 @@ class _Alarms:
                 by_step = self._running[identity][1]
                 said[identity] = ("agc_step" if by_step else CAUSES[cause]).replace("_", " ")
         return said
+
+
+class PlanView:
+    """A harbour from above, to draw on; the camera is below the picture, its line of sight points upwards.
+
+    Attributes:
+        ground: picture (H, W, 3) of land, sea, the quay's edge and the watched volume.
+    """
+
+    def __init__(self, site: HarbourMap, height_px: int) -> None:
+        """``height_px``: of the picture; the watched volume fills it but for a margin."""
+        depth_m, width_m = site.volume_m[:2]
+        self._px_per_m = height_px / (depth_m + 2.0 * _MARGIN_M)
+        self._top_left_m = site.volume_centre_m[:2] + 0.5 * site.volume_m[:2] + _MARGIN_M
+        shape = height_px, round((width_m + 2.0 * _MARGIN_M) * self._px_per_m), 3
+        self.ground = np.full(shape, _SEA, np.uint8)
+        cv2.fillPoly(self.ground, [marks.fixed_point(self.at(site.land_m))], _LAND, cv2.LINE_AA, 4)
+        marks.draw_lines(self.ground, [self.at(site.wall_m)], marks.QUIET, 1)
+        corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1)]) * 0.5 * site.volume_m[:2]
+        marks.draw_lines(self.ground, [self.at(site.volume_centre_m[:2] + corners)], marks.QUIET, 1)
+        words = f"watched from above: {depth_m:g} m × {width_m:g} m"
+        marks.draw_text(self.ground, (8, 18), words, marks.QUIET, size=13)
+
+    def at(self, places_m: ArrayLike) -> NDArray[np.float64]:
+        """Return places (..., 2) of the world in the picture."""
+        return (self._top_left_m - np.asarray(places_m, float)[..., :2])[..., ::-1] * self._px_per_m

@@ -1,0 +1,152 @@
+"""Charts of the report as numbers: curves with bands, and shares with intervals; ``plots`` draws them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.contract.metric import PooledRatios, Quantity
+from benchmarks.contract.rows import Row
+from benchmarks.statistics import froc
+from benchmarks.statistics.bootstrap import Interval
+from benchmarks.statistics.pooling import Froc, RestrictedMean, still_waiting
+from sim.rng import generator
+
+_RESAMPLES = 1000
+FEWEST = 3
+"""Least number of frame-outs of a drawn mean."""
+RECOVERY_FRAMES = 45
+"""Length of the recovery curve."""
+
+Scale = Literal["frames", "share", "log", "linear"]
+"""``frames``: whole numbers from 0 on; ``share``: 0 to 1, labelled in per cent; ``log``: labelled in plain numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A line with a 95 % band; all (K,)."""
+
+    x: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CurveChart:
+    """A line for each tracker.
+
+    Attributes:
+        title, words: text above and below the figure.
+        curves: by tracker.
+        x_label, y_label, x_scale, y_scale: of the axes.
+        steps: whether a value holds until the next one.
+        shaded: part of the x axis from 0 on, and what it means.
+        rule: a value on the y axis with a line of its own, and what it means.
+    """
+
+    title: str
+    words: str
+    curves: Mapping[str, Curve]
+    x_label: str
+    y_label: str
+    x_scale: Scale = "frames"
+    y_scale: Scale = "share"
+    steps: bool = False
+    shaded: tuple[float, str] | None = None
+    rule: tuple[float, str] | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DotChart:
+    """A dot with its interval for each tracker, on named lines.
+
+    Attributes:
+        title, words: text above and below the figure.
+        lines: name of a line → tracker → value.
+        x_label, x_scale: of the axis.
+        roles: of the trackers, where the report's styles are those of others, e.g. controllers.
+    """
+
+    title: str
+    words: str
+    lines: Mapping[str, Mapping[str, Interval]]
+    x_label: str
+    x_scale: Scale = "share"
+    roles: Mapping[str, str] = field(default_factory=dict)
+
+
+Chart = CurveChart | DotChart
+
+
+def curves_of(drawn: Mapping[str, Sequence[Row]], compute: Callable[[Sequence[Row]], Curve | None]) -> dict[str, Curve]:
+    """Return the curve of each tracker that has one."""
+    return {name: curve for name, rows in drawn.items() if (curve := compute(rows)) is not None}
+
+
+def curve_of(points: Sequence[tuple[float, Interval]]) -> Curve | None:
+    """Return the curve through values with intervals, each at its x; None without any."""
+    return Curve(*np.array([(x, *value) for x, value in points]).T) if points else None
+
+
+def recovery(rows: Sequence[Row], until_frames: int = RECOVERY_FRAMES) -> Curve | None:
+    """Share of targets found again, against frames since the watch began, up to ``until_frames``.
+
+    Kaplan-Meier, see ``still_waiting``; a target never found is censored at the end of its watch. The band is a
+    percentile bootstrap over seeds. None without targets to find.
+    """
+    times, watched = Quantity("recovery_frames"), Quantity("watched_frames")
+    pool = RestrictedMean(until_frames + 1, times, watched).pooled(rows)
+    if pool is None:
+        return None
+    found = replace(pool, finish=lambda hazards: 1.0 - still_waiting(hazards))
+    return _with_band(found, np.arange(until_frames + 1.0))
+
+
+def found_at_alarms(rows: Sequence[Row], statistic: Froc, alarms_per_hour: NDArray[np.float64]) -> Curve | None:
+    """Return the share found against false alarms an hour (K,), see ``statistics.froc``; None without rows.
+
+    The band is a percentile bootstrap over seeds.
+    """
+    pool = statistic.pooled(rows)
+    if pool is None:
+        return None
+
+    def points(counts: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.stack([froc.found_at(counts, float(each)) for each in alarms_per_hour], axis=-1)
+
+    return _with_band(replace(pool, finish=points), alarms_per_hour)
+
+
+def series_mean(rows: Sequence[Row], metric: str, first_x: float = 0.0, fewest: float = 1.0) -> Curve | None:
+    """Return the mean of a series, entry by entry, at ``first_x`` and on; None without rows.
+
+    An entry with less weight than ``fewest``, summed over all rows that are long enough, is left out. The band is a
+    percentile bootstrap over seeds.
+    """
+    chosen = [row for row in rows if row["metric"] == metric and row["value"] is not None]
+    if not chosen:
+        return None
+    seeds = np.unique([row["seed"] for row in chosen])
+    numerators, denominators = np.zeros((2, len(seeds), max(len(row["value"]) for row in chosen)))
+    for row in chosen:
+        place, values = np.searchsorted(seeds, row["seed"]), np.array(row["value"], dtype=float)
+        known = np.flatnonzero(np.isfinite(values))
+        numerators[place, known] += row["weight"] * values[known]
+        denominators[place, known] += row["weight"]
+    sums = PooledRatios(seeds, numerators, denominators, lambda ratios: ratios)
+    kept = denominators.sum(axis=0) >= fewest
+    return _with_band(sums, first_x + np.arange(float(len(kept))), kept) if kept.any() else None
+
+
+def _with_band(sums: PooledRatios, x: NDArray[np.float64], kept: NDArray[np.bool_] | slice = slice(None)) -> Curve:
+    """Return the entries of a statistic that are ``kept`` with the ends of their 95 % band."""
+    seed_count = len(sums.seeds)
+    rng = generator(seed_count, "report/bootstrap")
+    draws = rng.multinomial(seed_count, np.full(seed_count, 1.0 / seed_count), size=_RESAMPLES)
+    low, high = np.nanpercentile(sums.value(draws.astype(float))[:, kept], [2.5, 97.5], axis=0)
+    return Curve(x[kept], sums.value(np.ones(seed_count))[kept], low, high)
