@@ -34,7 +34,7 @@ class Show(WithModules):
         # After the check, since they import these packages.
         from benchmarks.data.sets.damage import damage_told
         from benchmarks.data.sets.data_set import DataSet
-        from benchmarks.data.sets.page.page import PAGE, render_page
+        from benchmarks.data.sets.page import PAGE, render_page
         from benchmarks.data.sets.places import put
 
         if self.out is not None:

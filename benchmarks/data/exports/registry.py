@@ -9,8 +9,8 @@ from benchmarks.contract.text import counted, ranges_text
 from benchmarks.data.exports.destination import README, whole_folder
 from benchmarks.data.exports.export_format import ExportFormat
 from benchmarks.data.exports.objects import ClassLevel, Labels
+from benchmarks.data.sets.card import COORDINATES, hub_head, split_of
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.notes import COORDINATES, hub_head, split_of
 from benchmarks.data.sets.request import FORMAT
 from benchmarks.data.sets.verifying import damaged
 from benchmarks.run.packages import check_packages

@@ -19,9 +19,9 @@ from scipy.spatial.transform import Rotation
 from benchmarks.data.exports.export_format import ExportFormat
 from benchmarks.data.exports.frames import ABSENT, episodes, frames
 from benchmarks.data.exports.objects import Instance, Labels
+from benchmarks.data.sets.channel_pictures import channel_picture
 from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.page.channel_pictures import channel_picture
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.show.video import marks
 from scenarios.scenario import Frame

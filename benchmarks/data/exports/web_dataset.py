@@ -24,9 +24,9 @@ from benchmarks.data.exports.frames import (
     set_name,
 )
 from benchmarks.data.exports.objects import Labels
+from benchmarks.data.sets.card import split_of
 from benchmarks.data.sets.channels import CODINGS, COUNTS, NORMALS, PICTURES
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.notes import split_of
 from benchmarks.data.sets.shards import ShardWriter
 from scenarios.truth import Meaning, Truth, dtype_of, meanings
 from trackers.types import Observation

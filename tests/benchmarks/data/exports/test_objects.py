@@ -15,8 +15,8 @@ from benchmarks.data.exports.frames import episodes, frames
 from benchmarks.data.exports.objects import Instance, Labels
 from benchmarks.data.exports.registry import export
 from benchmarks.data.exports.web_dataset import NO_NUMBER
+from benchmarks.data.sets.card import table_configs
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.notes import table_configs
 from scenarios import catalog
 from tests.benchmarks.data.exports.painted_scene import FRAMES, PARKED_ID, PARKED_XYXY, painted_data_set, truths
 from tests.benchmarks.data.exports.test_web_dataset import read

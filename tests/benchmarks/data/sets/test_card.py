@@ -11,8 +11,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from benchmarks.data.exports.frames import sequence_name
+from benchmarks.data.sets.card import COORDINATES, hub_head, split_of, table_configs
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.notes import COORDINATES, hub_head, split_of, table_configs
 from sim.optics import PinholeCamera, look_down_pose, project
 from tests.benchmarks.data.sets.hub_head import head_of
 from tests.benchmarks.data.sets.small import made, tiny

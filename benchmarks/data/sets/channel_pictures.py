@@ -13,7 +13,7 @@ from scenarios.truth import Meaning
 
 Rgb = NDArray[np.uint8]
 
-_EMPTY = (28, 30, 35)
+EMPTY = (28, 30, 35)
 """Colour of pixels without a value."""
 _SHARES = (1.0, 99.0)
 """Percentiles at the ends of a scale."""
@@ -26,7 +26,7 @@ _GOLDEN = 0.618034
 def channel_picture(
     channel: str, value: NDArray[Any], meaning: Meaning | None, instance_id: NDArray[np.int64]
 ) -> tuple[Rgb, str]:
-    """Return a channel's values (H, W, …) as a picture (H, W, 3), and what its colours mean.
+    """Return a channel's values (H, W, …) as a picture (H, W, 3), and the range of its values in words.
 
     Args:
         meaning: None for the channels that are no field of truth.
@@ -35,11 +35,11 @@ def channel_picture(
     if value.ndim == 3 and value.dtype == np.uint8:
         return np.ascontiguousarray(value), ""
     if channel == NORMALS or (value.ndim == 3 and value.shape[2] == 3):
-        return _directions(value), "red, green, blue: x, y, z from −1 to 1"
+        return _directions(value), ""
     if value.ndim == 3:
         return _motions(value, "" if meaning is None else meaning.unit)
     if meaning is not None and meaning.unit in ("id", "word"):
-        return _identities(value, instance_id), "bright: objects; pale: all else"
+        return _identities(value, instance_id), ""
     if meaning is None:
         return _greys(value)
     return _scale(value.astype(np.float64), meaning.unit)
@@ -48,7 +48,7 @@ def channel_picture(
 def _greys(value: NDArray[Any]) -> tuple[Rgb, str]:
     low, high = np.percentile(value, _SHARES)
     grey = np.clip((value - low) * (255.0 / max(high - low, 1e-12)), 0, 255).astype(np.uint8)
-    return np.repeat(grey[..., None], 3, axis=2), f"{low:,.0f} (black) to {high:,.0f} (white)"
+    return np.repeat(grey[..., None], 3, axis=2), f"{low:,.0f} to {high:,.0f}"
 
 
 def _scale(value: NDArray[np.float64], unit: str) -> tuple[Rgb, str]:
@@ -63,8 +63,7 @@ def _scale(value: NDArray[np.float64], unit: str) -> tuple[Rgb, str]:
         shares = (np.clip(np.where(known, value, low), low, high) - low) / max(high - low, 1e-12)
     image = cv2.applyColorMap((255 * shares).astype(np.uint8), cv2.COLORMAP_VIRIDIS)[..., ::-1]
     sign = "" if unit == "1" else f" {unit}"
-    words = f"{low:.3g} (dark) to {high:.3g}{sign} (bright){', logarithmic' if log else ''}"
-    return _painted(image, known), words
+    return _painted(image, known), f"{low:.3g} to {high:.3g}{sign}{', log' if log else ''}"
 
 
 def _identities(value: NDArray[Any], instance_id: NDArray[np.int64]) -> Rgb:
@@ -97,9 +96,9 @@ def _motions(value: NDArray[Any], unit: str) -> tuple[Rgb, str]:
     hsv[..., 1] = np.clip(length / longest, 0.0, 1.0)
     hsv[..., 2] = 0.95
     image = np.rint(255 * cv2.cvtColor(hsv, cv2.COLOR_HSV2RGB)).astype(np.uint8)
-    return _painted(image, known), f"hue: direction; white: 0; full colour: {longest:.3g} {unit}"
+    return _painted(image, known), f"0 to {longest:.3g} {unit}"
 
 
 def _painted(image: NDArray[Any], known: NDArray[np.bool_]) -> Rgb:
-    painted: Rgb = np.where(known[..., None], image, np.array(_EMPTY, np.uint8)).astype(np.uint8)
+    painted: Rgb = np.where(known[..., None], image, np.array(EMPTY, np.uint8)).astype(np.uint8)
     return painted
