@@ -48,7 +48,7 @@ class Export(WithModules):
         """Write it; return the exit status."""
         needs_data()
         # After the check, since they import these packages.
-        from benchmarks.data.exports.registry import export
+        from benchmarks.data.exports.exporter import export
         from benchmarks.data.sets.damage import damage_told
         from benchmarks.data.sets.data_set import DataSet
 

@@ -6,34 +6,24 @@ import dataclasses
 import io
 import json
 from collections.abc import Iterator
-from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from fsspec.implementations.local import LocalFileSystem
 
-from benchmarks.data.exports.export_format import ExportFormat
-from benchmarks.data.exports.frames import (
-    StoredFrame,
-    black_picture,
-    episodes,
-    frames,
-    picture_bytes,
-    sequence_name,
-    set_name,
-)
-from benchmarks.data.exports.objects import Labels
+from benchmarks.data.exports.exporter import Exporter, export_format, set_name
+from benchmarks.data.exports.labels import Labels, StoredFrame
 from benchmarks.data.sets.card import split_of
 from benchmarks.data.sets.channels import CODINGS, COUNTS, NORMALS, PICTURES
-from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.shards import ShardWriter
+from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios.truth import Meaning, Truth, dtype_of, meanings
 from trackers.types import Observation
 
 SHARD_BYTES = 512 * 2**20
 """Size from which a new shard begins."""
-_NAMES = {"image_rgb": "", "right_rgb": "right."}
+_NAMES = {"image_rgb": "", "right_rgb": ".right"}
 """Before the endings of pictures."""
 _OF_STANDING = {
     "names": "name",
@@ -68,48 +58,58 @@ Each field has one type in all samples, so nothing is null: for what there is no
 NO_NUMBER = -1e9
 
 
-def _write(data: DataSet, folder: Path, labels: Labels) -> None:
-    files = LocalFileSystem()
-    splits = {
-        split_of(seed): ShardWriter(files, str(folder), f"{set_name(data)}-{split_of(seed)}", 2 * SHARD_BYTES)
-        for seed in data.seeds
-    }
-    try:
-        for episode in episodes(data):
-            shards, name = splits[split_of(episode.seed)], sequence_name(data, episode.seed)
-            for stored in frames(episode, tuple(c for c in data.request.channels if c not in PICTURES)):
-                for ending, content in _files(data, stored, labels):
-                    place = shards.add(f"{name}_{stored.index:06d}.{ending}", content)
-                if place.offset + place.bytes > SHARD_BYTES:
-                    # Between samples only: a reader takes what follows in another shard for another sample.
-                    shards.finish()
-        for shards in splits.values():
+@export_format("webdataset")
+class WebDataset(Exporter):
+    """Tar shards of everything: pictures, maps and truth."""
+
+    note = NOTE
+    has_classes = True
+    data_files = "*-{split}-*.tar"
+
+    def begin(self) -> None:
+        """Begin the shards of each split."""
+        self.reads = tuple(channel for channel in self.data.request.channels if channel not in PICTURES)
+        name, files = set_name(self.data), LocalFileSystem()
+        self._splits: dict[str, ShardWriter] = {}
+        for split in dict.fromkeys(map(split_of, self.data.seeds)):
+            shards = ShardWriter(files, str(self.folder), f"{name}-{split}", 2 * SHARD_BYTES)
+            self._splits[split] = shards
+            self.stack.callback(shards.abandon)
+
+    def write_episode(self, episode: StoredEpisode) -> None:
+        """Write the samples of an episode."""
+        shards = self._splits[split_of(episode.seed)]
+        for stored in self.frames(episode):
+            for ending, content in self._files(stored):
+                place = shards.add(f"{self.name_of(episode)}_{stored.index:06d}{ending}", content)
+            if place.offset + place.bytes > SHARD_BYTES:
+                # Between samples only: a reader takes what follows in another shard for another sample.
+                shards.finish()
+
+    def end(self) -> None:
+        """Finish the last shards."""
+        for shards in self._splits.values():
             shards.finish()
-    finally:
-        for shards in splits.values():
-            shards.abandon()
 
-
-def _files(data: DataSet, stored: StoredFrame, labels: Labels) -> Iterator[tuple[str, bytes]]:
-    """Yield the ending and the content of each file of a sample."""
-    lost = {}
-    for channel in data.request.channels:
-        if channel == COUNTS:
-            # Not a picture of 16 bits: of these the usual decoders keep 8, and clip.
-            found = stored.episode.coded(stored.index, channel)
-            if found is not None:
-                yield f"{channel}.npy", _array(CODINGS[found[0]].decode(found[1]))
-        elif channel in PICTURES:
-            picture = picture_bytes(stored.episode, stored.index, channel)
-            lost[channel] = picture is None
-            ending, content = picture or black_picture(data, stored.camera)
-            yield _NAMES[channel] + ending, content
-        elif channel == NORMALS:
-            yield f"{channel}.npy", _array(stored.episode.normals_of(stored.index))
-        elif getattr(stored.frame.truth, channel).size:
-            yield f"{channel}.npy", _array(getattr(stored.frame.truth, channel))
-    known = sample(stored, labels) | ({"lost": lost} if lost else {})
-    yield "json", json.dumps(known, allow_nan=False, separators=(",", ":")).encode()
+    def _files(self, stored: StoredFrame) -> Iterator[tuple[str, bytes]]:
+        """Yield the ending and the content of each file of a sample."""
+        lost = {}
+        for channel in self.data.request.channels:
+            if channel == COUNTS:
+                # Not a picture of 16 bits: of these the usual decoders keep 8, and clip.
+                found = stored.episode.coded(stored.index, channel)
+                if found is not None:
+                    yield f".{channel}.npy", _array(CODINGS[found[0]].decode(found[1]))
+            elif channel in PICTURES:
+                picture = self.picture(stored.episode, stored.index, channel)
+                lost[channel] = picture is None
+                yield _NAMES[channel] + self.ending, picture or self.black_picture(stored.camera)
+            elif channel == NORMALS:
+                yield f".{channel}.npy", _array(stored.episode.normals_of(stored.index))
+            elif getattr(stored.frame.truth, channel).size:
+                yield f".{channel}.npy", _array(getattr(stored.frame.truth, channel))
+        known = sample(stored, self.labels) | ({"lost": lost} if lost else {})
+        yield ".json", json.dumps(known, allow_nan=False, separators=(",", ":")).encode()
 
 
 def sample(stored: StoredFrame, labels: Labels) -> dict[str, Any]:
@@ -187,15 +187,3 @@ def _array(values: np.ndarray) -> bytes:
     file = io.BytesIO()
     np.save(file, np.ascontiguousarray(values), allow_pickle=False)
     return file.getvalue()
-
-
-WEB_DATASET = ExportFormat(
-    summary="tar shards of everything: pictures, maps and truth",
-    needs="nothing more than a data set",
-    channels=(),
-    packages=(),
-    note=NOTE,
-    write=_write,
-    has_classes=True,
-    data_files="*-{split}-*.tar",
-)

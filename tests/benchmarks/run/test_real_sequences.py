@@ -21,7 +21,7 @@ from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
 from benchmarks.data.estimates.reading import scan
 from benchmarks.data.estimates.rejudging import rejudge
-from benchmarks.data.exports.registry import export
+from benchmarks.data.exports.exporter import export
 from benchmarks.data.sequences.reading import read_collections
 from benchmarks.data.sequences.sequence import _bytes_of
 from benchmarks.judges.frame_out.metrics import localisation

@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from benchmarks.data.exports.frames import sequence_name
+from benchmarks.data.exports.exporter import sequence_name
 from benchmarks.data.sets.card import COORDINATES, hub_head, split_of, table_configs
 from benchmarks.data.sets.data_set import DataSet
 from sim.optics import PinholeCamera, look_down_pose, project

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.data.exports.frames import episodes, frames
-from benchmarks.data.exports.objects import Instance, Labels
-from benchmarks.data.exports.registry import export
+from benchmarks.data.exports.exporter import export, formats
+from benchmarks.data.exports.labels import Instance, Labels
 from benchmarks.data.exports.web_dataset import NO_NUMBER
 from benchmarks.data.sets.card import table_configs
 from benchmarks.data.sets.data_set import DataSet
@@ -233,8 +232,9 @@ def test_a_set_without_what_stands_about_has_single_targets_alone(tmp_path: Path
     assert list(table_configs(old)) == ["frames", "objects"]
 
 
-def test_glare_has_a_field_of_its_own(data: DataSet) -> None:
-    stored = next(frames(next(episodes(data)), ("instance_map",)))
+def test_glare_has_a_field_of_its_own(data: DataSet, tmp_path: Path) -> None:
+    exporter = formats()["otb"](data, tmp_path, Labels(data))
+    stored = next(exporter.frames(data.episode(3)))
     truth = stored.frame.truth
     covered = replace(truth, glare_fraction=np.array([0.0, 0.75, 1.0]))
     now = list(Labels(data).instances(replace(stored, frame=replace(stored.frame, truth=covered))))

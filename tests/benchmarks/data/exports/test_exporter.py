@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks.data.exports.destination import whole_folder
-from benchmarks.data.exports.registry import export, export_format, format_names
+from benchmarks.data.exports.exporter import export, formats
 from benchmarks.data.sets.channels import CODINGS
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.places import place_of
@@ -25,7 +25,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 # Rerun's own software gives rows identities by the clock; their values are compared in ``test_rerun``.
-@pytest.mark.parametrize("name", [name for name in format_names() if name != "rerun"])
+@pytest.mark.parametrize("name", [name for name in formats() if name != "rerun"])
 def test_the_same_data_set_gives_the_same_bytes(
     data: DataSet, exported: Callable[[str], Path], tmp_path: Path, name: str
 ) -> None:
@@ -37,7 +37,7 @@ def test_the_same_data_set_gives_the_same_bytes(
     )
 
 
-@pytest.mark.parametrize("name", format_names())
+@pytest.mark.parametrize("name", formats())
 def test_after_a_failure_nothing_is_left(data: DataSet, tmp_path: Path, name: str) -> None:
     (tmp_path / "set").mkdir()
     for path in Path(data.url).rglob("*"):
@@ -88,14 +88,10 @@ def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch, data: DataS
         export(data, "coco", tmp_path / "out")
 
 
-def test_formats_say_what_they_are() -> None:
-    for name in format_names():
-        found = export_format(name)
-        assert found.summary
-        assert found.needs
-        assert "http" in found.note
+def test_formats_name_their_source(data: DataSet, tmp_path: Path) -> None:
+    assert all("http" in each.note for each in formats().values())
     with pytest.raises(ValueError, match=r"format: expected one of coco, .*, yolo; got 'nix'"):
-        export_format("nix")
+        export(data, "nix", tmp_path / "out")
 
 
 def test_a_data_set_without_episodes_is_refused(data: DataSet, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""What several formats say of objects: their classes, boxes, visibilities, identities."""
+"""The labels of a stored frame: its objects with their classes, boxes and visibilities."""
 
 from __future__ import annotations
 
@@ -10,14 +10,46 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.exports.frames import PARTIAL, StoredFrame
 from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios import catalog
+from scenarios.scenario import Frame
 from scenarios.visibility import MOSTLY_SEEN, states_of
 from sim.checks import check
 from sim.choices import check_choice
+from trackers.types import CameraModel
 
 ClassLevel = Literal["class", "kind"]
+ABSENT, OUT, OCCLUDED, PARTIAL = "absent", "out", "occluded", "partial"
+"""States of objects, see ``Truth.state``."""
+
+
+@dataclass(frozen=True)
+class StoredFrame:
+    """One frame of a data set.
+
+    Attributes:
+        episode: that it is of. index: in that.
+        frame: observation and truth, with the pixels that were asked for only.
+        visible_xyxy: (N, 4) boxes around the visible pixels of the objects, in pixels; NaN where none is seen.
+        standing_visible_xyxy: (S, 4) likewise of those that stand about.
+    """
+
+    episode: StoredEpisode
+    index: int
+    frame: Frame
+    visible_xyxy: NDArray[np.float64]
+    standing_visible_xyxy: NDArray[np.float64]
+
+    @property
+    def is_seen(self) -> NDArray[np.bool_]:
+        """(N,) whether objects show at least one pixel."""
+        return ~np.isnan(self.visible_xyxy[:, 0])
+
+    @property
+    def camera(self) -> CameraModel:
+        """Geometry of the camera."""
+        return self.frame.observation.camera
 
 
 @dataclass(frozen=True)
@@ -156,23 +188,7 @@ class Labels:
             yield Instance(name, kind, class_number, int(number), str(state), box, visible, *shares, pose, bounds)
 
 
-def check_objects(data: DataSet) -> None:
-    """Raise ValueError if a data set has no objects."""
-    check("data", data.count_rows("objects") > 0, "a data set with objects", f"{data.url} without any")
-
-
 def as_xywh(box_xyxy: NDArray[np.float64], first: float = 0.0) -> list[float]:
     """Return a box (4,) as left, top, width, height, where the picture's top left corner is at (first, first)."""
     x_min, y_min, x_max, y_max = box_xyxy.tolist()
     return [x_min + first, y_min + first, x_max - x_min, y_max - y_min]
-
-
-class Identities:
-    """Numbers the objects of an episode by name, from 1 on, in order of their appearance."""
-
-    def __init__(self) -> None:
-        self.numbers: dict[str, int] = {}
-
-    def of(self, name: str) -> int:
-        """Return an object's number."""
-        return self.numbers.setdefault(name, 1 + len(self.numbers))
