@@ -14,8 +14,8 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from benchmarks.contract.track_table import TrackTable
-from benchmarks.data.tracks.reading import read_tracks
-from benchmarks.data.tracks.writing import write_tracks
+from benchmarks.data.tracks import read_tracks
+from tests.benchmarks.data.written_tracks import write_tracks
 
 IDTRACKER = "X1\tY1\tProbId1\tX2\tY2\tProbId2\t\n1\t2\tNaN\t3.5\t4\t0.9\nNaN\tNaN\tNaN\t5\t6\t1\n"
 """As the program writes it: a tab at the end of the head alone."""

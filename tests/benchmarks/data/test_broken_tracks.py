@@ -13,10 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.contract.track_table import TrackTable
-from benchmarks.data.tracks.reading import read_each, read_tracks
-from benchmarks.data.tracks.writing import write_tracks
-from tests.benchmarks.data.tracks.test_reading import IDTRACKER, one, written
+from benchmarks.data.tracks import read_each, read_tracks
+from tests.benchmarks.data.test_tracks import IDTRACKER, one, written
 
 
 @pytest.mark.parametrize(
@@ -203,9 +201,3 @@ def test_what_is_broken_in_parquet_is_named(
     parquet.write_table(said, tmp_path / "t.parquet")
     with pytest.raises(ValueError, match=rf"t\.parquet: {message}"):
         read_tracks([tmp_path / "t.parquet"])
-
-
-def test_another_program_is_refused(tmp_path: Path) -> None:
-    table = TrackTable("swim", np.zeros((2, 1, 2)), ("0",))
-    with pytest.raises(ValueError, match=r"program: expected one of trex, .*, got 'excel'"):
-        write_tracks(table, tmp_path, "excel")
