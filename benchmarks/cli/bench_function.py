@@ -24,7 +24,7 @@ from benchmarks.contract.suite import DEFAULT, Suite
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.data.real import check_no_layout, real_episodes
-from benchmarks.data.sequences.sequence import USUAL_RATE_HZ
+from benchmarks.data.sequences import USUAL_RATE_HZ
 from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.keeping import Keeper
@@ -92,7 +92,7 @@ def bench(
         data: folder or URL of a data set with the episodes, whose scenario, preset and renderer are given.
         keep_estimates: whether all answers are kept as tables, see ``benchmarks.data.estimates.reading``.
         real: files of tracks or folders of pictures with boxes in place of episodes, see ``frameout bench --help``.
-        layout, target, rate_hz: of such folders, see ``benchmarks.data.sequences.reading.read_collections``.
+        layout, target, rate_hz: of such folders, see ``benchmarks.data.sequences.read_collections``.
         progress: shows progress, see ``ShowProgress``.
 
     Raises:

@@ -13,9 +13,7 @@ from benchmarks.contract.judging import Judge, Recording, UnreadableSequence
 from benchmarks.contract.printable import printable
 from benchmarks.contract.rows import REAL, Row
 from benchmarks.contract.suite import Suite, suites
-from benchmarks.data.sequences.episode import USUAL_FOCAL, SequenceEpisode
-from benchmarks.data.sequences.reading import read_collections
-from benchmarks.data.sequences.sequence import USUAL_RATE_HZ, BoxedSequence
+from benchmarks.data.sequences import USUAL_FOCAL, USUAL_RATE_HZ, BoxedSequence, SequenceEpisode, read_collections
 from benchmarks.data.tracks import read_each
 from scenarios.command_link import CommandLink
 from scenarios.scenario import Episode, Frame

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.cli.main import main
-from benchmarks.data.sequences.box_files import read_boxes
-from tests.benchmarks.data.sequences.written import write_otb
+from benchmarks.data.sequences import read_boxes
+from tests.benchmarks.data.written_sequences import write_otb
 
 PLACE = st.floats(-1e5, 1e5, allow_nan=False).map(lambda number: round(number, 3))
 LENGTH = st.floats(0.5, 1e4).map(lambda number: round(number, 3))

@@ -8,11 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.data.sequences import episode as episodes
-from benchmarks.data.sequences.episode import SequenceEpisode
-from benchmarks.data.sequences.reading import read_collections
+from benchmarks.data import sequences as episodes
+from benchmarks.data.sequences import SequenceEpisode, read_collections
 from scenarios.truth import check_truth
-from tests.benchmarks.data.sequences.written import AWAY, FRAMES, HEIGHT_PX, WIDTH_PX, true_boxes, write_otb
+from tests.benchmarks.data.written_sequences import AWAY, FRAMES, HEIGHT_PX, WIDTH_PX, true_boxes, write_otb
 
 
 def episode_of(folder: Path) -> SequenceEpisode:
@@ -40,8 +39,9 @@ def test_frames_are_the_pictures_with_their_boxes(tmp_path: Path) -> None:
 def test_pictures_are_read_when_their_turn_comes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[str] = []
     real = episodes.read_picture
+    sequence = read_collections([write_otb(tmp_path / "Car1")])[0].sequences[0]
     monkeypatch.setattr(episodes, "read_picture", lambda path: (read.append(path.name), real(path))[1])
-    episode = episode_of(write_otb(tmp_path / "Car1"))
+    episode = SequenceEpisode(sequence)
     for _ in range(3):
         episode.step()
     assert read == ["0001.png", "0001.png", "0002.png", "0003.png"]

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from benchmarks.contract.judging import UnreadableSequence
-from benchmarks.data.sequences.reading import read_collections
-from benchmarks.data.sequences.sequence import read_picture
-from tests.benchmarks.data.sequences.written import (
+from benchmarks.data.sequences import read_collections, read_picture
+from tests.benchmarks.data.written_sequences import (
     FRAMES,
     HEIGHT_PX,
     WIDTH_PX,
