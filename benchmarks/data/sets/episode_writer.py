@@ -168,8 +168,7 @@ class _Writer:
         if self._rows:
             self._frames.write(pa.Table.from_pylist(self._rows, self._frames.schema))
             for name, table in self._objects.items():
-                columns = tables.object_columns(self._truths, self._boxes[name], self._seed, name)
-                table.write(pa.table(columns, schema=table.schema))
+                table.write(tables.object_table(self._truths, self._boxes[name], self._seed, name))
         self._rows, self._truths, self._boxes = [], [], {name: [] for name in self._objects}
 
 
