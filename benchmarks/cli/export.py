@@ -50,8 +50,8 @@ class Export(WithModules):
         needs_data()
         # After the check, since they import these packages.
         from benchmarks.data.exports.exporter import export
-        from benchmarks.data.sets.damage import damage_told
         from benchmarks.data.sets.data_set import DataSet
+        from benchmarks.data.sets.verifying import damage_told
 
         data = DataSet(self.directory)
         with damage_told(data.root):

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -18,17 +17,16 @@ from fsspec.implementations.local import LocalFileSystem
 
 from benchmarks.data.sets.backends import Unordered, working
 from benchmarks.data.sets.card import CARD, write_card
-from benchmarks.data.sets.damage import damage_told
 from benchmarks.data.sets.data_set import LEFT_OUT, MANIFEST, REQUEST, DataSet
-from benchmarks.data.sets.episode_writer import MARK, clear, episode_folder, read_mark, write_background, write_episode
+from benchmarks.data.sets.episode_writer import clear, write_background, write_episode
 from benchmarks.data.sets.places import lasting, new_folder, place_of, put, reached
 from benchmarks.data.sets.request import OnError, Request, first_episode, of_seed, request_of
+from benchmarks.data.sets.verifying import damage_told, files_of
+from benchmarks.run.experiment import Progress
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.result_folder import alone_in
 from scenarios.scenario import Episode
 from sim.checks import check
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -255,11 +253,3 @@ def _write_manifest(data: DataSet, left_out: dict[int, str]) -> None:
     if left_out:
         content[LEFT_OUT] = {f"{seed:06d}": why for seed, why in left_out.items()}
     put(data.files, f"{data.root}/{MANIFEST}", (json.dumps(content, indent=1) + "\n").encode())
-
-
-def files_of(data: DataSet, seed: int) -> dict[str, dict[str, Any]]:
-    """Return size and SHA-256 of an episode's files: those that its mark says, and of the mark itself."""
-    folder = episode_folder(data.root, seed)
-    content = data.files.cat_file(f"{folder}/{MARK}")
-    own = {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
-    return read_mark(data.files, folder)["files"] | {MARK: own}

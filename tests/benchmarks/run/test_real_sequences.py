@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from benchmarks.cli.bench_function import bench as python_bench
 from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
-from benchmarks.data.estimates.reading import scan
+from benchmarks.data.estimates.block_file import scan
 from benchmarks.data.estimates.rejudging import rejudge
 from benchmarks.data.exports.exporter import export
 from benchmarks.data.sequences import _bytes_of, read_collections

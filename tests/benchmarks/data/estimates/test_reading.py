@@ -9,7 +9,7 @@ import pyarrow.dataset as ds
 import pytest
 
 from benchmarks.data.estimates import reading
-from benchmarks.data.estimates.reading import facts_in, scan
+from benchmarks.data.estimates.block_file import facts_in, scan
 from tests.benchmarks.data.estimates.runs import TOWN, rows_in
 
 
