@@ -16,22 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.data.exports.exporter import Exporter, export_format
-from benchmarks.data.exports.labels import ATTRIBUTES_NOTE, Instance, StoredFrame, as_xywh
+from benchmarks.data.exports.labels import Instance, StoredFrame, as_xywh
 from benchmarks.data.sets.stored_episode import StoredEpisode
-
-NOTE = f"""
-Format: https://cocodataset.org/#format-data. `annotations/instances.json` names the pictures in `images/`.
-
-An annotation is of one object in one picture of which at least one pixel is seen: `segmentation` is the run-length code
-of those pixels, `bbox` the box around them (left, top, width, height; the top left corner of the picture is 0, 0),
-`area` their number. Parked cars and moored boats have theirs too. Categories are the classes of the scene's own list,
-with the same numbers in every export of the scene with the same `--classes`. `iscrowd` is 1 for what shows less than
-was asked for (`--min-visible`, without what glare covers, `--min-size`), which evaluation then ignores, else 0.
-
-`attributes` holds more of each object:
-{ATTRIBUTES_NOTE.strip()}
-"""
-
 
 AddItem = Callable[[str, dict[str, Any]], None]
 """Appends an item to a list of a name."""
@@ -39,11 +25,23 @@ AddItem = Callable[[str, dict[str, Any]], None]
 
 @export_format("coco")
 class Coco(Exporter):
-    """Boxes and masks of what is seen of all objects, in one JSON file."""
+    """Boxes and masks of what is seen of all objects, in one JSON file.
+
+    Format: https://cocodataset.org/#format-data. `annotations/instances.json` names the pictures in `images/`.
+
+    An annotation is of one object in one picture of which at least one pixel is seen: `segmentation` is the run-length
+    code of those pixels, `bbox` the box around them (left, top, width, height; the top left corner of the picture is 0,
+    0), `area` their number. Parked cars and moored boats have theirs too. Categories are the classes of the scene's own
+    list, with the same numbers in every export of the scene with the same `--classes`. `iscrowd` is 1 for what shows
+    less than was asked for (`--min-visible`, without what glare covers, `--min-size`), which evaluation then ignores,
+    else 0.
+
+    `attributes` holds more of each object:
+    """
 
     channels = ("image_rgb", "instance_map")
     packages = ("pycocotools",)
-    note = NOTE
+    has_attributes = True
     needs_objects = True
     has_classes = True
     leaves_out = True

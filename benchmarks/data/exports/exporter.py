@@ -1,11 +1,10 @@
 """Exports of data sets: what all formats share, and their registry.
 
-A format is a class in a module of its own in this folder, or in a module of a user's own::
+A format is a class with a docstring in a module of this folder, or in a module of a user's own::
 
     @export_format("boxes")
     class Boxes(Exporter):
         channels = ("image_rgb",)
-        note = "Format: …"
 
         def write_episode(self, episode):
             for stored in self.frames(episode):
@@ -15,6 +14,7 @@ A format is a class in a module of its own in this folder, or in a module of a u
 from __future__ import annotations
 
 import importlib
+import inspect
 import pkgutil
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, closing
@@ -26,7 +26,7 @@ import numpy as np
 from benchmarks.contract.text import counted, ranges_text
 from benchmarks.data.exports.destination import README, whole_folder
 from benchmarks.data.exports.labels import ClassLevel, Labels, StoredFrame
-from benchmarks.data.sets.card import COORDINATES, hub_head, split_of
+from benchmarks.data.sets.card import AXES, hub_head, split_of
 from benchmarks.data.sets.channels import CODINGS
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.episode_writer import episode_folder
@@ -34,6 +34,7 @@ from benchmarks.data.sets.request import FORMAT
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.data.sets.verifying import damaged
 from benchmarks.run.packages import check_packages
+from benchmarks.show.templates import page_environment
 from sim.checks import check
 from sim.choices import check_choice
 from trackers.types import CameraModel
@@ -42,14 +43,17 @@ from trackers.types import CameraModel
 class Exporter:
     """Writes a data set in one file layout that other programs read.
 
+    The docstring of a format is the text of the README.md beside its files: source of the format, axes, units, what the
+    export decides.
+
     Attributes:
         channels: that must be stored. reads: those whose pixels ``frames`` reads.
         packages: that writing needs, by their import names. extra: that installs them.
-        note: for users of the files: source of the format, axes, units, what this export decides.
         data_files: pattern of the files of a ``{split}``, if the Hugging Face library ``datasets`` reads them; else ''.
         needs_objects: whether a set without any object is refused.
         has_classes: whether it labels objects with classes, those too that only stand about.
         leaves_out: whether labels of what shows too little can be left out, see ``Labels``.
+        has_attributes: whether ``Instance.attributes`` are among its files.
         data: the set. folder: an empty one of this machine. labels: of its objects.
         stack: holds the files that stay open until the last episode is written.
     """
@@ -57,11 +61,11 @@ class Exporter:
     channels: ClassVar[tuple[str, ...]] = ()
     packages: ClassVar[tuple[str, ...]] = ()
     extra: ClassVar[str] = "data"
-    note: ClassVar[str]
     data_files: ClassVar[str] = ""
     needs_objects: ClassVar[bool] = False
     has_classes: ClassVar[bool] = False
     leaves_out: ClassVar[bool] = False
+    has_attributes: ClassVar[bool] = False
 
     def __init__(self, data: DataSet, folder: Path, labels: Labels) -> None:
         self.data, self.folder, self.labels = data, folder, labels
@@ -230,17 +234,16 @@ def export(
 
 
 def _readme(data: DataSet, name: str, chosen: type[Exporter], labels: Labels) -> str:
-    request, missing = data.request, data.missing()
-    source = f"Episodes of {request.scenario}, preset {request.preset}, of the seeds {ranges_text(data.seeds)}."
-    if missing:
-        source += f" Missing, though asked for: the seeds {ranges_text(missing)}."
-    if data.left_out:
-        source += f" Left out, since they could not be built: the seeds {ranges_text(data.left_out)}."
-    if chosen.has_classes:
-        source += f"\n\nMade with `--classes {labels.level}`."
-    if chosen.leaves_out:
-        least = f"`--min-visible {labels.min_visible:g} --min-size {labels.min_size_px:g}`"
-        source += f" {counted(labels.left_out, 'object')} of single pictures below {least}."
     splits = {split_of(seed): [chosen.data_files.format(split=split_of(seed))] for seed in data.seeds}
-    head = hub_head(data, {name: splits} if chosen.data_files else {})
-    return f"{head}# {name}\n\n{source}\n\n{chosen.note.strip()}\n{COORDINATES}"
+    template = page_environment(__file__, autoescape=False).get_template("README.md.jinja")
+    return template.render(
+        head=hub_head(data, {name: splits} if chosen.data_files else {}),
+        name=name,
+        data=data,
+        chosen=chosen,
+        labels=labels,
+        few=counted(labels.left_out, "object"),
+        ranges=ranges_text,
+        text=inspect.getdoc(chosen),
+        axes=AXES,
+    )

@@ -25,29 +25,6 @@ _FRACTIONS, _FLOW_FRACTIONS, _FLOW_ZERO, _LARGEST = 256.0, 64.0, 2**15, 2**16 - 
 FLOW_FIELD = "flow_px"
 """The channel of backward flow, in scenarios that have it."""
 _FOLDER = "training"
-_LAYOUT = """
-Format: KITTI 2015, https://www.cvlibs.net/datasets/kitti. Files of one sample share a number; `frames.csv` gives its
-episode (seed) and frame. `calib_cam_to_cam/NNNNNN.txt` holds the projections P_rect_02 (this camera) and, of a stereo
-pair, P_rect_03, in pixels and metres; pixel centres have whole coordinates.
-"""
-STEREO_NOTE = f"""{_LAYOUT}
-`image_2/NNNNNN_10` is the left picture, `image_3/NNNNNN_10` the right one. `disp_occ_0/NNNNNN_10.png` is the disparity
-of the left picture in pixels, times 256, as 16 bits; 0 means none. It is focal length times baseline over the true
-depth, also of points that the right picture does not show. A frame whose right picture was lost is left out.
-"""
-FLOW_NOTE = f"""{_LAYOUT}
-The flow is BACKWARD: of each pixel, the place of its surface point in the previous frame minus its present place.
-KITTI's flow leads from `NNNNNN_10` to `NNNNNN_11`: so `image_2/NNNNNN_10` is the present frame here,
-`image_2/NNNNNN_11` the previous one, and time runs backwards within a pair. The first frame of an episode has no pair.
-
-`flow_occ/NNNNNN_10.png` has 16 bits a channel: red is 64 times the flow to the right, in pixels, plus 2^15; green
-likewise downwards; blue is 1 where there is flow, else all three are 0. Points that the previous frame does not show
-have flow, too.
-"""
-DEPTH_NOTE = f"""{_LAYOUT}
-`image_2/NNNNNN_10` is the picture, `depth/NNNNNN_10.png` its depth along the optical axis in metres, times 256, as 16
-bits; 0 means none, or more than 255.996 m.
-"""
 
 
 _PRESENT = ("image_2", "image_rgb", 0, "10")
@@ -101,10 +78,19 @@ class Kitti(Exporter):
 
 @export_format("kitti-stereo")
 class KittiStereo(Kitti):
-    """Pairs of pictures with disparity."""
+    """Pairs of pictures with disparity.
+
+    Format: KITTI 2015, https://www.cvlibs.net/datasets/kitti. Files of one sample share a number; `frames.csv` gives
+    its episode (seed) and frame. `calib_cam_to_cam/NNNNNN.txt` holds the projections P_rect_02 (this camera) and, of a
+    stereo pair, P_rect_03, in pixels and metres; pixel centres have whole coordinates.
+
+    `image_2/NNNNNN_10` is the left picture, `image_3/NNNNNN_10` the right one. `disp_occ_0/NNNNNN_10.png` is the
+    disparity of the left picture in pixels, times 256, as 16 bits; 0 means none. It is focal length times baseline over
+    the true depth, also of points that the right picture does not show. A frame whose right picture was lost is left
+    out.
+    """
 
     channels = ("image_rgb", "right_rgb", "depth_m")
-    note = STEREO_NOTE
     maps = "disp_occ_0"
     pictures = (_PRESENT, ("image_3", "right_rgb", 0, "10"))
 
@@ -115,10 +101,23 @@ class KittiStereo(Kitti):
 
 @export_format("kitti-flow")
 class KittiFlow(Kitti):
-    """Pictures with backward optical flow."""
+    """Pictures with backward optical flow.
+
+    Format: KITTI 2015, https://www.cvlibs.net/datasets/kitti. Files of one sample share a number; `frames.csv` gives
+    its episode (seed) and frame. `calib_cam_to_cam/NNNNNN.txt` holds the projections P_rect_02 (this camera) and, of a
+    stereo pair, P_rect_03, in pixels and metres; pixel centres have whole coordinates.
+
+    The flow is BACKWARD: of each pixel, the place of its surface point in the previous frame minus its present place.
+    KITTI's flow leads from `NNNNNN_10` to `NNNNNN_11`: so `image_2/NNNNNN_10` is the present frame here,
+    `image_2/NNNNNN_11` the previous one, and time runs backwards within a pair. The first frame of an episode has no
+    pair.
+
+    `flow_occ/NNNNNN_10.png` has 16 bits a channel: red is 64 times the flow to the right, in pixels, plus 2^15; green
+    likewise downwards; blue is 1 where there is flow, else all three are 0. Points that the previous frame does not
+    show have flow, too.
+    """
 
     channels = ("image_rgb", FLOW_FIELD)
-    note = FLOW_NOTE
     maps = "flow_occ"
     pictures = (_PRESENT, ("image_2", "image_rgb", 1, "11"))
 
@@ -129,10 +128,17 @@ class KittiFlow(Kitti):
 
 @export_format("kitti-depth")
 class KittiDepth(Kitti):
-    """Pictures with depth."""
+    """Pictures with depth.
+
+    Format: KITTI 2015, https://www.cvlibs.net/datasets/kitti. Files of one sample share a number; `frames.csv` gives
+    its episode (seed) and frame. `calib_cam_to_cam/NNNNNN.txt` holds the projections P_rect_02 (this camera) and, of a
+    stereo pair, P_rect_03, in pixels and metres; pixel centres have whole coordinates.
+
+    `image_2/NNNNNN_10` is the picture, `depth/NNNNNN_10.png` its depth along the optical axis in metres, times 256, as
+    16 bits; 0 means none, or more than 255.996 m.
+    """
 
     channels = ("image_rgb", "depth_m")
-    note = DEPTH_NOTE
     maps = "depth"
 
     def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:

@@ -96,13 +96,6 @@ class Instance:
 
 ATTRIBUTES = ("name", "kind", "role", "visible_fraction", "glare_fraction", "occluded", "truncated")
 """Keys of ``Instance.attributes``."""
-ATTRIBUTES_NOTE = """
-`name` is the same in all frames of an episode; `kind` is finer than the class (the model of a car, a person's part in
-the script); `role` says what it does (`target`, `traffic`, `parked`, `moored`, …). `visible_fraction` is the seen share
-of the object's own pixels, also of those beyond the border, 0 to 1; `glare_fraction` the share of the seen ones where
-the picture shows the mirror image of a lamp instead; `occluded` says that less than half is seen; `truncated` that the
-border cuts the whole object.
-"""
 
 
 class Labels:

@@ -13,27 +13,26 @@ from benchmarks.data.sets.stored_episode import StoredEpisode
 
 ROOT, SPLIT = "gt/mot_challenge", "frameout-train"
 """Folder, and the name of the benchmark and the split, as TrackEval joins them."""
-NOTE = """
-Format: MOT Challenge, https://motchallenge.net (Milan et al. 2016, arXiv 1603.00831), as TrackEval reads it.
-`gt/mot_challenge/frameout-train/` holds a folder for each episode, `gt/mot_challenge/seqmaps/frameout-train.txt` their
-names: `run_mot_challenge.py --GT_FOLDER gt/mot_challenge --BENCHMARK frameout --DO_PREPROC False`.
-
-A row of `gt/gt.txt` is frame, identity, left, top, width, height, 1 (counts), class, visibility. Frames, identities and
-pixels are counted from 1: the top left corner of the picture is 1, 1. Boxes are around whole objects, beyond the border
-of the picture and hidden parts too; an object that is outside the picture or reaches behind the camera has no row, and
-one that only stands about, a parked car or a moored boat, has rows where at least one pixel of it is seen.
-Visibility is the seen share of the object's own pixels. The class is always 1, the one that MOT Challenge scores;
-`frameRate` is a whole number, as readers want it, `exactFrameRate` the true one (0.5 for a picture every two seconds).
-`gt/objects.txt` gives identity, name, kind, class and role (`traffic`, `parked`, …) of each object.
-"""
 
 
 @export_format("mot")
 class Mot(Exporter):
-    """Boxes with identities and visibilities, a text file for each episode."""
+    """Boxes with identities and visibilities, a text file for each episode.
+
+    Format: MOT Challenge, https://motchallenge.net (Milan et al. 2016, arXiv 1603.00831), as TrackEval reads it.
+    `gt/mot_challenge/frameout-train/` holds a folder for each episode, `gt/mot_challenge/seqmaps/frameout-train.txt`
+    their names: `run_mot_challenge.py --GT_FOLDER gt/mot_challenge --BENCHMARK frameout --DO_PREPROC False`.
+
+    A row of `gt/gt.txt` is frame, identity, left, top, width, height, 1 (counts), class, visibility. Frames, identities
+    and pixels are counted from 1: the top left corner of the picture is 1, 1. Boxes are around whole objects, beyond
+    the border of the picture and hidden parts too; an object that is outside the picture or reaches behind the camera
+    has no row, and one that only stands about, a parked car or a moored boat, has rows where at least one pixel of it
+    is seen. Visibility is the seen share of the object's own pixels. The class is always 1, the one that MOT Challenge
+    scores; `frameRate` is a whole number, as readers want it, `exactFrameRate` the true one (0.5 for a picture every
+    two seconds). `gt/objects.txt` gives identity, name, kind, class and role (`traffic`, `parked`, …) of each object.
+    """
 
     channels = ("image_rgb",)
-    note = NOTE
     needs_objects = True
     has_classes = True
 

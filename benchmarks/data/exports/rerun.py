@@ -36,19 +36,19 @@ _GROUND = (40, 42, 48)
 """Colour of what is no object."""
 _INSIDE = ("in", "partial", "occluded")
 RECORDING = "recording.rrd"
-NOTE = f"""
-Format: https://rerun.io/docs. `rerun {RECORDING}` opens it. Each episode is a tree `seed-NNNNNN/` in its world (metres,
-z up), over the time lines `frame` and `time`; pixel coordinates begin at the top left corner of the picture.
-"""
 
 
 @export_format("rerun")
 class Rerun(Exporter):
-    """A recording for the Rerun viewer: pictures, maps, boxes, objects and camera over time."""
+    """A recording for the Rerun viewer: pictures, maps, boxes, objects and camera over time.
+
+    Format: https://rerun.io/docs. `rerun recording.rrd` opens it. Each episode is a tree `seed-NNNNNN/` in its world
+    (metres, z up), over the time lines `frame` and `time`; pixel coordinates begin at the top left corner of the
+    picture.
+    """
 
     packages = ("rerun",)
     extra = "rerun"
-    note = NOTE
 
     def begin(self) -> None:
         """Begin the recording."""

@@ -19,13 +19,6 @@ from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios import catalog
 from sim.checks import check
 
-TARGET_NOTE = """
-Boxes are left, top, width, height of the whole target, beyond the border of the picture and hidden parts too, wherever
-at least one of its pixels is seen; elsewhere, and where it reaches behind the camera, there is none (NaN).
-`out_of_view` is 1 where the target is wholly outside the picture, `occlusion` where it is inside and less than half of
-its pixels are seen.
-"""
-
 
 @dataclass(frozen=True)
 class TargetRow:
@@ -90,15 +83,20 @@ class SingleTarget(Exporter):
 
 @export_format("otb")
 class Otb(SingleTarget):
-    """One target, in the layout of OTB."""
+    """One target, in the layout of OTB.
+
+    Format: OTB (Wu, Lim, Yang 2015, http://cvlab.hanyang.ac.kr/tracker_benchmark/). `list.txt` names the sequences;
+    each holds `img/` (pictures from 1), `groundtruth_rect.txt`, and `out_of_view.txt` and `occlusion.txt`, a line a
+    picture. The top left corner of the picture is 1, 1. OTB itself has a box in every picture; a line of NaN means, as
+    in UAV123, that the target is not seen.
+
+    Boxes are left, top, width, height of the whole target, beyond the border of the picture and hidden parts too,
+    wherever at least one of its pixels is seen; elsewhere, and where it reaches behind the camera, there is none (NaN).
+    `out_of_view` is 1 where the target is wholly outside the picture, `occlusion` where it is inside and less than half
+    of its pixels are seen.
+    """
 
     pictures = "img/{:04d}"
-    note = f"""
-Format: OTB (Wu, Lim, Yang 2015, http://cvlab.hanyang.ac.kr/tracker_benchmark/). `list.txt` names the sequences; each
-holds `img/` (pictures from 1), `groundtruth_rect.txt`, and `out_of_view.txt` and `occlusion.txt`, a line a picture. The
-top left corner of the picture is 1, 1. OTB itself has a box in every picture; a line of NaN means, as in UAV123, that
-the target is not seen.
-{TARGET_NOTE}"""
 
     def texts(self, episode: StoredEpisode, rows: Sequence[TargetRow]) -> dict[str, Iterable[str]]:
         """See ``SingleTarget``."""
@@ -111,15 +109,20 @@ the target is not seen.
 
 @export_format("vot")
 class Vot(SingleTarget):
-    """One target, as the VOT toolkit reads it, with tags for out of view."""
+    """One target, as the VOT toolkit reads it, with tags for out of view.
+
+    Format: the VOT toolkit's own, https://votchallenge.github.io/toolkit/. `list.txt` names the sequences; each holds
+    `sequence` (properties), `color/` (pictures from 1), `groundtruth.txt` and the tags `out_of_view.tag`,
+    `occlusion.tag`, a line a picture. `fps` is a whole number, as the toolkit wants it, `exact_fps` the true one. The
+    top left corner of the picture is 0, 0. The toolkit reads NaN as "no target here".
+
+    Boxes are left, top, width, height of the whole target, beyond the border of the picture and hidden parts too,
+    wherever at least one of its pixels is seen; elsewhere, and where it reaches behind the camera, there is none (NaN).
+    `out_of_view` is 1 where the target is wholly outside the picture, `occlusion` where it is inside and less than half
+    of its pixels are seen.
+    """
 
     pictures = "color/{:08d}"
-    note = f"""
-Format: the VOT toolkit's own, https://votchallenge.github.io/toolkit/. `list.txt` names the sequences; each holds
-`sequence` (properties), `color/` (pictures from 1), `groundtruth.txt` and the tags `out_of_view.tag`, `occlusion.tag`,
-a line a picture. `fps` is a whole number, as the toolkit wants it, `exact_fps` the true one. The top left corner of the
-picture is 0, 0. The toolkit reads NaN as "no target here".
-{TARGET_NOTE}"""
 
     def texts(self, episode: StoredEpisode, rows: Sequence[TargetRow]) -> dict[str, Iterable[str]]:
         """See ``SingleTarget``."""

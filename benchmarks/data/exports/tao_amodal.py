@@ -11,42 +11,42 @@ import numpy as np
 
 from benchmarks.data.exports.coco import categories, json_head, json_lists
 from benchmarks.data.exports.exporter import Exporter, export_format
-from benchmarks.data.exports.labels import ABSENT, ATTRIBUTES_NOTE, Instance, StoredFrame, as_xywh
+from benchmarks.data.exports.labels import ABSENT, Instance, StoredFrame, as_xywh
 from benchmarks.data.sets.stored_episode import StoredEpisode
 
 SPLIT = "validation"
 """The split that trackers are scored on."""
 _LISTS = ("videos", "images", "tracks", "annotations")
-NOTE = f"""
-Format: TAO-Amodal, https://huggingface.co/datasets/chengyenhsieh/TAO-Amodal (Hsieh et al. 2023, arXiv 2312.12433).
-`amodal_annotations/validation.json` names the pictures in `frames/`. All episodes are in this one split.
-`amodal_annotations/validation_lvis_v1.json` is what the format's own `tools/eval_on_tao_amodal.py` takes as
-`--annotation`: the same annotations, where `bbox` and `area` are of the amodal box, for these are scored.
-
-Boxes are left, top, width, height; the top left corner of the picture is 0, 0. Every object that the scene asks about
-has an annotation in every picture, hidden or outside the picture too, unless it is wholly behind the camera; what only
-stands about, a parked car or a moored boat, has one where at least one pixel of it is seen.
-
-- `bbox`: around the pixels that are seen; 0, 0, 0, 0 where none is. `area`: of that box.
-- `amodal_bbox`: around the whole object, beyond the border of the picture too.
-- `amodal_is_uncertain`: true where the object reaches behind the camera and has no amodal box; `bbox` stands for it.
-- `visibility`: seen share of the object's own pixels, 0 to 1, counted and not the overlap of the two boxes.
-- `out_of_frame`: whether the amodal box reaches beyond the border of the picture.
-
-Truth of what is seen is complete: `neg_category_ids` of a video are all categories that it does not show, and
-`not_exhaustive_category_ids` is empty; in the second file pictures have both as well. Categories are the classes of the
-scene's own list, with the same numbers in every export of the scene with the same `--classes`, the synset `unknown`
-and, in the second file, the frequency `f`. Annotations have `attributes` besides:
-{ATTRIBUTES_NOTE.strip()}
-"""
 
 
 @export_format("tao-amodal")
 class TaoAmodal(Exporter):
-    """Tracks with boxes of what is seen and of the whole objects, hidden and outside the picture too."""
+    """Tracks with boxes of what is seen and of the whole objects, hidden and outside the picture too.
+
+    Format: TAO-Amodal, https://huggingface.co/datasets/chengyenhsieh/TAO-Amodal (Hsieh et al. 2023, arXiv 2312.12433).
+    `amodal_annotations/validation.json` names the pictures in `frames/`. All episodes are in this one split.
+    `amodal_annotations/validation_lvis_v1.json` is what the format's own `tools/eval_on_tao_amodal.py` takes as
+    `--annotation`: the same annotations, where `bbox` and `area` are of the amodal box, for these are scored.
+
+    Boxes are left, top, width, height; the top left corner of the picture is 0, 0. Every object that the scene asks
+    about has an annotation in every picture, hidden or outside the picture too, unless it is wholly behind the camera;
+    what only stands about, a parked car or a moored boat, has one where at least one pixel of it is seen.
+
+    - `bbox`: around the pixels that are seen; 0, 0, 0, 0 where none is. `area`: of that box.
+    - `amodal_bbox`: around the whole object, beyond the border of the picture too.
+    - `amodal_is_uncertain`: true where the object reaches behind the camera and has no amodal box; `bbox` stands for
+      it.
+    - `visibility`: seen share of the object's own pixels, 0 to 1, counted and not the overlap of the two boxes.
+    - `out_of_frame`: whether the amodal box reaches beyond the border of the picture.
+
+    Truth of what is seen is complete: `neg_category_ids` of a video are all categories that it does not show, and
+    `not_exhaustive_category_ids` is empty; in the second file pictures have both as well. Categories are the classes of
+    the scene's own list, with the same numbers in every export of the scene with the same `--classes`, the synset
+    `unknown` and, in the second file, the frequency `f`. Annotations have `attributes` besides:
+    """
 
     channels = ("image_rgb",)
-    note = NOTE
+    has_attributes = True
     needs_objects = True
     has_classes = True
 

@@ -7,26 +7,12 @@ import json
 import math
 
 from benchmarks.data.exports.exporter import Exporter, export_format
-from benchmarks.data.exports.labels import ATTRIBUTES, ATTRIBUTES_NOTE, Instance, StoredFrame
+from benchmarks.data.exports.labels import ATTRIBUTES, Instance, StoredFrame
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
 
 VALIDATION_SHARE = 0.2
 SIDECAR = "objects.csv"
-NOTE = f"""
-Format: https://docs.ultralytics.com/datasets/detect/. `data.yaml` names the classes, those of the scene's own list with
-the same numbers in every export of the scene with the same `--classes`, and the folders of pictures; `labels/` has a
-text file for each picture, empty where no object is seen. Parked cars and moored boats have lines too; what shows less
-than was asked for (`--min-visible`, without what glare covers, `--min-size`) has none.
-
-A line is class, x and y of the centre, width and height of the box around the pixels that are seen, as shares of the
-picture's width and height. Whole episodes are for training or validation: of all seeds in order, the last
-{VALIDATION_SHARE:.0%}, at least one, are for validation.
-
-`{SIDECAR}` says what the format has no place for, a row for each line of the text files: file, line (from 1), class,
-and more of each object.
-{ATTRIBUTES_NOTE.strip()}
-"""
 
 
 def parts_of(seeds: tuple[int, ...]) -> dict[int, str]:
@@ -38,10 +24,23 @@ def parts_of(seeds: tuple[int, ...]) -> dict[int, str]:
 
 @export_format("yolo")
 class Yolo(Exporter):
-    """Boxes of what is seen, a text file for each picture, split by seeds."""
+    """Boxes of what is seen, a text file for each picture, split by seeds.
+
+    Format: https://docs.ultralytics.com/datasets/detect/. `data.yaml` names the classes, those of the scene's own list
+    with the same numbers in every export of the scene with the same `--classes`, and the folders of pictures; `labels/`
+    has a text file for each picture, empty where no object is seen. Parked cars and moored boats have lines too; what
+    shows less than was asked for (`--min-visible`, without what glare covers, `--min-size`) has none.
+
+    A line is class, x and y of the centre, width and height of the box around the pixels that are seen, as shares of
+    the picture's width and height. Whole episodes are for training or validation: of all seeds in order, the last 20 %,
+    at least one, are for validation.
+
+    `objects.csv` says what the format has no place for, a row for each line of the text files: file, line (from 1),
+    class, and more of each object.
+    """
 
     channels = ("image_rgb",)
-    note = NOTE
+    has_attributes = True
     needs_objects = True
     has_classes = True
     leaves_out = True

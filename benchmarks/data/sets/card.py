@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fnmatch import fnmatch
+from pathlib import Path
+from typing import Any
 
 import cv2
 
@@ -17,26 +17,14 @@ from benchmarks.data.sets.data_set import MANIFEST, DataSet
 from benchmarks.data.sets.places import put
 from benchmarks.data.sets.statistics import STATES, Statistics, statistics
 from benchmarks.show.markdown import markdown_table
+from benchmarks.show.templates import page_environment
 from scenarios import catalog
 from scenarios.truth import meanings
 
 CARD, SHEET = "README.md", "contact-sheet.jpg"
 _UNITS = {NORMALS: "unit vectors in the world"}
-COORDINATES = """
-## Axes and pixels
-
-- The world is in metres, z up. `T_world_X` (4, 4) takes coordinates of X to the world; translations are in its last
-  column.
-- The camera has x to the right, y down and z forward, along the optical axis (as OpenCV has it). `depth_m` is z.
-  Normals (`normal_world`) are unit vectors in the world.
-- An object's x is forward, y to the left, z up. Its origin is below its middle, where it touches the ground or the
-  water; a fish has it at its underside, a sheet of paper in the middle of its lower edge. `bounds_m` tells where the
-  body ends on each axis.
-- Pixel coordinates are x to the right and y down. The first pixel covers 0 to 1 on both axes: its centre is at
-  (0.5, 0.5), the picture's at (width / 2, height / 2), which is the principal point; pixels are square, and nothing is
-  distorted. Where a format begins elsewhere, its part of this file says so.
-- `flow_px` leads from a pixel of this picture to the same point in the previous one.
-"""
+AXES = Path(__file__).with_name("axes.md").read_text(encoding="utf-8")
+"""Text of all READMEs: where axes and pixels begin."""
 _SIZES = ("n<1K", "1K<n<10K", "10K<n<100K", "100K<n<1M", "1M<n<10M", "10M<n<100M", "100M<n<1B")
 """Words of the Hugging Face Hub for powers of ten of samples."""
 _TASKS = {
@@ -57,24 +45,14 @@ def hub_head(data: DataSet, configs: dict[str, dict[str, list[str]]]) -> str:
     Args:
         configs: name of a configuration -> split -> patterns of files; the first one is the default.
     """
-    request = data.request
     power = len(str(max(len(data) - 1, 0))) - 3
-    tasks = [task for channel, of in _TASKS.items() if channel in request.channels for task in of]
-    # A string of JSON is one of YAML, whatever it holds.
-    lines = [
-        "license: mit",
-        f"pretty_name: {json.dumps(f'Frameout {request.scenario}, {request.preset}')}",
-        *_listed("task_categories", tasks),
-        *_listed("tags", ["synthetic", "simulation", "visual-tracking", "frameout", request.scenario]),
-        *_listed("size_categories", [_SIZES[min(max(power, 0), len(_SIZES) - 1)]]),
-    ]
-    if configs:
-        lines.append("configs:")
-    for number, (name, splits) in enumerate(configs.items()):
-        lines += [f"- config_name: {name}", *(["  default: true"] if number == 0 else []), "  data_files:"]
-        for split, patterns in splits.items():
-            lines += [f"  - split: {split}", "    path:", *(f"    - {json.dumps(pattern)}" for pattern in patterns)]
-    return "\n".join(["---", *lines, "---", "", ""])
+    return _render(
+        "hub_head.yaml.jinja",
+        request=data.request,
+        tasks=[task for channel, of in _TASKS.items() if channel in data.request.channels for task in of],
+        size=_SIZES[min(max(power, 0), len(_SIZES) - 1)],
+        configs=configs,
+    )
 
 
 def table_configs(data: DataSet) -> dict[str, dict[str, list[str]]]:
@@ -93,13 +71,6 @@ def table_configs(data: DataSet) -> dict[str, dict[str, list[str]]]:
         }
         for table in data.tables
     }
-
-
-def _listed(name: str, values: Iterable[str]) -> Iterator[str]:
-    values = list(values)
-    if values:
-        yield f"{name}:"
-        yield from (f"- {json.dumps(value)}" for value in values)
 
 
 @dataclass(frozen=True)
@@ -164,22 +135,27 @@ def write_card(data: DataSet) -> None:
 
 
 def _text(data: DataSet) -> str:
-    request, scenario = data.request, catalog.scenario(data.request.scenario)
+    scenario = catalog.scenario(data.request.scenario)
     fields = [
         [f"`{name}`", each.table, each.unit, each.coding]
         for name, each in meanings(scenario.truth).items()
         if not each.per_pixel
     ]
-    parts = [
-        f"# {request.scenario}, {request.preset}: {scenario.summary}",
-        *about(data),
-        f"![Frames and channels.]({SHEET})",
-        f"Boxes: {LEGEND}.",
-        *(markdown_table(each.heads, each.lines, each.words) for each in card_tables(data, statistics(data))),
-        "`episodes/SEED/frames.parquet`, `objects.parquet` and `standing.parquet` hold the rest of the truth: a row a "
-        "frame, an object a frame, and a parked or moored one that is seen a frame; channels lie in `pixels-*.tar` at "
-        "the places that `frames.parquet` says. "
-        f"`{MANIFEST}` has the size and the SHA-256 of each file; `frameout verify` checks them.",
-        markdown_table(("field", "table", "unit", "coding"), fields, 4),
-    ]
-    return hub_head(data, table_configs(data)) + "\n\n".join(parts) + f"\n{COORDINATES}"
+    tables = card_tables(data, statistics(data))
+    return _render(
+        "card.md.jinja",
+        head=hub_head(data, table_configs(data)),
+        request=data.request,
+        summary=scenario.summary,
+        about=about(data),
+        sheet=SHEET,
+        legend=LEGEND,
+        tables=[markdown_table(each.heads, each.lines, each.words) for each in tables],
+        manifest=MANIFEST,
+        fields=markdown_table(("field", "table", "unit", "coding"), fields, 4),
+        axes=AXES,
+    )
+
+
+def _render(template: str, **values: Any) -> str:
+    return page_environment(__file__, autoescape=False).get_template(template).render(values)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -69,7 +68,7 @@ def generate(request: Request, out: str, workers: Workers, progress: Progress, o
     here = workers.backend == "loky"
     check("workers", here or workers.count >= 1, f"at least 1 on a cluster of {workers.backend}", workers.count)
     out = lasting(out)
-    with reached(out, "out"), _workers(workers) as unordered:
+    with reached(out, "out"), working(workers.backend, workers.address, workers.count) as unordered:
         begin(request, out)
         data = DataSet(out)
         whole = range(*request.seeds)
@@ -235,16 +234,6 @@ def forecast(request: Request, frames: int = 30, on_error: OnError = "stop") -> 
     episodes = len(range(*request.seeds))
     background = sum(mark.bytes for mark in marks.values())
     return Forecast(live.frame_count * episodes, each, seconds, background * episodes, background_s * episodes)
-
-
-@contextmanager
-def _workers(workers: Workers) -> Iterator[Unordered]:
-    """Yield what gives work to them; 0 of them are this process."""
-    if workers.count == 0:
-        yield map
-        return
-    with working(workers.backend, workers.address, workers.count) as unordered:
-        yield unordered
 
 
 def _write_manifest(data: DataSet, left_out: dict[int, str]) -> None:

@@ -89,7 +89,7 @@ def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch, data: DataS
 
 
 def test_formats_name_their_source(data: DataSet, tmp_path: Path) -> None:
-    assert all("http" in each.note for each in formats().values())
+    assert all("http" in str(each.__doc__) for each in formats().values())
     with pytest.raises(ValueError, match=r"format: expected one of coco, .*, yolo; got 'nix'"):
         export(data, "nix", tmp_path / "out")
 

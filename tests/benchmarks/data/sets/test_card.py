@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from benchmarks.data.exports.exporter import sequence_name
-from benchmarks.data.sets.card import COORDINATES, hub_head, split_of, table_configs
+from benchmarks.data.sets.card import AXES, hub_head, split_of, table_configs
 from benchmarks.data.sets.data_set import DataSet
 from sim.optics import PinholeCamera, look_down_pose, project
 from tests.benchmarks.data.sets.hub_head import head_of
@@ -60,7 +60,7 @@ def test_sizes_are_powers_of_ten(data: DataSet, monkeypatch: pytest.MonkeyPatch,
 
 
 def test_the_card_says_where_axes_and_pixels_begin(data: DataSet) -> None:
-    assert COORDINATES in (Path(data.root) / "README.md").read_text()
+    assert AXES in (Path(data.root) / "README.md").read_text()
     # A point straight below a camera that looks down is in the middle, and one to its right is to the right.
     camera = PinholeCamera(10, 8, 10.0)
     pose = look_down_pose(np.array([0.0, 0.0, 20.0]), 0.0, 0.0, 0.0)

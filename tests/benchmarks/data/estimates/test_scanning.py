@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow.dataset as ds
 import pytest
 
-from benchmarks.data.estimates import reading
+from benchmarks.data.estimates import block_file
 from benchmarks.data.estimates.block_file import facts_in, scan
 from tests.benchmarks.data.estimates.runs import TOWN, rows_in
 
@@ -17,7 +17,7 @@ from tests.benchmarks.data.estimates.runs import TOWN, rows_in
 def test_the_documented_way_gives_the_error_of_each_tracker(
     kept: Path, town: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    code = str(reading.__doc__).split("::\n")[1].replace("\n    ", "\n")
+    code = str(block_file.__doc__).split("::\n")[1].replace("\n    ", "\n")
     code = code.replace("results/mine", str(kept)).replace("sets/town", town)
     told: dict[str, object] = {"np": np}
     exec(code, told)
