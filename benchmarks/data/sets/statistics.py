@@ -69,7 +69,13 @@ def statistics(data: DataSet) -> Statistics:
 
 def _objects(data: DataSet) -> pd.DataFrame:
     """Return a row for each object of each frame, in order of seed and frame."""
-    fields = {name: pc.field(name) for name in ("seed", "index", "state", "visible_fraction")}
+    # A data set may have many millions of objects: in 18 bytes each.
+    fields = {
+        "seed": pc.field("seed").cast(pa.int32()),
+        "index": pc.field("index"),
+        "state": pc.field("state"),
+        "visible_fraction": pc.field("visible_fraction").cast(pa.float32()),
+    }
     is_target = pc.field("names") == catalog.scenario(data.request.scenario).target
     group = pc.if_else(is_target, TARGET, OTHERS)
     return _rows(data, "objects", fields | {"kind": pc.field("kinds"), "group": group, "side_px": _side_px()})
@@ -81,11 +87,11 @@ def _rows(data: DataSet, table: str, columns: dict[str, pc.Expression]) -> pd.Da
 
 def _side_px() -> pc.Expression:
     x0, y0, x1, y1 = (pc.list_element(pc.field("visible_box_xyxy"), k) for k in range(4))
-    return pc.sqrt((x1 - x0) * (y1 - y0))
+    return pc.sqrt((x1 - x0) * (y1 - y0)).cast(pa.float32())
 
 
 def _frame_outs(objects: pd.DataFrame) -> pd.DataFrame:
-    rows = objects.sort_values(_OBJECT, kind="stable")
+    rows = objects[[*_OBJECT, "state", "group"]].sort_values(_OBJECT, kind="stable")
     begins = (rows[[*_OBJECT, "state"]] != rows[[*_OBJECT, "state"]].shift()).any(axis=1)
     runs = rows[begins].assign(frames=rows.groupby(begins.cumsum()).size().to_numpy())
     before, after = runs.shift(), runs.shift(-1)

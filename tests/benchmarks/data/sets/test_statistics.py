@@ -32,7 +32,7 @@ def test_sizes_and_visible_fractions_are_of_what_is_in_the_picture(hand_made: Da
     sizes = statistics(hand_made).sizes
     sides = sizes.groupby("group", observed=True)["side_px"]
     assert sides.count().to_dict() == {TARGET: 50, OTHERS: 20}
-    np.testing.assert_allclose(sizes["side_px"].dropna(), np.sqrt(OBJECT_SIZE[0] * OBJECT_SIZE[1]))
+    np.testing.assert_allclose(sizes["side_px"].dropna(), np.sqrt(OBJECT_SIZE[0] * OBJECT_SIZE[1]), rtol=1e-6)
     assert sizes[sizes["group"] == TARGET]["visible_fraction"].dropna().tolist() == [1.0] * 50
 
 
