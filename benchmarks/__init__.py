@@ -29,8 +29,8 @@ _HOMES = {
     "ScoreSheet": "benchmarks.contract.judging",
     "read_rows": "benchmarks.contract.rows",
     "TrackTable": "benchmarks.contract.track_table",
-    "read_tracks": "benchmarks.data.tracks.reading",
-    "write_tracks": "benchmarks.data.tracks.writing",
+    "read_tracks": "benchmarks.data.tracks",
+    "write_tracks": "tests.benchmarks.data.written_tracks",
 }
 """Public name -> module that defines it."""
 __all__ = tuple(_HOMES)

@@ -25,6 +25,7 @@ from tools.__main__ import TOOLS
         "Add a suite",
         "Add a street pattern",
         "Add a vehicle",
+        "Add an export format",
     ],
 )
 def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
@@ -44,6 +45,7 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
         "Add a suite": '"suite": "while-seen"',
         "Add a street pattern": '"preset": "wheel"',
         "Add a vehicle": r"\[11\.",
+        "Add an export format": "results/centres",
     }
     assert re.search(expected[heading], told)
 

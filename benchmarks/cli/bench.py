@@ -31,7 +31,7 @@ from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.printable import printable
 from benchmarks.contract.rows import REAL, read_rows
 from benchmarks.contract.suite import DEFAULT, Suite, check_metrics, suite
-from benchmarks.data.sequences.sequence import USUAL_RATE_HZ
+from benchmarks.data.sequences import USUAL_RATE_HZ
 from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.result_folder import check_file
 from benchmarks.run.selection import Asked

@@ -24,7 +24,7 @@ from benchmarks.contract.suite import DEFAULT, Suite
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.data.real import check_no_layout, real_episodes
-from benchmarks.data.sequences.sequence import USUAL_RATE_HZ
+from benchmarks.data.sequences import USUAL_RATE_HZ
 from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.keeping import Keeper
@@ -90,9 +90,9 @@ def bench(
         modules: modules of yours to import first, also in the workers; they register trackers, metrics and so on.
         backend: joblib's backend.
         data: folder or URL of a data set with the episodes, whose scenario, preset and renderer are given.
-        keep_estimates: whether all answers are kept as tables, see ``benchmarks.data.estimates.reading``.
+        keep_estimates: whether all answers are kept as tables, see ``benchmarks.data.estimates.block_file``.
         real: files of tracks or folders of pictures with boxes in place of episodes, see ``frameout bench --help``.
-        layout, target, rate_hz: of such folders, see ``benchmarks.data.sequences.reading.read_collections``.
+        layout, target, rate_hz: of such folders, see ``benchmarks.data.sequences.read_collections``.
         progress: shows progress, see ``ShowProgress``.
 
     Raises:
@@ -235,8 +235,8 @@ def _damage_told(data: str | None) -> AbstractContextManager[None]:
     if data is None:
         return nullcontext()
     # Here, since they import the packages of the extra.
-    from benchmarks.data.sets.damage import damage_told
     from benchmarks.data.sets.places import place_of
+    from benchmarks.data.sets.verifying import damage_told
 
     return damage_told(place_of(data)[1], "data")
 
@@ -244,7 +244,7 @@ def _damage_told(data: str | None) -> AbstractContextManager[None]:
 def _stored_episodes(data: str, episodes: Sequence[EpisodeSpec]) -> list[EpisodeSpec]:
     """Return the stored episodes of a data set in place of rendered ones."""
     # Here, since it imports the packages of the extra.
-    from benchmarks.data.sets.stored_spec import stored_specs
+    from benchmarks.data.sets.benchmark import stored_specs
 
     return stored_specs(data, episodes)
 

@@ -18,8 +18,9 @@ class Export(WithModules):
     """Write a data set in a format that other programs read (pip install 'frameout[data]').
 
     Formats: coco, kitti-depth, kitti-flow, kitti-stereo, mot, otb, rerun (pip install 'frameout[rerun]'), tao-amodal,
-    vot, webdataset, yolo. Each says in the README.md that it writes where its axes begin, what its boxes enclose, and
-    where the format is defined. Pictures that are stored as PNG or JPEG are copied, others become PNG.
+    vot, webdataset, yolo, and those of `--modules`. Each says in the README.md that it writes where its axes begin,
+    what its boxes enclose, and where the format is defined. Pictures stored as PNG or JPEG are copied, others become
+    PNG.
 
     Attributes:
         directory: folder or URL of the data set.
@@ -48,9 +49,9 @@ class Export(WithModules):
         """Write it; return the exit status."""
         needs_data()
         # After the check, since they import these packages.
-        from benchmarks.data.exports.registry import export
-        from benchmarks.data.sets.damage import damage_told
+        from benchmarks.data.exports.exporter import export
         from benchmarks.data.sets.data_set import DataSet
+        from benchmarks.data.sets.verifying import damage_told
 
         data = DataSet(self.directory)
         with damage_told(data.root):

@@ -32,10 +32,10 @@ class Show(WithModules):
         """Write it; return the exit status."""
         needs_data()
         # After the check, since they import these packages.
-        from benchmarks.data.sets.damage import damage_told
         from benchmarks.data.sets.data_set import DataSet
-        from benchmarks.data.sets.page.page import PAGE, render_page
+        from benchmarks.data.sets.page import PAGE, render_page
         from benchmarks.data.sets.places import put
+        from benchmarks.data.sets.verifying import damage_told
 
         if self.out is not None:
             check_file(self.out, "out")

@@ -7,21 +7,49 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Final, Literal
+from typing import Any, Final, Literal, NoReturn
 
 from benchmarks.contract.judging import Judge, Recording, UnreadableSequence
 from benchmarks.contract.printable import printable
 from benchmarks.contract.rows import REAL, Row
 from benchmarks.contract.suite import Suite, suites
-from benchmarks.data.sequences.episode import USUAL_FOCAL, SequenceEpisode
-from benchmarks.data.sequences.reading import read_collections
-from benchmarks.data.sequences.sequence import USUAL_RATE_HZ, BoxedSequence
-from benchmarks.data.tracks.episode import TracksEpisode
-from benchmarks.data.tracks.reading import read_each
+from benchmarks.data.sequences import USUAL_FOCAL, USUAL_RATE_HZ, BoxedSequence, SequenceEpisode, read_collections
+from benchmarks.data.tracks import read_each
 from scenarios.command_link import CommandLink
-from scenarios.scenario import Episode
+from scenarios.scenario import Episode, Frame
 from scenarios.truth import TruthExtent
 from sim.checks import check
+from trackers.types import CameraCommand, CameraModel, Start
+
+
+class TracksEpisode:
+    """See ``scenarios.scenario.Episode``: a recording of tracks, which has no frame and is judged by its gaps."""
+
+    frame_count, rate_hz, closed_loop = 0, 1.0, False
+
+    @property
+    def start(self) -> Start:
+        """See ``Episode``."""
+        return Start(CameraModel(1, 1, 1.0))
+
+    def step(self, command: CameraCommand | None = None) -> Frame:
+        """See ``Episode``. There is no frame."""
+        raise IndexError("a recording of tracks has no frame")
+
+    def map_of(self) -> Any:
+        """See ``Episode``. None is known."""
+        return None
+
+    def larger_view(self, scale: float) -> NoReturn:
+        """See ``Episode``. There is no picture."""
+        raise IndexError("a recording of tracks has no picture")
+
+    def normals(self) -> NoReturn:
+        """See ``Episode``. There is no picture."""
+        raise IndexError("a recording of tracks has no picture")
+
+    def close(self) -> None:
+        """See ``Episode``. Nothing is open."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.data.tracks.reading import read_tracks
+from benchmarks.data.tracks import read_tracks
 from benchmarks.judges.fish.motion import motion_scores
 from benchmarks.judges.fish.scale import scaled_to_tank
 from benchmarks.show.suites.fish import ZEBRAFISH

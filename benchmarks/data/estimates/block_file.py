@@ -2,6 +2,21 @@
 
 A file exists whole or not at all. Its bytes are the same for every run of the same code, but for the columns
 ``cpu_s`` and ``wall_s``.
+
+For metrics of one's own, ``frameout bench --keep-estimates`` leaves a row for each track that a tracker said on each
+frame; the columns and their units are those of ``benchmarks.data.estimates.columns.SCHEMA``. The truth of the same
+frames is in the tables of a data set of the same scenario, preset and seeds, and nothing has to be run::
+
+    from benchmarks.data.sets.data_set import DataSet
+    from benchmarks.data.estimates.block_file import scan
+
+    said = scan("results/mine").to_table(columns=["tracker", "seed", "frame", "repeat", "answer", "position_px"])
+    said = said.to_pandas().query("answer == 'at once'")
+    true = DataSet("sets/town").table("objects").to_pandas().query("names == 'target'")
+    both = said.merge(true, on=["seed", "frame"], suffixes=("", "_true"))
+    away_px = np.stack(both["position_px"]) - np.stack(both["position_px_true"])
+    both["error_px"] = np.hypot(away_px[:, 0], away_px[:, 1])
+    print(both.groupby("tracker")["error_px"].median())
 """
 
 from __future__ import annotations
@@ -15,9 +30,10 @@ from typing import Any
 from urllib.parse import quote
 
 import pyarrow as pa
+import pyarrow.dataset
 import pyarrow.parquet as pq
 
-from benchmarks.contract.rows import BlockKey, Row, block_key
+from benchmarks.contract.rows import ESTIMATES, BlockKey, Row, block_key
 from benchmarks.data.estimates.columns import (
     AT_ONCE,
     EXTRAPOLATED,
@@ -150,6 +166,25 @@ def paths_in(directory: Path) -> list[Path]:
     paths = sorted(directory.glob(f"[!.]*{_ENDING}"))
     check("estimates", bool(paths), "files of `frameout bench --keep-estimates`", f"none in {str(directory)!r}")
     return paths
+
+
+def scan(directory: Path | str) -> pyarrow.dataset.Dataset:
+    """Return all estimates of a result folder as an Arrow dataset, which reads chosen columns and rows only.
+
+    Raises:
+        ValueError: if there are none, or a file is cut off.
+    """
+    paths = [path for path, _ in facts_in(directory)]
+    return pyarrow.dataset.dataset([str(path) for path in paths], schema=SCHEMA, format="parquet")
+
+
+def facts_in(directory: Path | str) -> list[tuple[Path, Facts]]:
+    """Return the files of a result folder's estimates and what each says of its block, e.g. where the tracker failed.
+
+    Raises:
+        ValueError: if there are none, or a file is cut off.
+    """
+    return [(path, facts_of(path)) for path in paths_in(Path(directory) / ESTIMATES)]
 
 
 def facts_of(path: Path) -> Facts:

@@ -6,13 +6,13 @@ differ, so a file also notes their types.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, get_args
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 import pyarrow as pa
 
+from benchmarks.data.codec import field_of
 from scenarios.truth import Meaning
 from trackers.types import Answer, CameraCommand, CommandName, Estimate, Track
 
@@ -25,16 +25,19 @@ AT_ONCE, HINDSIGHT, EXTRAPOLATED, INTERPOLATED = "at once", "hindsight", "extrap
 OBEYED = "obeyed_"
 
 _WORDS = {
-    "suite": "",
-    "scenario": "",
-    "preset": "",
-    "renderer": "",
-    "controller": "steered the camera by the answers; null: a set path",
-    "link": "how commands reached the carrier; null in suites without links",
-    "tracker": "",
-    "answer": "on the latest picture (at once), or after the last one (hindsight); or about a gap that the judge cut "
-    "into a target's track (extrapolated from before it, interpolated from both sides)",
-    "kind": "class of the target; null: not said",
+    "suite": Meaning("word"),
+    "scenario": Meaning("word"),
+    "preset": Meaning("word"),
+    "renderer": Meaning("word"),
+    "controller": Meaning("word", coding="steered the camera by the answers; null: a set path"),
+    "link": Meaning("word", coding="how commands reached the carrier; null in suites without links"),
+    "tracker": Meaning("word"),
+    "answer": Meaning(
+        "word",
+        coding="on the latest picture (at once), or after the last one (hindsight); or about a gap that the judge cut "
+        "into a target's track (extrapolated from before it, interpolated from both sides)",
+    ),
+    "kind": Meaning("word", coding="class of the target; null: not said"),
 }
 _WHOLE = {
     "seed": Meaning("id", coding="the episode"),
@@ -73,23 +76,14 @@ _TIMES = {
 _NUMBERS = {**_OF_ESTIMATE, **_OF_TRACK, **_COMMANDS, **_TIMES}
 
 
-def _arrow(shape: tuple[str | int, ...]) -> pa.DataType:
-    if not shape:
-        return pa.float64()
-    return pa.list_(pa.float64()) if "K" in shape else pa.list_(pa.float64(), math.prod(int(n) for n in shape))
-
-
-def _field(name: str, kind: pa.DataType, unit: str, coding: str) -> pa.Field:
-    return pa.field(name, kind, metadata={"unit": unit, "coding": coding})
-
-
-SCHEMA = pa.schema(
-    [
-        *(_field(name, pa.string(), "word", coding) for name, coding in _WORDS.items()),
-        *(_field(name, pa.int64(), each.unit, each.coding) for name, each in _WHOLE.items()),
-        *(_field(name, _arrow(each.shape), each.unit, each.coding) for name, each in _NUMBERS.items()),
-    ]
-)
+_HINTS = {
+    **get_type_hints(Estimate),
+    **get_type_hints(Track),
+    **dict.fromkeys((*_COMMANDS, *_TIMES), float),
+    **dict.fromkeys(_WORDS, str),
+    **dict.fromkeys(_WHOLE, int),
+}
+SCHEMA = pa.schema([field_of(name, _HINTS[name], each) for name, each in (_WORDS | _WHOLE | _NUMBERS).items()])
 """Columns of a file of estimates; lists hold arrays in row-major order."""
 
 

@@ -23,8 +23,7 @@ from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, Row, 
 from benchmarks.contract.suite import suite
 from benchmarks.data.estimates.block_file import Block, Facts, facts_of, paths_in, read_block
 from benchmarks.data.estimates.columns import EXTRAPOLATED, INTERPOLATED, Values
-from benchmarks.data.sets.benchmark import benchmark_of
-from benchmarks.data.sets.stored_spec import stored_specs
+from benchmarks.data.sets.benchmark import benchmark_of, stored_specs
 from benchmarks.judges.tracker_speed import times
 from benchmarks.run.editions import judge_edition, preset_edition
 from benchmarks.run.episodes import EpisodeSpec, simulated

@@ -3,74 +3,95 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
+import json
+import math
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.exports.export_format import ExportFormat
-from benchmarks.data.exports.frames import StoredFrame, episodes, frames, picture_ending, sequence_name, write_picture
-from benchmarks.data.exports.json_lists import JsonLists
-from benchmarks.data.exports.objects import ATTRIBUTES_NOTE, Labels, as_xywh, check_objects
-from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.exports.exporter import Exporter, export_format
+from benchmarks.data.exports.labels import Instance, StoredFrame, as_xywh
+from benchmarks.data.sets.stored_episode import StoredEpisode
 
-NOTE = f"""
-Format: https://cocodataset.org/#format-data. `annotations/instances.json` names the pictures in `images/`.
-
-An annotation is of one object in one picture of which at least one pixel is seen: `segmentation` is the run-length code
-of those pixels, `bbox` the box around them (left, top, width, height; the top left corner of the picture is 0, 0),
-`area` their number. Parked cars and moored boats have theirs too. Categories are the classes of the scene's own list,
-with the same numbers in every export of the scene with the same `--classes`. `iscrowd` is 1 for what shows less than
-was asked for (`--min-visible`, without what glare covers, `--min-size`), which evaluation then ignores, else 0.
-
-`attributes` holds more of each object:
-{ATTRIBUTES_NOTE.strip()}
-"""
+AddItem = Callable[[str, dict[str, Any]], None]
+"""Appends an item to a list of a name."""
 
 
-def _write(data: DataSet, folder: Path, labels: Labels) -> None:
-    check_objects(data)
-    head: dict[str, Any] = {
-        "info": {"description": f"{data.request.scenario}, preset {data.request.preset}"},
-        "licenses": [],
-        "categories": [{"id": number, "name": name} for number, name in enumerate(labels.names, start=1)],
-    }
-    (folder / "annotations").mkdir()
-    ending = picture_ending(data)
-    image = annotation = 0
-    with JsonLists(folder / "annotations" / "instances.json", ("images", "annotations"), head) as lists:
-        for episode in episodes(data):
-            pictures = folder / "images" / sequence_name(data, episode.seed)
-            pictures.mkdir(parents=True)
-            for stored in frames(episode, ("instance_map",)):
-                image += 1
-                name = f"{stored.index:06d}"
-                write_picture(stored, "image_rgb", pictures / name)
-                height, width = stored.frame.truth.instance_map.shape
-                file_name = f"{pictures.name}/{name}.{ending}"
-                lists.add("images", {"id": image, "file_name": file_name, "width": width, "height": height})
-                for item in _annotations(stored, labels):
-                    # Numbers begin with 1: the evaluation of pycocotools takes 0 for "matched with nothing".
-                    annotation += 1
-                    lists.add("annotations", {"id": annotation, "image_id": image} | item)
+@export_format("coco")
+class Coco(Exporter):
+    """Boxes and masks of what is seen of all objects, in one JSON file.
+
+    Format: https://cocodataset.org/#format-data. `annotations/instances.json` names the pictures in `images/`.
+
+    An annotation is of one object in one picture of which at least one pixel is seen: `segmentation` is the run-length
+    code of those pixels, `bbox` the box around them (left, top, width, height; the top left corner of the picture is 0,
+    0), `area` their number. Parked cars and moored boats have theirs too. Categories are the classes of the scene's own
+    list, with the same numbers in every export of the scene with the same `--classes`. `iscrowd` is 1 for what shows
+    less than was asked for (`--min-visible`, without what glare covers, `--min-size`), which evaluation then ignores,
+    else 0.
+
+    `attributes` holds more of each object:
+    """
+
+    channels = ("image_rgb", "instance_map")
+    packages = ("pycocotools",)
+    has_attributes = True
+    needs_objects = True
+    has_classes = True
+    leaves_out = True
+
+    def begin(self) -> None:
+        """Begin the JSON file."""
+        path = self.folder / "annotations" / "instances.json"
+        head = json_head(self) | {"categories": categories(self)}
+        self._add = self.stack.enter_context(json_lists(path, ("images", "annotations"), head))
+        self._images = self._annotations = 0
+        self.reads = ("instance_map",)
+
+    def write_episode(self, episode: StoredEpisode) -> None:
+        """Write pictures and their annotations. Numbers begin with 1: pycocotools takes 0 for no match."""
+        for stored in self.frames(episode):
+            self._images += 1
+            name = f"{self.name_of(episode)}/{stored.index:06d}"
+            self.write_picture(stored, f"images/{name}")
+            height, width = stored.frame.truth.instance_map.shape
+            image = {"id": self._images, "file_name": name + self.ending, "width": width, "height": height}
+            self._add("images", image)
+            for each in self.labels.instances(stored):
+                if each.is_seen:
+                    self._annotations += 1
+                    numbers = {"id": self._annotations, "image_id": self._images}
+                    self._add("annotations", numbers | self._annotation(stored, each))
+
+    def _annotation(self, stored: StoredFrame, instance: Instance) -> dict[str, Any]:
+        is_small = not self.labels.takes(instance)
+        self.labels.left_out += is_small
+        mask = stored.frame.truth.instance_map == instance.instance_id
+        return {
+            "category_id": 1 + instance.class_number,
+            "bbox": as_xywh(instance.visible_xyxy),
+            "area": int(mask.sum()),
+            "segmentation": run_lengths(mask),
+            "iscrowd": int(is_small),
+            "attributes": instance.attributes(),
+        }
 
 
-def _annotations(stored: StoredFrame, labels: Labels) -> Iterator[dict[str, Any]]:
-    for each in labels.instances(stored):
-        if each.is_seen:
-            is_small = not labels.takes(each)
-            labels.left_out += is_small
-            mask = stored.frame.truth.instance_map == each.instance_id
-            yield {
-                "category_id": 1 + each.class_number,
-                "bbox": as_xywh(each.visible_xyxy),
-                "area": int(mask.sum()),
-                "segmentation": run_lengths(mask),
-                "iscrowd": int(is_small),
-                "attributes": each.attributes(),
-            }
+def json_head(exporter: Exporter) -> dict[str, Any]:
+    """Return what COCO's files begin with."""
+    request = exporter.data.request
+    return {"info": {"description": f"{request.scenario}, preset {request.preset}"}, "licenses": []}
+
+
+def categories(exporter: Exporter, **fields: str) -> list[dict[str, Any]]:
+    """Return a category for each class, with further ``fields``."""
+    return [{"id": number, "name": name} | fields for number, name in enumerate(exporter.labels.names, start=1)]
 
 
 def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
@@ -79,13 +100,43 @@ def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
     return {"size": [int(length) for length in code["size"]], "counts": code["counts"].decode("ascii")}
 
 
-COCO = ExportFormat(
-    summary="boxes and masks of what is seen of all objects, in one JSON file",
-    needs="objects, their instance_map, pictures",
-    channels=("image_rgb", "instance_map"),
-    packages=("pycocotools",),
-    note=NOTE,
-    write=_write,
-    has_classes=True,
-    leaves_out=True,
-)
+@contextmanager
+def json_lists(path: Path, names: Sequence[str], head: dict[str, Any]) -> Iterator[AddItem]:
+    """Write one JSON object of lists that may not fit into memory; yield what appends an item to any of them.
+
+    After a failure there is no file.
+
+    Args:
+        names: of the lists. head: what comes before them.
+    """
+    path.parent.mkdir(exist_ok=True)
+    with ExitStack() as stack:
+        parts = {name: stack.enter_context(TemporaryFile("w+", encoding="utf-8", dir=path.parent)) for name in names}
+        empty = set(names)
+
+        def add(name: str, item: dict[str, Any]) -> None:
+            parts[name].write(("\n" if name in empty else ",\n") + as_text(item))
+            empty.discard(name)
+
+        yield add
+        with path.open("w", encoding="utf-8") as file:
+            file.write("{" + ",\n".join(f"{as_text(name)}:{as_text(value)}" for name, value in head.items()))
+            for name, part in parts.items():
+                file.write(f",\n{as_text(name)}:[")
+                part.seek(0)
+                shutil.copyfileobj(part, file)
+                file.write("]")
+            file.write("}\n")
+
+
+def as_text(value: Any) -> str:
+    """Return a value as JSON on one line; NaN and infinity, which JSON lacks, become null."""
+    return json.dumps(_finite(value), allow_nan=False, separators=(",", ":"))
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    return [_finite(each) for each in value] if isinstance(value, list | tuple) else value

@@ -7,64 +7,143 @@ previous one, and a reader of KITTI gets matching pictures and flow with time re
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.exports.export_format import ExportFormat
-from benchmarks.data.exports.frames import StoredFrame, episodes, frames, picture_bytes
-from benchmarks.data.exports.kitti_coding import distance_map, flow_map, write_png16
-from benchmarks.data.exports.objects import Labels
-from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.exports.exporter import Exporter, export_format
+from benchmarks.data.exports.labels import StoredFrame
+from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
 from trackers.types import CameraModel
+
+_FRACTIONS, _FLOW_FRACTIONS, _FLOW_ZERO, _LARGEST = 256.0, 64.0, 2**15, 2**16 - 1
 
 FLOW_FIELD = "flow_px"
 """The channel of backward flow, in scenarios that have it."""
 _FOLDER = "training"
-_LAYOUT = """
-Format: KITTI 2015, https://www.cvlibs.net/datasets/kitti. Files of one sample share a number; `frames.csv` gives its
-episode (seed) and frame. `calib_cam_to_cam/NNNNNN.txt` holds the projections P_rect_02 (this camera) and, of a stereo
-pair, P_rect_03, in pixels and metres; pixel centres have whole coordinates.
-"""
-STEREO_NOTE = f"""{_LAYOUT}
-`image_2/NNNNNN_10` is the left picture, `image_3/NNNNNN_10` the right one. `disp_occ_0/NNNNNN_10.png` is the disparity
-of the left picture in pixels, times 256, as 16 bits; 0 means none. It is focal length times baseline over the true
-depth, also of points that the right picture does not show. A frame whose right picture was lost is left out.
-"""
-FLOW_NOTE = f"""{_LAYOUT}
-The flow is BACKWARD: of each pixel, the place of its surface point in the previous frame minus its present place.
-KITTI's flow leads from `NNNNNN_10` to `NNNNNN_11`: so `image_2/NNNNNN_10` is the present frame here,
-`image_2/NNNNNN_11` the previous one, and time runs backwards within a pair. The first frame of an episode has no pair.
-
-`flow_occ/NNNNNN_10.png` has 16 bits a channel: red is 64 times the flow to the right, in pixels, plus 2^15; green
-likewise downwards; blue is 1 where there is flow, else all three are 0. Points that the previous frame does not show
-have flow, too.
-"""
-DEPTH_NOTE = f"""{_LAYOUT}
-`image_2/NNNNNN_10` is the picture, `depth/NNNNNN_10.png` its depth along the optical axis in metres, times 256, as 16
-bits; 0 means none, or more than 255.996 m.
-"""
 
 
-@dataclass(frozen=True)
-class _Map:
-    """One of the three formats.
+_PRESENT = ("image_2", "image_rgb", 0, "10")
+
+
+class Kitti(Exporter):
+    """Samples of pictures and one map of 16 bits.
 
     Attributes:
-        folder: of the maps. channels: that they are made from. of: returns the map of a frame.
-        pictures: (folder, channel, frames back, suffix) of the pictures of a sample.
-        is_stereo: whether the camera needs a second one.
+        maps: their folder. pictures: (folder, channel, frames back, suffix) of the pictures of a sample.
     """
 
-    folder: str
-    channels: tuple[str, ...]
-    of: Callable[[StoredFrame], NDArray[np.uint16]]
-    pictures: tuple[tuple[str, str, int, str], ...]
-    is_stereo: bool = False
+    maps: ClassVar[str]
+    pictures: ClassVar[tuple[tuple[str, str, int, str], ...]] = (_PRESENT,)
+
+    def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:
+        """Return the map of a frame."""
+        raise NotImplementedError
+
+    def begin(self) -> None:
+        """Begin the list of samples."""
+        for name in {self.maps, "calib_cam_to_cam", *(each[0] for each in self.pictures)}:
+            (self.folder / _FOLDER / name).mkdir(parents=True)
+        self._samples = ["number,seed,frame"]
+        self.reads = tuple(channel for channel in self.channels if channel not in ("image_rgb", "right_rgb"))
+
+    def write_episode(self, episode: StoredEpisode) -> None:
+        """Write the samples of which all pictures exist."""
+        back = max(back for _, _, back, _ in self.pictures)
+        for stored in self.frames(episode):
+            number = f"{len(self._samples) - 1:06d}"
+            found = {
+                f"{folder}/{number}_{suffix}": self.picture(episode, stored.index - back, channel)
+                for folder, channel, back, suffix in self.pictures
+                if stored.index >= back
+            }
+            maps = self.map_of(stored)
+            if stored.index < back or None in found.values():
+                continue
+            for name, content in found.items():
+                (self.folder / _FOLDER / f"{name}{self.ending}").write_bytes(content or b"")
+            write_png16(maps, self.folder / _FOLDER / self.maps / f"{number}_10.png")
+            self.write_lines(f"{_FOLDER}/calib_cam_to_cam/{number}.txt", _calibration(stored.camera))
+            self._samples.append(f"{number},{episode.seed},{stored.index}")
+
+    def end(self) -> None:
+        """Write the list of samples."""
+        check("data", len(self._samples) > 1, "a frame with all pictures of a sample", "none")
+        self.write_lines("frames.csv", self._samples)
+
+
+@export_format("kitti-stereo")
+class KittiStereo(Kitti):
+    """Pairs of pictures with disparity.
+
+    Format: KITTI 2015, https://www.cvlibs.net/datasets/kitti. Files of one sample share a number; `frames.csv` gives
+    its episode (seed) and frame. `calib_cam_to_cam/NNNNNN.txt` holds the projections P_rect_02 (this camera) and, of a
+    stereo pair, P_rect_03, in pixels and metres; pixel centres have whole coordinates.
+
+    `image_2/NNNNNN_10` is the left picture, `image_3/NNNNNN_10` the right one. `disp_occ_0/NNNNNN_10.png` is the
+    disparity of the left picture in pixels, times 256, as 16 bits; 0 means none. It is focal length times baseline over
+    the true depth, also of points that the right picture does not show. A frame whose right picture was lost is left
+    out.
+    """
+
+    channels = ("image_rgb", "right_rgb", "depth_m")
+    maps = "disp_occ_0"
+    pictures = (_PRESENT, ("image_3", "right_rgb", 0, "10"))
+
+    def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:
+        """See ``Kitti``. Raises ValueError for a single camera."""
+        return distance_map(disparity_px(stored.frame.truth.depth_m, stored.camera))
+
+
+@export_format("kitti-flow")
+class KittiFlow(Kitti):
+    """Pictures with backward optical flow.
+
+    Format: KITTI 2015, https://www.cvlibs.net/datasets/kitti. Files of one sample share a number; `frames.csv` gives
+    its episode (seed) and frame. `calib_cam_to_cam/NNNNNN.txt` holds the projections P_rect_02 (this camera) and, of a
+    stereo pair, P_rect_03, in pixels and metres; pixel centres have whole coordinates.
+
+    The flow is BACKWARD: of each pixel, the place of its surface point in the previous frame minus its present place.
+    KITTI's flow leads from `NNNNNN_10` to `NNNNNN_11`: so `image_2/NNNNNN_10` is the present frame here,
+    `image_2/NNNNNN_11` the previous one, and time runs backwards within a pair. The first frame of an episode has no
+    pair.
+
+    `flow_occ/NNNNNN_10.png` has 16 bits a channel: red is 64 times the flow to the right, in pixels, plus 2^15; green
+    likewise downwards; blue is 1 where there is flow, else all three are 0. Points that the previous frame does not
+    show have flow, too.
+    """
+
+    channels = ("image_rgb", FLOW_FIELD)
+    maps = "flow_occ"
+    pictures = (_PRESENT, ("image_2", "image_rgb", 1, "11"))
+
+    def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:
+        """See ``Kitti``."""
+        return flow_map(getattr(stored.frame.truth, FLOW_FIELD))
+
+
+@export_format("kitti-depth")
+class KittiDepth(Kitti):
+    """Pictures with depth.
+
+    Format: KITTI 2015, https://www.cvlibs.net/datasets/kitti. Files of one sample share a number; `frames.csv` gives
+    its episode (seed) and frame. `calib_cam_to_cam/NNNNNN.txt` holds the projections P_rect_02 (this camera) and, of a
+    stereo pair, P_rect_03, in pixels and metres; pixel centres have whole coordinates.
+
+    `image_2/NNNNNN_10` is the picture, `depth/NNNNNN_10.png` its depth along the optical axis in metres, times 256, as
+    16 bits; 0 means none, or more than 255.996 m.
+    """
+
+    channels = ("image_rgb", "depth_m")
+    maps = "depth"
+
+    def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:
+        """See ``Kitti``."""
+        return distance_map(stored.frame.truth.depth_m)
 
 
 def disparity_px(depth_m: NDArray[np.floating], camera: CameraModel) -> NDArray[np.floating]:
@@ -79,63 +158,7 @@ def disparity_px(depth_m: NDArray[np.floating], camera: CameraModel) -> NDArray[
     return camera.focal_px * baseline_m / depth_m
 
 
-_PRESENT = ("image_2", "image_rgb", 0, "10")
-_STEREO = _Map(
-    "disp_occ_0",
-    ("depth_m",),
-    lambda stored: distance_map(disparity_px(stored.frame.truth.depth_m, stored.camera)),
-    (_PRESENT, ("image_3", "right_rgb", 0, "10")),
-    is_stereo=True,
-)
-_FLOW = _Map(
-    "flow_occ",
-    (FLOW_FIELD,),
-    lambda stored: flow_map(getattr(stored.frame.truth, FLOW_FIELD)),
-    (_PRESENT, ("image_2", "image_rgb", 1, "11")),
-)
-_DEPTH = _Map("depth", ("depth_m",), lambda stored: distance_map(stored.frame.truth.depth_m), (_PRESENT,))
-
-
-def _writer(kind: _Map) -> Callable[[DataSet, Path, Labels], None]:
-    def write(data: DataSet, folder: Path, _: Labels) -> None:
-        root = folder / _FOLDER
-        for name in {kind.folder, "calib_cam_to_cam", *(each[0] for each in kind.pictures)}:
-            (root / name).mkdir(parents=True)
-        number = 0
-        with (folder / "frames.csv").open("w", encoding="utf-8") as table:
-            table.write("number,seed,frame\n")
-            for episode in episodes(data):
-                for stored in frames(episode, kind.channels):
-                    if _write_sample(kind, stored, root, f"{number:06d}"):
-                        table.write(f"{number:06d},{episode.seed},{stored.index}\n")
-                        number += 1
-        check("data", number > 0, "a frame with all pictures of a sample", "none")
-
-    return write
-
-
-def _write_sample(kind: _Map, stored: StoredFrame, root: Path, number: str) -> bool:
-    """Write a sample; return False, with nothing written, if one of its pictures does not exist."""
-    if kind.is_stereo:
-        # Before pictures are missed: a single camera has no right ones.
-        disparity_px(np.ones((1, 1)), stored.camera)
-    if stored.index < max(back for _, _, back, _ in kind.pictures):
-        return False
-    found = {
-        f"{folder}/{number}_{suffix}": picture_bytes(stored.episode, stored.index - back, channel)
-        for folder, channel, back, suffix in kind.pictures
-    }
-    if None in found.values():
-        return False
-    for name, picture in found.items():
-        assert picture is not None
-        (root / f"{name}.{picture[0]}").write_bytes(picture[1])
-    write_png16(kind.of(stored), root / kind.folder / f"{number}_10.png")
-    (root / "calib_cam_to_cam" / f"{number}.txt").write_text(_calibration(stored.camera), encoding="utf-8")
-    return True
-
-
-def _calibration(camera: CameraModel) -> str:
+def _calibration(camera: CameraModel) -> list[str]:
     """Return the projections (3, 4) of the cameras, in KITTI's words."""
     # KITTI's pixel (0, 0) is the middle of the first pixel, ours its corner.
     x_px, y_px = 0.5 * camera.width_px - 0.5, 0.5 * camera.height_px - 0.5
@@ -145,30 +168,31 @@ def _calibration(camera: CameraModel) -> str:
             f = camera.focal_px
             rows = (f, 0.0, x_px, -f * shift_m, 0.0, f, y_px, 0.0, 0.0, 0.0, 1.0, 0.0)
             lines.append(f"P_rect_{name}: " + " ".join(f"{value:.6e}" for value in rows))
-    return "\n".join(lines) + "\n"
+    return lines
 
 
-STEREO = ExportFormat(
-    summary="pairs of pictures with disparity, as 16-bit PNG",
-    needs="a stereo camera, depth_m, pictures",
-    channels=("image_rgb", "right_rgb", *_STEREO.channels),
-    packages=(),
-    note=STEREO_NOTE,
-    write=_writer(_STEREO),
-)
-FLOW = ExportFormat(
-    summary="pictures with backward optical flow, as 16-bit PNG",
-    needs="flow_px, pictures",
-    channels=("image_rgb", *_FLOW.channels),
-    packages=(),
-    note=FLOW_NOTE,
-    write=_writer(_FLOW),
-)
-DEPTH = ExportFormat(
-    summary="pictures with depth, as 16-bit PNG",
-    needs="depth_m, pictures",
-    channels=("image_rgb", *_DEPTH.channels),
-    packages=(),
-    note=DEPTH_NOTE,
-    write=_writer(_DEPTH),
-)
+def distance_map(values: NDArray[np.floating]) -> NDArray[np.uint16]:
+    """Return a map (H, W) of depths in metres or disparities in pixels as KITTI stores it: 256 steps a unit.
+
+    0 means "no value": where none is finite and > 0, or it is beyond the largest, 255.996. A value that rounds to 0
+    becomes 1, as in KITTI's own writer.
+    """
+    stored = np.maximum(np.rint(np.nan_to_num(values, nan=np.inf, posinf=np.inf) * _FRACTIONS), 1.0)
+    good = (values > 0) & (stored <= _LARGEST)
+    return np.where(good, stored, 0.0).astype(np.uint16)
+
+
+def flow_map(flow_px: NDArray[np.floating]) -> NDArray[np.uint16]:
+    """Return a flow (H, W, 2), x right and y down in pixels, as (H, W, 3): 64 x + 2^15, 64 y + 2^15, 1 where valid.
+
+    All three are 0 where the flow is not finite or beyond the range of 16 bits.
+    """
+    stored = np.rint(np.nan_to_num(flow_px, nan=np.inf, posinf=np.inf, neginf=-np.inf) * _FLOW_FRACTIONS + _FLOW_ZERO)
+    good = ((stored >= 0) & (stored <= _LARGEST)).all(axis=2, keepdims=True)
+    return np.where(good, np.concatenate([stored, np.ones_like(good)], axis=2), 0.0).astype(np.uint16)
+
+
+def write_png16(values: NDArray[np.uint16], path: Path) -> None:
+    """Write a map (H, W) or (H, W, 3), its channels in the order red, green, blue, as a PNG file."""
+    swapped = values if values.ndim == 2 else np.ascontiguousarray(values[..., ::-1])
+    path.write_bytes(cv2.imencode(".png", swapped)[1].tobytes())

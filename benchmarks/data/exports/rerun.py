@@ -8,20 +8,18 @@ Rerun gives to rows by the clock.
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from benchmarks.data.exports.export_format import ExportFormat
-from benchmarks.data.exports.frames import ABSENT, episodes, frames
-from benchmarks.data.exports.objects import Instance, Labels
+from benchmarks.data.exports.exporter import Exporter, export_format
+from benchmarks.data.exports.labels import ABSENT, Instance
+from benchmarks.data.sets.channel_pictures import channel_picture
 from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES
-from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.page.channel_pictures import channel_picture
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.show.video import marks
 from scenarios.scenario import Frame
@@ -38,49 +36,51 @@ _GROUND = (40, 42, 48)
 """Colour of what is no object."""
 _INSIDE = ("in", "partial", "occluded")
 RECORDING = "recording.rrd"
-NOTE = f"""
-Format: https://rerun.io/docs. `rerun {RECORDING}` opens it. Each episode is a tree `seed-NNNNNN/` in its world (metres,
-z up), over the time lines `frame` and `time`; pixel coordinates begin at the top left corner of the picture.
-"""
 
 
-def _write(data: DataSet, folder: Path, labels: Labels) -> None:
-    import rerun
+@export_format("rerun")
+class Rerun(Exporter):
+    """A recording for the Rerun viewer: pictures, maps, boxes, objects and camera over time.
 
-    name = f"{data.request.scenario}-{data.request.preset}"
-    # Its own properties are the time of writing.
-    stream = rerun.RecordingStream(f"frameout-{data.request.scenario}", recording_id=name, send_properties=False)
-    stream.save(folder / RECORDING)
-    try:
-        for episode in episodes(data):
-            _Writer(rerun, stream, data, episode, labels).write()
-        stream.flush()
-    finally:
-        stream.disconnect()
+    Format: https://rerun.io/docs. `rerun recording.rrd` opens it. Each episode is a tree `seed-NNNNNN/` in its world
+    (metres, z up), over the time lines `frame` and `time`; pixel coordinates begin at the top left corner of the
+    picture.
+    """
 
+    packages = ("rerun",)
+    extra = "rerun"
 
-class _Writer:
-    """Writes one episode."""
+    def begin(self) -> None:
+        """Begin the recording."""
+        self._sdk = importlib.import_module("rerun")
+        self.reads = self.data.request.channels
+        name = f"{self.data.request.scenario}-{self.data.request.preset}"
+        # Its own properties are the time of writing.
+        self._stream: rerun.RecordingStream = self._sdk.RecordingStream(
+            f"frameout-{self.data.request.scenario}", recording_id=name, send_properties=False
+        )
+        self._stream.save(self.folder / RECORDING)
+        self.stack.callback(self._stream.disconnect)
 
-    def __init__(
-        self, sdk: Any, stream: rerun.RecordingStream, data: DataSet, episode: StoredEpisode, labels: Labels
-    ) -> None:
-        self._sdk, self._stream, self._data, self._episode, self._labels = sdk, stream, data, episode, labels
+    def end(self) -> None:
+        """Finish the recording."""
+        self._stream.flush()
+
+    def write_episode(self, episode: StoredEpisode) -> None:
+        """Write all frames."""
+        self._episode = episode
         self._root = f"seed-{episode.seed:06d}"
         self._names_at: dict[str, tuple[str, ...]] = {}
-
-    def write(self) -> None:
-        """Write all frames."""
         self._log("", self._sdk.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
-        for stored in frames(self._episode, self._data.request.channels):
+        for stored in self.frames(episode):
             index, frame = stored.index, stored.frame
-            instances = list(self._labels.instances(stored))
+            instances = list(self.labels.instances(stored))
             self._stream.set_time("frame", sequence=index)
             self._stream.set_time("time", duration=frame.truth.time_s)
             self._write_camera(frame)
             self._write_boxes(instances)
             self._write_objects(instances)
-            for channel in self._data.request.channels:
+            for channel in self.data.request.channels:
                 self._write_channel(channel, index, frame)
 
     def _log(self, place: str, *what: Any, static: bool = False) -> None:
@@ -171,14 +171,3 @@ class _Writer:
         at = np.minimum(np.searchsorted(ids, value), count - 1)
         others = np.where(np.isin(value, truth.standing_id), count + 1, 0)
         return np.where(ids[at] == value, order[at] + 1, others).astype(np.uint16)
-
-
-RERUN = ExportFormat(
-    summary="a recording for the Rerun viewer: pictures, maps, boxes, objects and camera over time",
-    needs="nothing more than a data set",
-    channels=(),
-    packages=("rerun",),
-    note=NOTE,
-    write=_write,
-    extra="rerun",
-)

@@ -6,110 +6,101 @@ import dataclasses
 import io
 import json
 from collections.abc import Iterator
-from pathlib import Path
 from types import NoneType, UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 from fsspec.implementations.local import LocalFileSystem
 
-from benchmarks.data.exports.export_format import ExportFormat
-from benchmarks.data.exports.frames import (
-    StoredFrame,
-    black_picture,
-    episodes,
-    frames,
-    picture_bytes,
-    sequence_name,
-    set_name,
-)
-from benchmarks.data.exports.objects import Labels
+from benchmarks.data.exports.exporter import Exporter, export_format, set_name
+from benchmarks.data.exports.labels import Instance, Labels, StoredFrame
+from benchmarks.data.sets.card import split_of
 from benchmarks.data.sets.channels import CODINGS, COUNTS, NORMALS, PICTURES
-from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.notes import split_of
 from benchmarks.data.sets.shards import ShardWriter
-from scenarios.truth import Meaning, Truth, dtype_of, meanings
+from benchmarks.data.sets.stored_episode import StoredEpisode
+from scenarios.truth import dtype_of, meanings
 from trackers.types import Observation
 
 SHARD_BYTES = 512 * 2**20
 """Size from which a new shard begins."""
-_NAMES = {"image_rgb": "", "right_rgb": "right."}
+_NAMES = {"image_rgb": "", "right_rgb": ".right"}
 """Before the endings of pictures."""
-_OF_STANDING = {
-    "names": "name",
-    "kinds": "kind",
-    "instance_id": "instance_id",
-    "state": "state",
-    "box_xyxy": "box_xyxy",
-    "visible_fraction": "visible_fraction",
-    "glare_fraction": "glare_fraction",
-    "T_world_object": "T_world_object",
-    "bounds_m": "bounds_m",
-}
-"""Field of objects -> what an ``Instance`` tells of it, also of one that only stands about."""
-NOTE = """
-Format: WebDataset, https://github.com/webdataset/webdataset: `SET-train-00000.tar` and so on, and `SET-test-…` for
-episodes of the test split (seeds 10,000 to 19,999). Files of one sample share a key, `SET-SEED_FRAME`, which no data
-set of another scene, preset, size, rate, length or renderer has:
-
-- `png` or `jpg`: the picture; `right.png`: the right one of a stereo pair, black where `lost` in the JSON file says
-  that there is none.
-- `json`: the frame's truth, `objects` with an entry each, and `observed`: what a tracker gets beside the pictures.
-  `class_number` (of `class`) is the same in every export of the scene with the same `--classes`. What only stands
-  about, a parked car or a moored boat, comes last, with `stands` true, and lacks what is told of the others. Units are
-  in the names, boxes are x_min, y_min, x_max, y_max in pixels. `visible_box_xyxy` is the box around the pixels that are
-  seen.
-- `CHANNEL.npy`: each map with a value a pixel that the data set holds, and `counts.npy`: the raw counts of a thermal
-  camera, uint16.
-
-Each field has one type in all samples, so nothing is null: for what there is none of stands -1000000000.0 for a number,
--1 for a whole number, an empty string for a word.
-"""
 NO_NUMBER = -1e9
+_OF_INSTANCE = {"names": "name", "kinds": "kind"}
+"""Field of objects -> that of an ``Instance``, where it has another name."""
+_NONE: dict[str, Any] = {"U": "", "f": NO_NUMBER, "b": False}
+"""Kind of dtype -> what stands for none; else -1."""
 
 
-def _write(data: DataSet, folder: Path, labels: Labels) -> None:
-    files = LocalFileSystem()
-    splits = {
-        split_of(seed): ShardWriter(files, str(folder), f"{set_name(data)}-{split_of(seed)}", 2 * SHARD_BYTES)
-        for seed in data.seeds
-    }
-    try:
-        for episode in episodes(data):
-            shards, name = splits[split_of(episode.seed)], sequence_name(data, episode.seed)
-            for stored in frames(episode, tuple(c for c in data.request.channels if c not in PICTURES)):
-                for ending, content in _files(data, stored, labels):
-                    place = shards.add(f"{name}_{stored.index:06d}.{ending}", content)
-                if place.offset + place.bytes > SHARD_BYTES:
-                    # Between samples only: a reader takes what follows in another shard for another sample.
-                    shards.finish()
-        for shards in splits.values():
+@export_format("webdataset")
+class WebDataset(Exporter):
+    """Tar shards of everything: pictures, maps and truth.
+
+    Format: WebDataset, https://github.com/webdataset/webdataset: `SET-train-00000.tar` and so on, and `SET-test-…` for
+    episodes of the test split (seeds 10,000 to 19,999). Files of one sample share a key, `SET-SEED_FRAME`, which no
+    data set of another scene, preset, size, rate, length or renderer has:
+
+    - `png` or `jpg`: the picture; `right.png`: the right one of a stereo pair, black where `lost` in the JSON file says
+      that there is none.
+    - `json`: the frame's truth, `objects` with an entry each, and `observed`: what a tracker gets beside the pictures.
+      `class_number` (of `class`) is the same in every export of the scene with the same `--classes`. What only stands
+      about, a parked car or a moored boat, comes last, with `stands` true, and lacks what is told of the others. Units
+      are in the names, boxes are x_min, y_min, x_max, y_max in pixels. `visible_box_xyxy` is the box around the pixels
+      that are seen.
+    - `CHANNEL.npy`: each map with a value a pixel that the data set holds, and `counts.npy`: the raw counts of a
+      thermal camera, uint16.
+
+    Each field has one type in all samples, so nothing is null: for what there is none of stands -1000000000.0 for a
+    number, -1 for a whole number, an empty string for a word.
+    """
+
+    has_classes = True
+    data_files = "*-{split}-*.tar"
+
+    def begin(self) -> None:
+        """Begin the shards of each split."""
+        self.reads = tuple(channel for channel in self.data.request.channels if channel not in PICTURES)
+        name, files = set_name(self.data), LocalFileSystem()
+        self._splits: dict[str, ShardWriter] = {}
+        for split in dict.fromkeys(map(split_of, self.data.seeds)):
+            shards = ShardWriter(files, str(self.folder), f"{name}-{split}", 2 * SHARD_BYTES)
+            self._splits[split] = shards
+            self.stack.callback(shards.abandon)
+
+    def write_episode(self, episode: StoredEpisode) -> None:
+        """Write the samples of an episode."""
+        shards = self._splits[split_of(episode.seed)]
+        for stored in self.frames(episode):
+            for ending, content in self._files(stored):
+                place = shards.add(f"{self.name_of(episode)}_{stored.index:06d}{ending}", content)
+            if place.offset + place.bytes > SHARD_BYTES:
+                # Between samples only: a reader takes what follows in another shard for another sample.
+                shards.finish()
+
+    def end(self) -> None:
+        """Finish the last shards."""
+        for shards in self._splits.values():
             shards.finish()
-    finally:
-        for shards in splits.values():
-            shards.abandon()
 
-
-def _files(data: DataSet, stored: StoredFrame, labels: Labels) -> Iterator[tuple[str, bytes]]:
-    """Yield the ending and the content of each file of a sample."""
-    lost = {}
-    for channel in data.request.channels:
-        if channel == COUNTS:
-            # Not a picture of 16 bits: of these the usual decoders keep 8, and clip.
-            found = stored.episode.coded(stored.index, channel)
-            if found is not None:
-                yield f"{channel}.npy", _array(CODINGS[found[0]].decode(found[1]))
-        elif channel in PICTURES:
-            picture = picture_bytes(stored.episode, stored.index, channel)
-            lost[channel] = picture is None
-            ending, content = picture or black_picture(data, stored.camera)
-            yield _NAMES[channel] + ending, content
-        elif channel == NORMALS:
-            yield f"{channel}.npy", _array(stored.episode.normals_of(stored.index))
-        elif getattr(stored.frame.truth, channel).size:
-            yield f"{channel}.npy", _array(getattr(stored.frame.truth, channel))
-    known = sample(stored, labels) | ({"lost": lost} if lost else {})
-    yield "json", json.dumps(known, allow_nan=False, separators=(",", ":")).encode()
+    def _files(self, stored: StoredFrame) -> Iterator[tuple[str, bytes]]:
+        """Yield the ending and the content of each file of a sample."""
+        lost = {}
+        for channel in self.data.request.channels:
+            if channel == COUNTS:
+                # Not a picture of 16 bits: of these the usual decoders keep 8, and clip.
+                found = stored.episode.coded(stored.index, channel)
+                if found is not None:
+                    yield f".{channel}.npy", _array(CODINGS[found[0]].decode(found[1]))
+            elif channel in PICTURES:
+                picture = self.picture(stored.episode, stored.index, channel)
+                lost[channel] = picture is None
+                yield _NAMES[channel] + self.ending, picture or self.black_picture(stored.camera)
+            elif channel == NORMALS:
+                yield f".{channel}.npy", _array(stored.episode.normals_of(stored.index))
+            elif getattr(stored.frame.truth, channel).size:
+                yield f".{channel}.npy", _array(getattr(stored.frame.truth, channel))
+        known = sample(stored, self.labels) | ({"lost": lost} if lost else {})
+        yield ".json", json.dumps(known, allow_nan=False, separators=(",", ":")).encode()
 
 
 def sample(stored: StoredFrame, labels: Labels) -> dict[str, Any]:
@@ -130,34 +121,32 @@ def sample(stored: StoredFrame, labels: Labels) -> dict[str, Any]:
     observed = {
         name: _typed(getattr(observation, name), seen[name]) for name in ("time_s", "camera", "settings", "ego")
     }
-    columns = {name: meaning for name, meaning in fields.items() if meaning.table == "objects"}
     objects = []
     for k, each in enumerate(labels.instances(stored)):
-        stands = k >= len(truth.names)
-        told = dict(zip(_OF_STANDING, (getattr(each, own) for own in _OF_STANDING.values()), strict=True))
-        entry = {
-            name: _entry(told.get(name) if stands else getattr(truth, name)[k], kind, name, meaning)
-            for name, meaning in columns.items()
+        entry: dict[str, Any] = {}
+        for name, meaning in fields.items():
+            if meaning.table == "objects":
+                # Of one that only stands about, an instance has what is known.
+                value = getattr(truth, name)[k] if k < len(truth.names) else _of_instance(each, name)
+                shape = tuple(int(length) for length in meaning.shape[1:])
+                entry[name] = _none(dtype_of(kind, name), shape) if value is None else _numbers(value)
+        entry |= {
+            "visible_box_xyxy": _numbers(each.visible_xyxy),
+            "class": labels.names[each.class_number],
+            "class_number": each.class_number,
+            "stands": k >= len(truth.names),
         }
-        objects.append(
-            entry
-            | {
-                "visible_box_xyxy": _numbers(each.visible_xyxy),
-                "class": labels.names[each.class_number],
-                "class_number": each.class_number,
-                "stands": stands,
-            }
-        )
+        objects.append(entry)
     return {"seed": stored.episode.seed, **known, "observed": observed, "objects": objects}
 
 
-def _entry(value: Any, kind: type[Truth], name: str, meaning: Meaning) -> Any:
-    """Return an object's value of a field, or what stands for none."""
-    if value is not None:
-        return _numbers(value)
-    dtype, shape = dtype_of(kind, name), [int(length) for length in meaning.shape[1:]]
-    none: dict[str, Any] = {"U": "", "f": NO_NUMBER, "b": False}
-    return np.full(shape, none.get(dtype.kind, -1), dtype).tolist()
+def _of_instance(instance: Instance, name: str) -> Any:
+    return getattr(instance, _OF_INSTANCE.get(name, name), None)
+
+
+def _none(dtype: np.dtype[Any], shape: tuple[int, ...] = ()) -> Any:
+    """Return what stands for no value: a number or word, or nested lists of numbers."""
+    return np.full(shape, _NONE.get(dtype.kind, -1), dtype).tolist()
 
 
 def _typed(value: Any, hint: Any, shape: tuple[Any, ...] = (), name: str = "") -> Any:
@@ -172,8 +161,8 @@ def _typed(value: Any, hint: Any, shape: tuple[Any, ...] = (), name: str = "") -
     if value is not None:
         return _numbers(float(value) if hint is float else value)
     if get_origin(hint) is np.ndarray:
-        return np.full(shape or ((4, 4) if name.startswith("T_") else (1,)), NO_NUMBER).tolist()
-    return {bool: False, int: -1, float: NO_NUMBER}.get(hint, "")
+        return _none(np.dtype(float), shape or ((4, 4) if name.startswith("T_") else (1,)))
+    return _none(np.dtype(hint if hint in (bool, int, float) else str))
 
 
 def _numbers(value: Any) -> Any:
@@ -187,15 +176,3 @@ def _array(values: np.ndarray) -> bytes:
     file = io.BytesIO()
     np.save(file, np.ascontiguousarray(values), allow_pickle=False)
     return file.getvalue()
-
-
-WEB_DATASET = ExportFormat(
-    summary="tar shards of everything: pictures, maps and truth",
-    needs="nothing more than a data set",
-    channels=(),
-    packages=(),
-    note=NOTE,
-    write=_write,
-    has_classes=True,
-    data_files="*-{split}-*.tar",
-)

@@ -5,30 +5,14 @@ from __future__ import annotations
 import csv
 import json
 import math
-from pathlib import Path
 
-from benchmarks.data.exports.export_format import ExportFormat
-from benchmarks.data.exports.frames import StoredFrame, episodes, frames, sequence_name, write_picture
-from benchmarks.data.exports.objects import ATTRIBUTES, ATTRIBUTES_NOTE, Instance, Labels, check_objects
-from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.exports.exporter import Exporter, export_format
+from benchmarks.data.exports.labels import ATTRIBUTES, Instance, StoredFrame
+from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
 
 VALIDATION_SHARE = 0.2
 SIDECAR = "objects.csv"
-NOTE = f"""
-Format: https://docs.ultralytics.com/datasets/detect/. `data.yaml` names the classes, those of the scene's own list with
-the same numbers in every export of the scene with the same `--classes`, and the folders of pictures; `labels/` has a
-text file for each picture, empty where no object is seen. Parked cars and moored boats have lines too; what shows less
-than was asked for (`--min-visible`, without what glare covers, `--min-size`) has none.
-
-A line is class, x and y of the centre, width and height of the box around the pixels that are seen, as shares of the
-picture's width and height. Whole episodes are for training or validation: of all seeds in order, the last
-{VALIDATION_SHARE:.0%}, at least one, are for validation.
-
-`{SIDECAR}` says what the format has no place for, a row for each line of the text files: file, line (from 1), class,
-and more of each object.
-{ATTRIBUTES_NOTE.strip()}
-"""
 
 
 def parts_of(seeds: tuple[int, ...]) -> dict[int, str]:
@@ -38,46 +22,55 @@ def parts_of(seeds: tuple[int, ...]) -> dict[int, str]:
     return {seed: "train" if k < len(seeds) - last else "val" for k, seed in enumerate(seeds)}
 
 
-def _write(data: DataSet, folder: Path, labels: Labels) -> None:
-    check_objects(data)
-    parts = parts_of(data.seeds)
-    for part in ("train", "val"):
-        for name in ("images", "labels"):
-            (folder / name / part).mkdir(parents=True)
-    with (folder / SIDECAR).open("w", encoding="utf-8", newline="") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(["file", "line", "class", *ATTRIBUTES])
-        for episode in episodes(data):
-            part = parts[episode.seed]
-            for stored in frames(episode):
-                name = f"{sequence_name(data, episode.seed)}_{stored.index:06d}"
-                write_picture(stored, "image_rgb", folder / "images" / part / name)
-                seen = [each for each in labels.instances(stored) if each.is_seen]
-                shown = [each for each in seen if labels.takes(each)]
-                labels.left_out += len(seen) - len(shown)
-                text = "".join(_line(stored, each) for each in shown)
-                (folder / "labels" / part / f"{name}.txt").write_text(text, encoding="utf-8")
-                for line, each in enumerate(shown, start=1):
-                    told = [labels.names[each.class_number], *each.attributes().values()]
-                    table.writerow([f"labels/{part}/{name}.txt", line, *told])
-    # A string of JSON is one of YAML, whatever it holds.
-    names = "".join(f"  {number}: {json.dumps(name)}\n" for number, name in enumerate(labels.names))
-    (folder / "data.yaml").write_text(f"train: images/train\nval: images/val\nnames:\n{names}", encoding="utf-8")
+@export_format("yolo")
+class Yolo(Exporter):
+    """Boxes of what is seen, a text file for each picture, split by seeds.
+
+    Format: https://docs.ultralytics.com/datasets/detect/. `data.yaml` names the classes, those of the scene's own list
+    with the same numbers in every export of the scene with the same `--classes`, and the folders of pictures; `labels/`
+    has a text file for each picture, empty where no object is seen. Parked cars and moored boats have lines too; what
+    shows less than was asked for (`--min-visible`, without what glare covers, `--min-size`) has none.
+
+    A line is class, x and y of the centre, width and height of the box around the pixels that are seen, as shares of
+    the picture's width and height. Whole episodes are for training or validation: of all seeds in order, the last 20 %,
+    at least one, are for validation.
+
+    `objects.csv` says what the format has no place for, a row for each line of the text files: file, line (from 1),
+    class, and more of each object.
+    """
+
+    channels = ("image_rgb",)
+    has_attributes = True
+    needs_objects = True
+    has_classes = True
+    leaves_out = True
+
+    def begin(self) -> None:
+        """Split the seeds, begin the sidecar, and write the names of classes."""
+        self._parts = parts_of(self.data.seeds)
+        file = self.stack.enter_context((self.folder / SIDECAR).open("w", encoding="utf-8", newline=""))
+        self._table = csv.writer(file, lineterminator="\n")
+        self._table.writerow(["file", "line", "class", *ATTRIBUTES])
+        # A string of JSON is one of YAML, whatever it holds.
+        names = (f"  {number}: {json.dumps(name)}" for number, name in enumerate(self.labels.names))
+        self.write_lines("data.yaml", ["train: images/train", "val: images/val", "names:", *names])
+
+    def write_episode(self, episode: StoredEpisode) -> None:
+        """Write pictures, their labels and the rows of the sidecar."""
+        part = self._parts[episode.seed]
+        for stored in self.frames(episode):
+            name = f"{part}/{self.name_of(episode)}_{stored.index:06d}"
+            self.write_picture(stored, f"images/{name}")
+            seen = [each for each in self.labels.instances(stored) if each.is_seen]
+            shown = [each for each in seen if self.labels.takes(each)]
+            self.labels.left_out += len(seen) - len(shown)
+            self.write_lines(f"labels/{name}.txt", (_line(stored, each) for each in shown))
+            for line, each in enumerate(shown, start=1):
+                told = [self.labels.names[each.class_number], *each.attributes().values()]
+                self._table.writerow([f"labels/{name}.txt", line, *told])
 
 
 def _line(stored: StoredFrame, instance: Instance) -> str:
     corners = instance.visible_xyxy.reshape(2, 2) / (stored.camera.width_px, stored.camera.height_px)
     numbers = [*corners.mean(axis=0), *(corners[1] - corners[0])]
-    return " ".join([str(instance.class_number), *(f"{number:.8f}" for number in numbers)]) + "\n"
-
-
-YOLO = ExportFormat(
-    summary="boxes of what is seen, a text file for each picture, split by seeds",
-    needs="objects, pictures, at least 2 episodes",
-    channels=("image_rgb",),
-    packages=(),
-    note=NOTE,
-    write=_write,
-    has_classes=True,
-    leaves_out=True,
-)
+    return " ".join([str(instance.class_number), *(f"{number:.8f}" for number in numbers)])

@@ -27,6 +27,7 @@ def working(backend: str, address: str | None, workers: int) -> Iterator[Unorder
     """Connect to the worker processes while the context lasts; yield the function that gives them work.
 
     Args:
+        workers: processes; 0 = this process.
         address: of a cluster's scheduler or head; None starts one of ``workers`` processes on this machine.
 
     Raises:
@@ -36,6 +37,9 @@ def working(backend: str, address: str | None, workers: int) -> Iterator[Unorder
     check("backend", backend in BACKENDS, f"one of {', '.join(BACKENDS)}", repr(backend))
     check("address", address is None or backend != "loky", "none for processes of this machine", repr(address))
     check_packages({"loky": (), "dask": ("distributed",), "ray": ("ray",)}[backend], backend)
+    if workers == 0:
+        yield map
+        return
     with {"loky": _loky, "dask": _dask, "ray": _ray}[backend](address, workers) as unordered:
         yield unordered
 

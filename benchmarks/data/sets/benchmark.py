@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
 from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES, coding_of
-from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.data_set import DataSet, stored_episode
 from benchmarks.data.sets.request import Request
 from benchmarks.run.editions import package_versions, preset_edition
+from benchmarks.run.episodes import EpisodeSpec, Simulated
+from scenarios.scenario import Episode
+from scenarios.truth import TruthExtent
 from sim.checks import check
 
 
@@ -33,3 +39,24 @@ def benchmark_of(data: str) -> Request:
     differ = [name for name, version in package_versions().items() if request.packages.get(name, version) != version]
     check("data", not differ, "one made with the installed packages", f"one with another {', '.join(differ)}")
     return request
+
+
+@dataclass(frozen=True)
+class Stored(Simulated):
+    """See ``EpisodeSpec``: a rendered episode that a data set holds.
+
+    Attributes:
+        url: folder or URL of the data set.
+    """
+
+    url: str = ""
+
+    def open(self, truth: TruthExtent) -> Episode:
+        """See ``EpisodeSpec``."""
+        return stored_episode(self.url, self.seed)
+
+
+def stored_specs(url: str, episodes: Sequence[EpisodeSpec]) -> list[EpisodeSpec]:
+    """Return the stored episodes of a data set in place of rendered ones."""
+    rendered = [each for each in episodes if isinstance(each, Simulated)]
+    return [Stored(**{each.name: getattr(one, each.name) for each in fields(one)}, url=url) for one in rendered]

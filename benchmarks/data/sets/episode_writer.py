@@ -6,7 +6,7 @@ import dataclasses
 import json
 import secrets
 import shutil
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import Any
@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from benchmarks.data.sets import tables
 from benchmarks.data.sets.channels import CODINGS, PICTURES, coding_of, value_of
 from benchmarks.data.sets.request import Request
-from benchmarks.data.sets.shards import FileMark, MarkedFile, Place, ShardWriter
+from benchmarks.data.sets.shards import FileMark, MarkedFile, ShardWriter
 from benchmarks.data.sets.visible_boxes import visible_boxes
 from scenarios import catalog
-from scenarios.scenario import Episode, Frame
+from scenarios.scenario import Episode
 from scenarios.truth import Truth, check_truth, without_pixels
 from trackers.types import Observation, Start
 
@@ -105,81 +105,42 @@ def _move(files: LocalFileSystem, folder: Path, final: Path) -> None:
 def _write_files(
     files: AbstractFileSystem, folder: str, request: Request, seed: int, live: Episode
 ) -> dict[str, FileMark]:
+    kind = catalog.scenario(request.scenario).truth
     with ExitStack() as stack:
         marks = write_background(stack, files, folder, request, live.start.background)
-        writer = stack.enter_context(_Writer(files, folder, request, seed))
-        for _ in range(live.frame_count):
-            writer.add(live.step(), live.normals)
-        return marks | writer.finish()
-
-
-class _Writer:
-    """The open tables and shards of an episode."""
-
-    def __init__(self, files: AbstractFileSystem, folder: str, request: Request, seed: int) -> None:
-        kind = catalog.scenario(request.scenario).truth
-        self._request, self._seed = request, seed
-        self._frames = _Table(files, f"{folder}/frames.parquet", tables.frame_schema(kind, request.channels))
-        self._objects = {
-            name: _Table(files, f"{folder}/{name}.parquet", tables.object_schema(kind, name))
+        frames = _Frames(stack, files, folder, "frames", "pixels", tables.frame_schema(kind, request.channels))
+        objects = {
+            name: _Table(stack, files, f"{folder}/{name}.parquet", tables.object_schema(kind, name))
             for name in ("objects", "standing")
         }
-        self._shards = ShardWriter(files, folder, "pixels")
-        self._rows: list[dict[str, Any]] = []
-        self._truths: list[Truth] = []
-        self._boxes: dict[str, list[NDArray[np.float64]]] = {name: [] for name in self._objects}
-
-    def __enter__(self) -> _Writer:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Close what is open."""
-        for each in (self._frames, *self._objects.values()):
-            each.close()
-        self._shards.abandon()
-
-    def add(self, frame: Frame, normals: Callable[[], NDArray[np.float32]]) -> None:
-        truth = frame.truth
-        if truth.frame == 0:
-            check_truth(truth)
-        row = tables.frame_row(truth, frame.observation)
-        for channel in self._request.channels:
-            value = value_of(frame, channel, normals)
-            pictures = self._request.pictures
-            row[channel] = None if value is None else _add(self._shards, truth.frame, channel, value, pictures)
-        self._rows.append(row | {"seed": self._seed})
-        for name, ids in (("objects", truth.instance_id), ("standing", truth.standing_id)):
-            self._boxes[name].append(visible_boxes(truth.instance_map, ids))
-        self._truths.append(without_pixels(truth))
-        if len(self._rows) == ROWS_AT_ONCE:
-            self._flush()
-
-    def finish(self) -> dict[str, FileMark]:
-        """Write what is left; return the marks of all files."""
-        self._flush()
-        self._shards.finish()
-        return {
-            "frames.parquet": self._frames.close(),
-            **{f"{name}.parquet": each.close() for name, each in self._objects.items()},
-            **self._shards.marks,
-        }
-
-    def _flush(self) -> None:
-        if self._rows:
-            self._frames.write(pa.Table.from_pylist(self._rows, self._frames.schema))
-            for name, table in self._objects.items():
-                columns = tables.object_columns(self._truths, self._boxes[name], self._seed, name)
-                table.write(pa.table(columns, schema=table.schema))
-        self._rows, self._truths, self._boxes = [], [], {name: [] for name in self._objects}
+        for first in range(0, live.frame_count, ROWS_AT_ONCE):
+            truths: list[Truth] = []
+            boxes: dict[str, list[NDArray[np.float64]]] = {name: [] for name in objects}
+            for _ in range(first, min(first + ROWS_AT_ONCE, live.frame_count)):
+                frame = live.step()
+                truth = frame.truth
+                if truth.frame == 0:
+                    check_truth(truth)
+                row = tables.frame_row(truth, frame.observation) | {"seed": seed}
+                values = ((channel, value_of(frame, channel, live.normals)) for channel in request.channels)
+                frames.add(truth.frame, row, values, request.pictures)
+                for name, ids in (("objects", truth.instance_id), ("standing", truth.standing_id)):
+                    boxes[name].append(visible_boxes(truth.instance_map, ids))
+                truths.append(without_pixels(truth))
+            frames.flush()
+            for name, table in objects.items():
+                table.write(tables.object_table(truths, boxes[name], seed, name))
+        return marks | frames.close() | {f"{name}.parquet": each.close() for name, each in objects.items()}
 
 
 class _Table:
-    """A Parquet file being written."""
+    """A Parquet file being written; ``stack`` closes it."""
 
-    def __init__(self, files: AbstractFileSystem, path: str, schema: pa.Schema) -> None:
+    def __init__(self, stack: ExitStack, files: AbstractFileSystem, path: str, schema: pa.Schema) -> None:
         self.schema = schema
         self._file = MarkedFile(files, path)
         self._writer = pq.ParquetWriter(self._file, schema, compression="zstd")
+        stack.callback(self.close)
 
     def write(self, table: pa.Table) -> None:
         """Append a row group."""
@@ -192,6 +153,40 @@ class _Table:
         return self._file.mark
 
 
+class _Frames:
+    """A table of frames and the shards with their channels, being written; ``stack`` closes them."""
+
+    def __init__(
+        self, stack: ExitStack, files: AbstractFileSystem, folder: str, name: str, shards: str, schema: pa.Schema
+    ) -> None:
+        self._name, self._rows = f"{name}.parquet", list[dict[str, Any]]()
+        self._table = _Table(stack, files, f"{folder}/{self._name}", schema)
+        self._shards = ShardWriter(files, folder, shards)
+        stack.callback(self._shards.abandon)
+
+    def add(
+        self, number: int, row: dict[str, Any], values: Iterable[tuple[str, NDArray[Any] | None]], pictures: str
+    ) -> None:
+        """Append a frame: its row, and values by channel; ``pictures``: coding of those."""
+        for channel, value in values:
+            row[channel] = None
+            if value is not None:
+                coding = CODINGS[coding_of(channel, pictures)]
+                place = self._shards.add(f"{number:06d}.{channel}.{coding.extension}", coding.encode(value))
+                row[channel] = dataclasses.asdict(place)
+        self._rows.append(row)
+
+    def flush(self) -> None:
+        """Write the rows so far as a row group."""
+        self._table.write(pa.Table.from_pylist(self._rows, self._table.schema))
+        self._rows = []
+
+    def close(self) -> dict[str, FileMark]:
+        """Finish all files; return their marks."""
+        self._shards.finish()
+        return {self._name: self._table.close(), **self._shards.marks}
+
+
 def write_background(
     stack: ExitStack, files: AbstractFileSystem, folder: str, request: Request, background: Sequence[Observation]
 ) -> dict[str, FileMark]:
@@ -202,27 +197,13 @@ def write_background(
     if not background:
         return {}
     pictures = tuple(channel for channel in request.channels if channel in PICTURES)
-    shards = ShardWriter(files, folder, "background")
-    stack.callback(shards.abandon)
     schema = tables.observation_schema(pictures)
-    table = _Table(files, f"{folder}/background.parquet", schema)
-    stack.callback(table.close)
-    rows = []
+    frames = _Frames(stack, files, folder, "background", "background", schema)
     for k, observation in enumerate(background):
-        row = tables.observation_row(observation)
-        for channel in pictures:
-            value = getattr(observation, channel)
-            row[channel] = None if value is None else _add(shards, k, channel, value, request.pictures)
-        rows.append(row)
-    shards.finish()
-    table.write(pa.Table.from_pylist(rows, schema))
-    return {"background.parquet": table.close(), **shards.marks}
-
-
-def _add(shards: ShardWriter, frame: int, channel: str, value: NDArray[Any], pictures: str) -> dict[str, int]:
-    coding = CODINGS[coding_of(channel, pictures)]
-    place: Place = shards.add(f"{frame:06d}.{channel}.{coding.extension}", coding.encode(value))
-    return dataclasses.asdict(place)
+        values = ((channel, getattr(observation, channel)) for channel in pictures)
+        frames.add(k, tables.observation_row(observation), values, request.pictures)
+    frames.flush()
+    return frames.close()
 
 
 def _start_row(start: Start) -> dict[str, Any]:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, nullcontext
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
@@ -18,17 +16,16 @@ from fsspec.implementations.local import LocalFileSystem
 
 from benchmarks.data.sets.backends import Unordered, working
 from benchmarks.data.sets.card import CARD, write_card
-from benchmarks.data.sets.damage import damage_told
 from benchmarks.data.sets.data_set import LEFT_OUT, MANIFEST, REQUEST, DataSet
-from benchmarks.data.sets.episode_writer import MARK, clear, episode_folder, read_mark, write_background, write_episode
+from benchmarks.data.sets.episode_writer import clear, write_background, write_episode
 from benchmarks.data.sets.places import lasting, new_folder, place_of, put, reached
 from benchmarks.data.sets.request import OnError, Request, first_episode, of_seed, request_of
+from benchmarks.data.sets.verifying import damage_told, files_of
+from benchmarks.run.experiment import Progress
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.result_folder import alone_in
 from scenarios.scenario import Episode
 from sim.checks import check
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -71,7 +68,7 @@ def generate(request: Request, out: str, workers: Workers, progress: Progress, o
     here = workers.backend == "loky"
     check("workers", here or workers.count >= 1, f"at least 1 on a cluster of {workers.backend}", workers.count)
     out = lasting(out)
-    with reached(out, "out"), _workers(workers) as unordered:
+    with reached(out, "out"), working(workers.backend, workers.address, workers.count) as unordered:
         begin(request, out)
         data = DataSet(out)
         whole = range(*request.seeds)
@@ -239,27 +236,9 @@ def forecast(request: Request, frames: int = 30, on_error: OnError = "stop") -> 
     return Forecast(live.frame_count * episodes, each, seconds, background * episodes, background_s * episodes)
 
 
-@contextmanager
-def _workers(workers: Workers) -> Iterator[Unordered]:
-    """Yield what gives work to them; 0 of them are this process."""
-    if workers.count == 0:
-        yield map
-        return
-    with working(workers.backend, workers.address, workers.count) as unordered:
-        yield unordered
-
-
 def _write_manifest(data: DataSet, left_out: dict[int, str]) -> None:
     """Write the list of all files with their checksums, and of the episodes that could not be built."""
     content: dict[str, Any] = {f"{seed:06d}": files_of(data, seed) for seed in data.seeds}
     if left_out:
         content[LEFT_OUT] = {f"{seed:06d}": why for seed, why in left_out.items()}
     put(data.files, f"{data.root}/{MANIFEST}", (json.dumps(content, indent=1) + "\n").encode())
-
-
-def files_of(data: DataSet, seed: int) -> dict[str, dict[str, Any]]:
-    """Return size and SHA-256 of an episode's files: those that its mark says, and of the mark itself."""
-    folder = episode_folder(data.root, seed)
-    content = data.files.cat_file(f"{folder}/{MARK}")
-    own = {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
-    return read_mark(data.files, folder)["files"] | {MARK: own}

@@ -30,36 +30,22 @@ _KEPT_GROUPS = 4
 
 
 @dataclass(frozen=True, slots=True)
-class _Objects:
-    """A row group of ``objects`` or ``standing``.
+class _Group:
+    """A row group of all tables.
 
     Attributes:
-        fields: field -> (K, …) of all objects of these frames, and their visible boxes (K, 4).
-        ends: (frames + 1,) where each frame's objects begin.
+        rows: of ``frames``. fields: table of objects -> field -> (K, …) of all objects of these frames.
+        ends: table of objects -> (frames + 1,) where each frame's objects begin.
     """
 
-    fields: dict[str, NDArray[Any]]
-    visible_box_xyxy: NDArray[np.float64]
-    ends: NDArray[np.int64]
-
-    def fields_of(self, at: int) -> dict[str, NDArray[Any]]:
-        """Return the fields of one frame's objects."""
-        return {name: values[self._of(at)] for name, values in self.fields.items()}
-
-    def visible_boxes_of(self, at: int) -> NDArray[np.float64]:
-        """Return the visible boxes (N, 4) of one frame's objects."""
-        return self.visible_box_xyxy[self._of(at)]
-
-    def _of(self, at: int) -> slice:
-        return slice(self.ends[at], self.ends[at + 1])
-
-
-@dataclass(frozen=True, slots=True)
-class _Group:
-    """A row group of all tables: the rows of ``frames``, and both kinds of objects by their table."""
-
     rows: list[dict[str, Any]]
-    objects: dict[str, _Objects]
+    fields: dict[str, dict[str, NDArray[Any]]]
+    ends: dict[str, NDArray[np.int64]]
+
+    def objects(self, table: str, at: int) -> dict[str, NDArray[Any]]:
+        """Return the fields of one frame's objects."""
+        part = slice(*self.ends[table][at : at + 2])
+        return {name: values[part] for name, values in self.fields[table].items()}
 
 
 class StoredEpisode:
@@ -132,7 +118,7 @@ class StoredEpisode:
         wanted = stored if channels is None else channels
         check("channels", set(wanted) <= set(stored), f"some of {', '.join(stored)}", ", ".join(map(str, wanted)))
         pixels = {c: self._pixels("pixels", c, row[c]) for c in wanted if c != NORMALS and row[c] is not None}
-        fields = {name: each for held in group.objects.values() for name, each in held.fields_of(at).items()}
+        fields = {name: each for table in group.fields for name, each in group.objects(table, at).items()}
         truth = tables.truth_of(self._scenario.truth, row, fields, pixels)
         return Frame(tables.observation_of(row, _pictures(pixels)), truth)
 
@@ -148,7 +134,7 @@ class StoredEpisode:
             table: ``objects``, or ``standing`` for those that stand about (S, 4).
         """
         group, at = self._group(index)
-        return group.objects[table].visible_boxes_of(at) if table in group.objects else np.empty((0, 4))
+        return group.objects(table, at)[tables.VISIBLE_BOX] if table in group.fields else np.empty((0, 4))
 
     def rows(self) -> list[int]:
         """Return the numbers of the frames in the table, in its order."""
@@ -201,26 +187,18 @@ class StoredEpisode:
         number, at = divmod(index, ROWS_AT_ONCE)
         found = self._groups.get(number)
         if found is None:
-            frames = self._row_group("frames", number)
-            firsts = number * ROWS_AT_ONCE + np.arange(len(frames) + 1)
-            found = _Group(
-                frames.to_pylist(),
-                {
-                    name: self._objects(self._row_group(name, number), firsts)
-                    for name in ("objects", "standing")
-                    if f"{name}.parquet" in self.marks
-                },
-            )
+            found = _Group(self._row_group("frames", number).to_pylist(), {}, {})
+            firsts = number * ROWS_AT_ONCE + np.arange(len(found.rows) + 1)
+            for name in ("objects", "standing"):
+                if f"{name}.parquet" in self.marks:
+                    rows = self._row_group(name, number)
+                    found.fields[name] = tables.object_arrays(self._scenario.truth, rows, name)
+                    found.ends[name] = np.searchsorted(rows["frame"].to_numpy(), firsts)
             with self._lock:
                 self._groups[number] = found
                 if len(self._groups) > _KEPT_GROUPS:
                     self._groups.pop(next(iter(self._groups)))
         return found, at
-
-    def _objects(self, rows: pa.Table, firsts: NDArray[np.int64]) -> _Objects:
-        boxes = rows["visible_box_xyxy"].combine_chunks().flatten().to_numpy(zero_copy_only=False)
-        ends = np.searchsorted(rows["frame"].to_numpy(), firsts)
-        return _Objects(tables.object_arrays(self._scenario.truth, rows), boxes.reshape(-1, 4), ends)
 
     def _row_group(self, name: str, number: int) -> pa.Table:
         return self._table(name, lambda file: pq.ParquetFile(file).read_row_group(number))

@@ -1,10 +1,13 @@
-"""Is a data set whole: files against their checksums, tables against their counts, truth against its pictures."""
+"""Damage of data sets: files against their checksums, tables against their counts, truth against its pictures; and
+errors of damaged files in one line.
+"""
 
 from __future__ import annotations
 
+import errno
 import hashlib
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,13 +15,14 @@ import numpy as np
 from pyarrow import ArrowException
 
 from benchmarks.data.sets.data_set import MANIFEST, DataSet
-from benchmarks.data.sets.episode_writer import episode_folder
-from benchmarks.data.sets.generating import Progress, files_of
+from benchmarks.data.sets.episode_writer import MARK, episode_folder, read_mark
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.data.sets.visible_boxes import visible_boxes
+from benchmarks.run.experiment import Progress
 from scenarios.truth import Truth, check_truth
 
 _CHUNK = 2**22
+_OF_WRITING = (errno.EROFS, errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EACCES, errno.EPERM)
 _SLACK_PX = 2.5
 """Pixels by which a visible box may exceed the amodal one. That ends at the outline, this at whole pixels: up to 0.5.
 Seen through ripples, or where it dips into moving water, an object exceeded its box by up to 1.7 (all presets, 150
@@ -160,3 +164,47 @@ def _of_pixels(truth: Truth, boxes: np.ndarray, standing_boxes: np.ndarray) -> s
 def _first(truth: Truth, which: Any) -> str:
     """Return the name of the first object of a mask (N,)."""
     return truth.names[int(np.flatnonzero(which)[0])]
+
+
+def files_of(data: DataSet, seed: int) -> dict[str, dict[str, Any]]:
+    """Return size and SHA-256 of an episode's files: those that its mark says, and of the mark itself."""
+    folder = episode_folder(data.root, seed)
+    content = data.files.cat_file(f"{folder}/{MARK}")
+    own = {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
+    return read_mark(data.files, folder)["files"] | {MARK: own}
+
+
+@contextmanager
+def damage_told(root: str, parameter: str = "directory") -> Iterator[None]:
+    """Raise ValueError in place of what reading a file of a data set raises that is missing or damaged.
+
+    Args:
+        root: place of the data set, which stands in messages about its files. parameter: that named it.
+    """
+    try:
+        yield
+    except FileNotFoundError as error:
+        # Arrow's names the file alone.
+        place = str(error.filename or error)
+        if f"{root}/" not in place:
+            raise
+        raise _damaged(parameter, f"no file {place}") from None
+    except (ArrowException, OSError) as error:
+        if f"{root}/" not in str(error) or getattr(error, "errno", None) in _OF_WRITING:
+            raise
+        raise _damaged(parameter, str(error)) from None
+    except ValueError as error:
+        # The readers begin with the file's path.
+        if not str(error).startswith(f"{root}/"):
+            raise
+        raise _damaged(parameter, str(error)) from None
+    except RuntimeError as error:
+        # Of blosc2, which does not know the file.
+        if "cframe" not in str(error):
+            raise
+        raise _damaged(parameter, f"pixels that cannot be decoded: {error}") from None
+
+
+def _damaged(parameter: str, found: str) -> ValueError:
+    found = " ".join(found.split())
+    return ValueError(f"{parameter}: expected a whole data set (see frameout verify), got {found}")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks.cli.main import main
-from benchmarks.data.exports.registry import format_names
+from benchmarks.data.exports.exporter import formats
 from benchmarks.data.sets.places import place_of
 from tests.benchmarks.data.exports.painted_scene import painted_data_set, truths
 from tests.benchmarks.no_room import no_room
@@ -130,7 +130,7 @@ def test_the_help_lists_all_formats(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["export", "--help"])
     out = capsys.readouterr().out
-    assert all(name in out for name in format_names())
+    assert all(name in out for name in formats())
     assert "{None}" not in out
 
 

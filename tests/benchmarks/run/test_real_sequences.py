@@ -19,17 +19,16 @@ from numpy.typing import NDArray
 from benchmarks.cli.bench_function import bench as python_bench
 from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
-from benchmarks.data.estimates.reading import scan
+from benchmarks.data.estimates.block_file import scan
 from benchmarks.data.estimates.rejudging import rejudge
-from benchmarks.data.exports.registry import export
-from benchmarks.data.sequences.reading import read_collections
-from benchmarks.data.sequences.sequence import _bytes_of
+from benchmarks.data.exports.exporter import export
+from benchmarks.data.sequences import _bytes_of, read_collections
 from benchmarks.judges.frame_out.metrics import localisation
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.outcome import ContestantWarning
 from tests.benchmarks.data.exports.painted_scene import FRAMES as PAINTED_FRAMES
 from tests.benchmarks.data.exports.painted_scene import WIDTH_PX, painted_data_set, truths
-from tests.benchmarks.data.sequences.written import AWAY, FRAMES, lines_of, true_boxes, write_lines, write_otb
+from tests.benchmarks.data.written_sequences import AWAY, FRAMES, lines_of, true_boxes, write_lines, write_otb
 from trackers.registry import NoParameters, register
 from trackers.types import Estimate, Observation
 
@@ -420,9 +419,7 @@ def test_pictures_are_compared_with_rows_if_there_are_some_which_is_told(
         read.clear()
         yield lambda done, of: at_first.append(len(read)) if done in (0, 2) else None
 
-    monkeypatch.setattr(
-        "benchmarks.data.sequences.sequence._bytes_of", lambda path: read.append(path) or _bytes_of(path)
-    )
+    monkeypatch.setattr("benchmarks.data.sequences._bytes_of", lambda path: read.append(path) or _bytes_of(path))
     python_bench("frame-out", **given, progress=progress)
     assert at_first[0] == 0
     assert "comparing" not in capsys.readouterr().err

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.data.exports.registry import export
+from benchmarks.data.exports.exporter import export
 from benchmarks.data.sets.data_set import DataSet
 from tests.benchmarks.data.exports.painted_scene import painted_data_set
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
+from benchmarks.data.exports.coco import json_lists
 from tests.benchmarks.data.exports.painted_scene import IDS, KINDS, picture, truths
 
 # pycocotools decodes masks in the way of NumPy 1.
@@ -78,3 +80,23 @@ def test_pictures_are_those_of_the_frames(read: Any, exported: Callable[[str], P
         found = cv2.imread(str(exported("coco") / "images" / image["file_name"]))
         assert found.shape[:2] == (image["height"], image["width"])
         np.testing.assert_array_equal(found[..., ::-1], picture(int(sequence[-6:]), int(frame)))
+
+
+def test_lists_come_together(tmp_path: Path) -> None:
+    with json_lists(tmp_path / "a.json", ("one", "two", "none"), {"info": {"x": float("nan")}}) as add:
+        for k in range(3):
+            add("two", {"k": k, "list": [float("inf"), 0.5]})
+            add("one", {"é": (k,)})
+    assert json.loads((tmp_path / "a.json").read_text()) == {
+        "info": {"x": None},
+        "one": [{"é": [k]} for k in range(3)],
+        "two": [{"k": k, "list": [None, 0.5]} for k in range(3)],
+        "none": [],
+    }
+    assert [path.name for path in tmp_path.iterdir()] == ["a.json"]
+
+
+def test_a_failure_leaves_no_file(tmp_path: Path) -> None:
+    with pytest.raises(RuntimeError, match="stop"), json_lists(tmp_path / "a.json", ("one",), {"info": 1}):
+        raise RuntimeError("stop")
+    assert not list(tmp_path.iterdir())

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.data.exports.registry import export
+from benchmarks.data.exports.exporter import export
 from benchmarks.data.exports.rerun import RECORDING
 from benchmarks.data.sets.data_set import DataSet
 from tests.benchmarks.data.sets.hand_made import BASELINE_M, write_set

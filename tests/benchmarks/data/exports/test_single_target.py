@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.data.exports.registry import export
+from benchmarks.data.exports.exporter import export
 from tests.benchmarks.data.exports.painted_scene import FRAMES, painted_data_set, truths
 
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.data.exports import tao_amodal
-from benchmarks.data.exports.objects import Labels
+from benchmarks.data.exports.labels import Labels
+from benchmarks.data.exports.tao_amodal import TaoAmodal
 from benchmarks.data.sets.data_set import DataSet
 from tests.benchmarks.data.exports.painted_scene import HEIGHT_PX, KINDS, WIDTH_PX, truths
 
@@ -89,7 +89,7 @@ def test_the_file_that_is_scored_has_amodal_boxes(read: dict[str, Any], exported
 def test_a_seen_object_without_an_amodal_box_is_uncertain(
     data: DataSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = tao_amodal.frames
+    real = TaoAmodal.frames
 
     def behind(*given: Any) -> Any:
         for stored in real(*given):
@@ -98,8 +98,8 @@ def test_a_seen_object_without_an_amodal_box_is_uncertain(
             frame = replace(stored.frame, truth=replace(stored.frame.truth, box_xyxy=boxes))
             yield replace(stored, frame=frame)
 
-    monkeypatch.setattr(tao_amodal, "frames", behind)
-    tao_amodal.TAO_AMODAL.write(data, tmp_path, Labels(data))
+    monkeypatch.setattr(TaoAmodal, "frames", behind)
+    TaoAmodal(data, tmp_path, Labels(data)).write()
     read = json.loads((tmp_path / "amodal_annotations" / "validation.json").read_text())
     uncertain = [each for each in read["annotations"] if each["amodal_is_uncertain"]]
     assert len(uncertain) == 2 * len(truths())

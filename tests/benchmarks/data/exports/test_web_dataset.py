@@ -13,8 +13,8 @@ import pyarrow as pa
 import pytest
 
 from benchmarks.data.exports import web_dataset
-from benchmarks.data.exports.objects import Labels
-from benchmarks.data.exports.registry import export
+from benchmarks.data.exports.exporter import export
+from benchmarks.data.exports.labels import Labels
 from benchmarks.data.exports.web_dataset import NO_NUMBER
 from benchmarks.data.sets.data_set import DataSet
 from scenarios import catalog
@@ -59,7 +59,7 @@ def test_samples_are_the_frames(exported: Callable[[str], Path]) -> None:
 
 def test_no_sample_is_cut_by_the_end_of_a_shard(data: DataSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(web_dataset, "SHARD_BYTES", 60_000)
-    web_dataset.WEB_DATASET.write(data, tmp_path, Labels(data))
+    web_dataset.WebDataset(data, tmp_path, Labels(data)).write()
     assert len(list(tmp_path.iterdir())) > 2
     samples = read(tmp_path)
     assert len(samples) == 2 * FRAMES

@@ -6,7 +6,7 @@ from urllib.request import Request, urlopen
 
 import pytest
 
-from benchmarks.data.exports.registry import export
+from benchmarks.data.exports.exporter import export
 from benchmarks.data.sets.backends import working
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.generating import Workers

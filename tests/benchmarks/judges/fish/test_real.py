@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.contract.track_table import TrackTable
-from benchmarks.data.tracks.reading import read_tracks
-from benchmarks.data.tracks.writing import write_tracks
+from benchmarks.data.tracks import read_tracks
 from benchmarks.judges.fish.real import FishRecording, recordings
+from tests.benchmarks.data.written_tracks import write_tracks
 from tests.benchmarks.judges.fish.gap_methods import swimming
 
 

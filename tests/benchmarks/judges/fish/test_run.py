@@ -18,11 +18,11 @@ from benchmarks.cli.bench_function import bench as python_bench
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import suite
 from benchmarks.contract.track_table import TrackTable
-from benchmarks.data.tracks.writing import write_tracks
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.outcome import ContestantWarning
 from benchmarks.run.process_state import ProcessState
 from benchmarks.show.results import Results
+from tests.benchmarks.data.written_tracks import write_tracks
 from tests.benchmarks.judges.fish.fake_trackers import Holds, HoldsAlone
 from tests.benchmarks.judges.fish.gap_methods import swimming
 

@@ -1,0 +1,248 @@
+"""Exports of data sets: what all formats share, and their registry.
+
+A format is a class with a docstring in a module of this folder, or in a module of a user's own::
+
+    @export_format("boxes")
+    class Boxes(Exporter):
+        channels = ("image_rgb",)
+
+        def write_episode(self, episode):
+            for stored in self.frames(episode):
+                ...
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import pkgutil
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, closing
+from pathlib import Path
+from typing import ClassVar, TypeVar
+
+import numpy as np
+
+from benchmarks.contract.text import counted, ranges_text
+from benchmarks.data.exports.destination import README, whole_folder
+from benchmarks.data.exports.labels import ClassLevel, Labels, StoredFrame
+from benchmarks.data.sets.card import AXES, hub_head, split_of
+from benchmarks.data.sets.channels import CODINGS
+from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.episode_writer import episode_folder
+from benchmarks.data.sets.request import FORMAT
+from benchmarks.data.sets.stored_episode import StoredEpisode
+from benchmarks.data.sets.verifying import damaged
+from benchmarks.run.packages import check_packages
+from benchmarks.show.page import page_environment
+from sim.checks import check, check_choice
+from trackers.types import CameraModel
+
+
+class Exporter:
+    """Writes a data set in one file layout that other programs read.
+
+    The docstring of a format is the text of the README.md beside its files: source of the format, axes, units, what the
+    export decides.
+
+    Attributes:
+        channels: that must be stored. reads: those whose pixels ``frames`` reads.
+        packages: that writing needs, by their import names. extra: that installs them.
+        data_files: pattern of the files of a ``{split}``, if the Hugging Face library ``datasets`` reads them; else ''.
+        needs_objects: whether a set without any object is refused.
+        has_classes: whether it labels objects with classes, those too that only stand about.
+        leaves_out: whether labels of what shows too little can be left out, see ``Labels``.
+        has_attributes: whether ``Instance.attributes`` are among its files.
+        data: the set. folder: an empty one of this machine. labels: of its objects.
+        stack: holds the files that stay open until the last episode is written.
+    """
+
+    channels: ClassVar[tuple[str, ...]] = ()
+    packages: ClassVar[tuple[str, ...]] = ()
+    extra: ClassVar[str] = "data"
+    data_files: ClassVar[str] = ""
+    needs_objects: ClassVar[bool] = False
+    has_classes: ClassVar[bool] = False
+    leaves_out: ClassVar[bool] = False
+    has_attributes: ClassVar[bool] = False
+
+    def __init__(self, data: DataSet, folder: Path, labels: Labels) -> None:
+        self.data, self.folder, self.labels = data, folder, labels
+        self.reads: tuple[str, ...] = ()
+        self.stack = ExitStack()
+
+    def write(self) -> None:
+        """Write all files. Raises ValueError for a set that lacks what the format needs."""
+        has_objects = not self.needs_objects or self.data.count_rows("objects") > 0
+        check("data", has_objects, "a data set with objects", f"{self.data.url} without any")
+        with self.stack:
+            self.begin()
+            for seed in self.data.seeds:
+                folder = episode_folder(self.data.root, seed)
+                # Closed and forgotten before the next one is opened.
+                with closing(StoredEpisode(self.data.files, folder, self.data.request)) as episode:
+                    self.write_episode(episode)
+            self.end()
+
+    def begin(self) -> None:
+        """Write what comes before the first episode."""
+
+    def write_episode(self, episode: StoredEpisode) -> None:
+        """Write the files of one episode."""
+        raise NotImplementedError
+
+    def end(self) -> None:
+        """Write what comes after the last episode."""
+
+    def frames(self, episode: StoredEpisode) -> Iterator[StoredFrame]:
+        """Yield the frames of an episode, with the pixels of ``reads``."""
+        for index in range(len(episode)):
+            boxes = (episode.visible_boxes_of(index, table) for table in ("objects", "standing"))
+            yield StoredFrame(episode, index, episode.frame(index, self.reads), *boxes)
+
+    def name_of(self, episode: StoredEpisode) -> str:
+        """Return the name of an episode's sequence, see ``sequence_name``."""
+        return sequence_name(self.data, episode.seed)
+
+    @property
+    def ending(self) -> str:
+        """Ending of exported pictures, with a dot: they are copied as PNG or JPEG, others become PNG."""
+        return f".{CODINGS[self._coding].extension}"
+
+    def picture(self, episode: StoredEpisode, index: int, channel: str = "image_rgb") -> bytes | None:
+        """Return the content of a picture's file: as stored, or as PNG. None if the frame has none."""
+        stored = episode.coded(index, channel)
+        if stored is None:
+            return None
+        coding, content = stored
+        return content if coding == self._coding else CODINGS[self._coding].encode(CODINGS[coding].decode(content))
+
+    def black_picture(self, camera: CameraModel) -> bytes:
+        """Return the content of the file of a picture that is black all over."""
+        return CODINGS[self._coding].encode(np.zeros((camera.height_px, camera.width_px, 3), np.uint8))
+
+    def write_picture(self, stored: StoredFrame, path: str) -> None:
+        """Write the frame's picture, if it has one, to a path in the folder, which lacks its ending."""
+        content = self.picture(stored.episode, stored.index)
+        if content is not None:
+            target = self.folder / (path + self.ending)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(content)
+
+    def write_lines(self, path: str, lines: Iterable[str]) -> None:
+        """Write a text file in the folder."""
+        target = self.folder / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with target.open("w", encoding="utf-8") as file:
+            file.writelines(f"{line}\n" for line in lines)
+
+    @property
+    def _coding(self) -> str:
+        return self.data.request.pictures if self.data.request.pictures in ("png", "jpeg") else "png"
+
+
+_FORMATS: dict[str, type[Exporter]] = {}
+_Format = TypeVar("_Format", bound=type[Exporter])
+
+
+def export_format(name: str) -> Callable[[_Format], _Format]:
+    """Return a decorator that registers an ``Exporter`` under a name."""
+
+    def register(exporter: _Format) -> _Format:
+        _FORMATS[name] = exporter
+        return exporter
+
+    return register
+
+
+def formats() -> dict[str, type[Exporter]]:
+    """Return all formats by name, in order."""
+    place = __name__.rpartition(".")[0]
+    for module in pkgutil.iter_modules(importlib.import_module(place).__path__):
+        importlib.import_module(f"{place}.{module.name}")
+    return dict(sorted(_FORMATS.items()))
+
+
+def set_name(data: DataSet) -> str:
+    """Return a name for a data set, without dots: scenario, preset, what was changed in that, and a renderer."""
+    request = data.request
+    changes = {
+        "": None if request.size_px is None else "{}x{}".format(*request.size_px),
+        "hz": None if request.rate_hz is None else f"{request.rate_hz:g}",
+        "frames": request.frame_count,
+    }
+    words = [request.scenario, request.preset, *(f"{value}{unit}" for unit, value in changes.items() if value)]
+    if request.renderer != "raster":
+        words.append(request.renderer)
+    # Readers take what follows a dot for the ending of a file.
+    return "-".join(words).replace(".", "_")
+
+
+def sequence_name(data: DataSet, seed: int) -> str:
+    """Return a name for an episode: ``set_name`` and seed. Two of one name and edition show the same."""
+    return f"{set_name(data)}-{seed:06d}"
+
+
+def export(
+    data: DataSet,
+    name: str,
+    out: str | Path,
+    *,
+    allow_incomplete: bool = False,
+    classes: ClassLevel = "class",
+    min_visible: float = 0.0,
+    min_size_px: float = 0.0,
+) -> int:
+    """Write a data set into the folder or URL ``out`` in a format, see ``whole_folder``.
+
+    Args:
+        allow_incomplete: also of a data set in which episodes are missing that were asked for.
+        classes, min_visible, min_size_px: see ``Labels``.
+
+    Returns:
+        the number of objects in pictures that show less than was asked for.
+
+    Raises:
+        ValueError: for an unknown format, a missing package, a data set that lacks what the format needs, is
+            incomplete, or whose files are not those that were written, or a folder that holds something or cannot be
+            written.
+    """
+    known = formats()
+    check_choice("format", name, known)
+    chosen = known[name]
+    check_packages(chosen.packages, chosen.extra)
+    check("data", len(data.seeds) > 0, "a data set with episodes", f"{data.url} without any")
+    stored = data.request.channels
+    lacks = [channel for channel in chosen.channels if channel not in stored]
+    check("data", not lacks, f"the channels {', '.join(chosen.channels)} for {name}", ", ".join(stored) or "none")
+    missing = ranges_text(data.missing())
+    whole = "all episodes (`frameout generate` makes those that are missing, --allow-incomplete does without)"
+    check("data", allow_incomplete or not missing, whole, f"none of the seeds {missing}")
+    labels = Labels(data, classes, min_visible, min_size_px)
+    new = f"a set of format {FORMAT}, with what only stands about (`frameout generate` into another folder makes it)"
+    check("data", not chosen.has_classes or "standing" in data.tables, new, f"format {data.request.format}")
+    check("classes", chosen.has_classes or classes == "class", f"class, since {name} has none", repr(classes))
+    least = (min_visible, min_size_px)
+    check("min_visible min_size", chosen.leaves_out or not any(least), f"0, since {name} holds all", least)
+    with whole_folder(str(out)) as folder:
+        problem = next(damaged(data), None)
+        check("data", problem is None, "a whole data set (see frameout verify)", problem)
+        chosen(data, folder, labels).write()
+        (folder / README).write_text(_readme(data, name, chosen, labels), encoding="utf-8")
+    return labels.left_out
+
+
+def _readme(data: DataSet, name: str, chosen: type[Exporter], labels: Labels) -> str:
+    splits = {split_of(seed): [chosen.data_files.format(split=split_of(seed))] for seed in data.seeds}
+    template = page_environment(__file__, autoescape=False).get_template("README.md.jinja")
+    return template.render(
+        head=hub_head(data, {name: splits} if chosen.data_files else {}),
+        name=name,
+        data=data,
+        chosen=chosen,
+        labels=labels,
+        few=counted(labels.left_out, "object"),
+        ranges=ranges_text,
+        text=inspect.getdoc(chosen),
+        axes=AXES,
+    )

@@ -1,0 +1,186 @@
+"""The labels of a stored frame: its objects with their classes, boxes and visibilities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.stored_episode import StoredEpisode
+from scenarios import catalog
+from scenarios.scenario import Frame
+from scenarios.visibility import MOSTLY_SEEN, states_of
+from sim.checks import check, check_choice
+from trackers.types import CameraModel
+
+ClassLevel = Literal["class", "kind"]
+ABSENT, OUT, OCCLUDED, PARTIAL = "absent", "out", "occluded", "partial"
+"""States of objects, see ``Truth.state``."""
+
+
+@dataclass(frozen=True)
+class StoredFrame:
+    """One frame of a data set.
+
+    Attributes:
+        episode: that it is of. index: in that.
+        frame: observation and truth, with the pixels that were asked for only.
+        visible_xyxy: (N, 4) boxes around the visible pixels of the objects, in pixels; NaN where none is seen.
+        standing_visible_xyxy: (S, 4) likewise of those that stand about.
+    """
+
+    episode: StoredEpisode
+    index: int
+    frame: Frame
+    visible_xyxy: NDArray[np.float64]
+    standing_visible_xyxy: NDArray[np.float64]
+
+    @property
+    def is_seen(self) -> NDArray[np.bool_]:
+        """(N,) whether objects show at least one pixel."""
+        return ~np.isnan(self.visible_xyxy[:, 0])
+
+    @property
+    def camera(self) -> CameraModel:
+        """Geometry of the camera."""
+        return self.frame.observation.camera
+
+
+@dataclass(frozen=True)
+class Instance:
+    """One object of one frame: of those that a scene asks about, or of those that stand about.
+
+    Attributes:
+        name, kind: see ``Truth``. class_number: from 0, see ``Labels``.
+        instance_id: in ``instance_map``.
+        state: see ``Truth``; of those that stand about it follows from the box and what is seen.
+        box_xyxy: (4,) amodal, visible_xyxy: (4,) around what is seen; NaN where there is none.
+        visible_fraction, glare_fraction: see ``Truth``; the second is 0 for those that stand about.
+        T_world_object: (4, 4). bounds_m: (2, 3), see ``Truth``.
+    """
+
+    name: str
+    kind: str
+    class_number: int
+    instance_id: int
+    state: str
+    box_xyxy: NDArray[np.float64]
+    visible_xyxy: NDArray[np.float64]
+    visible_fraction: float
+    glare_fraction: float
+    T_world_object: NDArray[np.float64]
+    bounds_m: NDArray[np.float64]
+
+    @property
+    def is_seen(self) -> bool:
+        """Whether at least one pixel shows it."""
+        return bool(np.isfinite(self.visible_xyxy[0]))
+
+    @property
+    def role(self) -> str:
+        """What it does in the scene: its name without a number, ``target``, ``traffic``, ``parked`` …"""
+        return self.name.rpartition("-")[0] or self.name
+
+    def attributes(self) -> dict[str, Any]:
+        """Return what formats with free attributes say beside class and boxes, as JSON values."""
+        seen, covered = round(self.visible_fraction, 5), round(self.glare_fraction, 5)
+        values = (self.name, self.kind, self.role, seen, covered, seen < MOSTLY_SEEN, self.state == PARTIAL)
+        return dict(zip(ATTRIBUTES, values, strict=True))
+
+
+ATTRIBUTES = ("name", "kind", "role", "visible_fraction", "glare_fraction", "occluded", "truncated")
+"""Keys of ``Instance.attributes``."""
+
+
+class Labels:
+    """Which number each class has, and what is left out.
+
+    Numbers are those of the scene's own full list of a level, so that they are the same in all exports with that level.
+
+    Attributes:
+        level, min_visible, min_size_px: as given.
+        names: of the classes, in the order of their numbers, which begin with 0.
+        left_out: number of instances that a format has left out or marked so far, since ``takes`` refuses them.
+    """
+
+    def __init__(
+        self, data: DataSet, level: ClassLevel = "class", min_visible: float = 0.0, min_size_px: float = 0.0
+    ) -> None:
+        """Read the classes of a data set's scene.
+
+        Args:
+            level: ``class`` (car, person, …) or ``kind``, see ``Scenario.classes``.
+            min_visible: least share of a label's own pixels, 0 to 1, that is seen and that no glare covers.
+            min_size_px: least shorter side of a label's visible box, pixels.
+
+        Raises:
+            ValueError: for a value that is not possible.
+        """
+        check_choice("classes", level, get_args(ClassLevel))
+        check("min_visible", 0.0 <= min_visible <= 1.0, "a share of 0 to 1", min_visible)
+        check("min_size", 0.0 <= min_size_px < np.inf, "a number of pixels >= 0", min_size_px)
+        scenario = catalog.scenario(data.request.scenario)
+        self._classes: Mapping[str, str] = scenario.classes
+        self._scenario, self.level = scenario.id, level
+        self.names = tuple(dict.fromkeys(self._classes.values() if level == "class" else self._classes))
+        self.min_visible, self.min_size_px = min_visible, min_size_px
+        self.left_out = 0
+
+    def class_of(self, kind: str) -> str:
+        """Return the name of the class of a kind. Raises ValueError for a kind that the scene does not list."""
+        check("kind", kind in self._classes, f"one that {self._scenario} lists in its classes", repr(kind))
+        return self._classes[kind] if self.level == "class" else kind
+
+    def takes(self, instance: Instance) -> bool:
+        """Return whether a seen instance shows enough for a label."""
+        size_px = (instance.visible_xyxy[2:] - instance.visible_xyxy[:2]).min()
+        shown = instance.visible_fraction * (1.0 - instance.glare_fraction)
+        return bool(shown >= self.min_visible and size_px >= self.min_size_px)
+
+    def instances(self, stored: StoredFrame) -> Iterator[Instance]:
+        """Yield all objects of a frame, then those that stand about."""
+        truth = stored.frame.truth
+        states = states_of(stored.frame.camera, truth.standing_box_xyxy, truth.standing_visible_fraction)
+        # One that reaches behind the camera has no box, and is seen.
+        states[np.isnan(truth.standing_box_xyxy).any(axis=1)] = PARTIAL
+        asked = (
+            truth.names,
+            truth.kinds,
+            truth.instance_id,
+            truth.state,
+            truth.box_xyxy,
+            stored.visible_xyxy,
+            truth.visible_fraction,
+            truth.glare_fraction,
+            truth.T_world_object,
+            truth.bounds_m,
+        )
+        standing = (
+            truth.standing_names,
+            truth.standing_kinds,
+            truth.standing_id,
+            states,
+            truth.standing_box_xyxy,
+            stored.standing_visible_xyxy,
+            truth.standing_visible_fraction,
+            np.zeros(len(states)),
+            truth.T_world_standing,
+            truth.standing_bounds_m,
+        )
+        for name, kind, number, state, box, visible, fraction, glare, pose, bounds in chain(
+            zip(*asked, strict=True), zip(*standing, strict=True)
+        ):
+            class_number = self.names.index(self.class_of(kind))
+            shares = (float(fraction), float(glare))
+            yield Instance(name, kind, class_number, int(number), str(state), box, visible, *shares, pose, bounds)
+
+
+def as_xywh(box_xyxy: NDArray[np.float64], first: float = 0.0) -> list[float]:
+    """Return a box (4,) as left, top, width, height, where the picture's top left corner is at (first, first)."""
+    x_min, y_min, x_max, y_max = box_xyxy.tolist()
+    return [x_min + first, y_min + first, x_max - x_min, y_max - y_min]

@@ -1,0 +1,84 @@
+"""What READMEs say to catalogues, and that all say where axes and pixels begin."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from benchmarks.data.exports.exporter import sequence_name
+from benchmarks.data.sets.card import AXES, hub_head, split_of, table_configs
+from benchmarks.data.sets.data_set import DataSet
+from sim.optics import look_down_pose, project
+from tests.benchmarks.data.sets.hub_head import head_of
+from tests.benchmarks.data.sets.small import made, tiny
+from trackers.types import CameraModel
+
+
+def test_the_card_begins_with_what_the_hub_reads(data: DataSet) -> None:
+    head = head_of(Path(data.root) / "README.md")
+    assert head["license"] == "mit"
+    assert head["task_categories"] == ["object-detection", "image-segmentation", "depth-estimation"]
+    assert {"synthetic", "fake-town-v1"} <= set(head["tags"])
+    assert head["size_categories"] == ["n<1K"]
+    assert [config["config_name"] for config in head["configs"]] == ["frames", "objects", "standing"]
+    assert [config.get("default", False) for config in head["configs"]] == [True, False, False]
+    for config in head["configs"]:
+        (split,) = config["data_files"]
+        assert split["split"] == "train"
+        found = [path for pattern in split["path"] for path in Path(data.root).glob(pattern)]
+        assert len(found) == len(data.seeds)
+        rows = sum(pq.read_table(path).num_rows for path in found)
+        assert rows == data.count_rows(config["config_name"])
+
+
+def test_splits_are_those_of_seeds(tmp_path: Path) -> None:
+    assert [split_of(seed) for seed in (0, 9_999, 10_000, 19_999, 20_000)] == [
+        "train",
+        "train",
+        "test",
+        "test",
+        "train",
+    ]
+    data = made(tiny(seeds=(9_999, 10_001), frame_count=2, channels=("image_rgb",)), tmp_path / "set")
+    for table, splits in table_configs(data).items():
+        for split, patterns in splits.items():
+            found = {path.parent.name for pattern in patterns for path in tmp_path.glob(f"set/{pattern}")}
+            assert found == {f"{seed:06d}" for seed in data.seeds if split_of(seed) == split}, table
+
+
+@pytest.mark.parametrize(
+    ("frames", "words"),
+    [(999, "n<1K"), (1000, "n<1K"), (1001, "1K<n<10K"), (70_000, "10K<n<100K"), (10**7, "1M<n<10M")],
+)
+def test_sizes_are_powers_of_ten(data: DataSet, monkeypatch: pytest.MonkeyPatch, frames: int, words: str) -> None:
+    monkeypatch.setattr(type(data), "__len__", lambda self: frames)
+    assert f'size_categories:\n- "{words}"\n' in hub_head(data, {})
+
+
+def test_the_card_says_where_axes_and_pixels_begin(data: DataSet) -> None:
+    assert AXES in (Path(data.root) / "README.md").read_text()
+    # A point straight below a camera that looks down is in the middle, and one to its right is to the right.
+    camera = CameraModel(10, 8, 10.0)
+    pose = look_down_pose(np.array([0.0, 0.0, 20.0]), 0.0, 0.0, 0.0)
+    middle, right, below = (pose @ [*point, 1.0] for point in ((0, 0, 20), (2, 0, 20), (0, 2, 20)))
+    np.testing.assert_allclose(middle, [0, 0, 0, 1], atol=1e-9)
+    pixels, _ = project(camera, pose, np.array([middle[:3], right[:3], below[:3]]))
+    np.testing.assert_allclose(pixels, [[5, 4], [6, 4], [5, 5]], atol=1e-9)
+
+
+def test_no_two_data_sets_have_a_sequence_of_one_name(tmp_path: Path) -> None:
+    changes = ({}, {"frame_count": 2}, {"rate_hz": 7.5}, {"rate_hz": 75.0}, {"renderer": "pybullet"})
+    names = []
+    for k, change in enumerate(changes):
+        (tmp_path / str(k)).mkdir()
+        (tmp_path / str(k) / "dataset.json").write_text(replace(tiny(frame_count=None), **change).as_json())
+        names.append(sequence_name(DataSet(str(tmp_path / str(k))), 3))
+        shutil.rmtree(tmp_path / str(k))
+    assert names[0] == "fake-town-v1-tiny-000003"
+    assert len(set(names)) == len(names)
+    assert not any("." in name for name in names)

@@ -1,0 +1,60 @@
+"""A real sequence as an episode: pictures one at a time, boxes as truth, and pictures that cannot be read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from benchmarks.data import sequences as episodes
+from benchmarks.data.sequences import SequenceEpisode, read_collections
+from scenarios.truth import check_truth
+from tests.benchmarks.data.written_sequences import AWAY, FRAMES, HEIGHT_PX, WIDTH_PX, true_boxes, write_otb
+
+
+def episode_of(folder: Path) -> SequenceEpisode:
+    return SequenceEpisode(read_collections([folder])[0].sequences[0])
+
+
+def test_frames_are_the_pictures_with_their_boxes(tmp_path: Path) -> None:
+    episode = episode_of(write_otb(tmp_path / "Car1"))
+    assert episode.frame_count == FRAMES
+    frames = [episode.step() for _ in range(FRAMES)]
+    camera = frames[0].observation.camera
+    assert (camera.width_px, camera.height_px, camera.focal_px) == (WIDTH_PX, HEIGHT_PX, 1.2 * WIDTH_PX)
+    for k, (frame, box) in enumerate(zip(frames, true_boxes(), strict=True)):
+        check_truth(frame.truth)
+        assert frame.observation.time_s == pytest.approx(k / 30)
+        assert frame.observation.ego is None
+        np.testing.assert_array_equal(frame.truth.box_xyxy[0], box)
+        assert frame.truth.state[0] == ("out" if k in AWAY else "in")
+        assert frame.truth.frames_since_exit[0] == (k - AWAY.start if k in AWAY else -1)
+        red = (frame.observation.image_rgb == (220, 20, 20)).all(axis=2)
+        assert red.sum() == (0 if k in AWAY else 12 * 8)
+        assert k in AWAY or red[int(box[1]), int(box[0])]
+
+
+def test_pictures_are_read_when_their_turn_comes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[str] = []
+    real = episodes.read_picture
+    sequence = read_collections([write_otb(tmp_path / "Car1")])[0].sequences[0]
+    monkeypatch.setattr(episodes, "read_picture", lambda path: (read.append(path.name), real(path))[1])
+    episode = SequenceEpisode(sequence)
+    for _ in range(3):
+        episode.step()
+    assert read == ["0001.png", "0001.png", "0002.png", "0003.png"]
+
+
+def test_a_broken_picture_and_one_of_another_size_are_named(tmp_path: Path) -> None:
+    folder = write_otb(tmp_path / "Car1")
+    (folder / "img" / "0002.png").write_bytes(b"no picture")
+    cv2.imwrite(str(folder / "img" / "0003.png"), np.zeros((10, 20, 3), np.uint8))
+    episode = episode_of(folder)
+    episode.step()
+    with pytest.raises(ValueError, match=r"^Car1/img/0002.png: expected a whole picture, got 10 bytes that are none"):
+        episode.step()
+    episode._next = 2
+    with pytest.raises(ValueError, match=r"^Car1/img/0003.png: expected 64 x 48 pixels as the first one, got 20 x 10"):
+        episode.step()
