@@ -24,9 +24,8 @@ LISTS = {
     "benchmarks/show/showing.py": ("_PLACES",),
     "trackers/registry.py": ("_MODULES",),
     "trackers/controllers/catalogue.py": ("_MODULES",),
-    "tools/publishing/published.py": ("TABLES", "_OF_INTRUDERS"),
 }
-"""The one list of each registry, those of the published tables, and that of what took the place of deleted ids."""
+"""The one list of each registry, and that of what took the place of deleted ids."""
 
 
 SCENES = tuple(entry for entry in catalog.entries() if entry.place.startswith("scenarios."))

@@ -4,14 +4,13 @@
 is prose with calls in double braces (Jinja's):
 
 ================================================  ======================================================================
-``table(NAME, …, columns=[…], roles=[…])``       a line for each contestant with a number in the columns, the best in
+``table(NAME, …, columns=[…])``                  a line for each contestant with a number in the columns, the best in
                                                  the first column first, and below them those that are blind or oracles;
                                                  several tables stand below each other; by default the suite's headline
-                                                 metrics, and all roles
+                                                 metrics
 ``paper(NAME)``                                  a paper's claims beside our figures
 ``agreed(NAME)``                                 ``3 of 4``: how many of the paper's claims our figures agree with
 ``fitted(EXPERIMENT)``                           what of it was set so that it agrees, in its own words
-``figures(NAME)``                                all metrics of a speed, a line for each
 ``value(NAME, CONTESTANT, METRIC)``              ``94.2 (89.3–98.3)``: a number with its interval, fractions in per cent
 ``difference(NAME, CONTESTANT, OTHER, METRIC)``  the same of a paired difference; of two pairs that differ in one name,
                                                  OTHER is that name if CONTESTANT is ours, else the pair
@@ -65,7 +64,7 @@ def results_pages() -> dict[Path, str]:
     }
     page = _Page()
     environment = Environment(undefined=StrictUndefined, keep_trailing_newline=True, autoescape=False)
-    calls = (page.table, page.paper, page.agreed, page.fitted, page.figures, page.value, page.difference, page.origin)
+    calls = (page.table, page.paper, page.agreed, page.fitted, page.value, page.difference, page.origin)
     environment.globals |= {each.__name__: each for each in calls}
     pages = {}
     for path, template in templates.items():
@@ -88,7 +87,7 @@ class _Page:
             self._tables[name] = read_table(name)
         return self._tables[name]
 
-    def table(self, *names: str, columns: Sequence[str] = (), roles: Sequence[str] = ()) -> str:
+    def table(self, *names: str, columns: Sequence[str] = ()) -> str:
         """See the module."""
         shown = [self._read(name) for name in names]
         check_one_run(shown)
@@ -96,8 +95,7 @@ class _Page:
         # A metric that a suite does not have is named by its error.
         ranked = replace(scores, headline=tuple(scores.metric(name).name for name in columns) or scores.headline)
         boards = [
-            leaderboard(ranked, each["summary"], roles or sorted({entry["role"] for entry in each["summary"]}))
-            for each in shown
+            leaderboard(ranked, each["summary"], sorted({entry["role"] for entry in each["summary"]})) for each in shown
         ]
         for name in columns:
             found = all(name in [column.name for column in board.columns] for board in boards)
@@ -144,14 +142,6 @@ class _Page:
         judged = [found["agrees"] for found in claims if found["agrees"] is not None]
         check("agreed", bool(judged), "a table with claims that can be judged", repr(name))
         return f"{sum(judged)} of {len(judged)}"
-
-    def figures(self, name: str) -> str:
-        """See the module."""
-        shown = self._read(name)
-        lines = [
-            [each["metric"].replace("_", " "), unit_sign(each["unit"]), _number(each)] for each in shown["summary"]
-        ]
-        return f"{markdown_table(['', 'unit', 'mean'], lines, words=2)}\n\n{self.origin(name)}"
 
     def value(self, name: str, contestant: str, metric: str) -> str:
         """See the module."""

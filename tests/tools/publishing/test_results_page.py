@@ -95,11 +95,6 @@ def test_a_table_stands_where_the_template_names_it(published: dict[str, Any]) -
         "",
         "words",
     ]
-    chosen = rendered(f"{{{{ table('first', {COLUMNS}, roles=['ours', 'oracle']) }}}}\n")
-    assert chosen.count("\n| `") == 2
-    alone = rendered(f"{{{{ table('first', {COLUMNS}, roles=['oracle']) }}}}\n")
-    assert REFERENCES not in alone
-    assert alone.count("\n| `") == 1
 
 
 def test_a_metric_without_rows_has_no_column(published: dict[str, Any]) -> None:
