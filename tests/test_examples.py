@@ -43,7 +43,7 @@ def test_the_notebook_is_small_and_has_its_pictures() -> None:
     assert NOTEBOOK.stat().st_size < LARGEST_BYTES
     cells = json.loads(NOTEBOOK.read_text())["cells"]
     kinds = [kind for cell in cells for shown in kinds_of(cell) for kind in shown]
-    assert {"image/jpeg", "image/png", "image/svg+xml", "text/html"} <= set(kinds)
+    assert {"image/jpeg", "image/png", "text/html"} <= set(kinds)
     assert "error" not in kinds
     assert all(cell["outputs"] for cell in cells if cell["cell_type"] == "code")
 
