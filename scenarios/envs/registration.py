@@ -1,4 +1,4 @@
-"""The entry points of the envs in Gymnasium: ``gym.make`` and ``gym.make_vec``.
+"""Registration of the envs with Gymnasium.
 
 The catalogue registers each env with its scenario, and so does every import of ``scenarios``. It takes Gymnasium, a
 tenth of a second; the envs themselves are imported when one is made.
@@ -6,12 +6,7 @@ tenth of a second; the envs themselves are imported when one is made.
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Any
-
 import gymnasium as gym
-
-from sim.checks import check
 
 
 def register_env(env_id: str, scenario: str, tracker: str) -> None:
@@ -19,32 +14,6 @@ def register_env(env_id: str, scenario: str, tracker: str) -> None:
     gym.register(
         id=env_id,
         entry_point="scenarios.envs.follow_env:FollowEnv",
-        vector_entry_point=f"{__name__}:follow_vector_env",
+        vector_entry_point="scenarios.envs.vectors:follow_vector_env",
         kwargs={"scenario": scenario, "tracker": tracker},
     )
-
-
-def follow_vector_env(
-    num_envs: int = 1, *, pictures: bool = True, max_episode_steps: int | None = None, **keywords: Any
-) -> gym.vector.VectorEnv[Any, Any, Any]:
-    """Return rendered envs, one after the other as ``vectorization_mode="sync"`` has them, or ``PicturelessVectorEnv``.
-
-    Args:
-        pictures: whether they are rendered.
-        max_episode_steps: longer episodes are truncated; None: at their last frame.
-        keywords: of ``FollowEnv``, or of ``PicturelessVectorEnv``.
-    """
-    check("num_envs", num_envs >= 1, "a whole number >= 1", num_envs)
-    if pictures:
-        return gym.vector.SyncVectorEnv([partial(_rendered, max_episode_steps, **keywords)] * num_envs)
-    # It imports kernels, which takes seconds.
-    from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
-
-    return PicturelessVectorEnv(num_envs, max_episode_steps=max_episode_steps, **keywords)
-
-
-def _rendered(max_episode_steps: int | None, **keywords: Any) -> Any:
-    from scenarios.envs.follow_env import FollowEnv
-
-    env = FollowEnv(**keywords)
-    return env if max_episode_steps is None else gym.wrappers.TimeLimit(env, max_episode_steps)
