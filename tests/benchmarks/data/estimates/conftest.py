@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.run.editions import scene_edition
+from benchmarks.run.editions import preset_edition
 from tests import fakes_scenario
 from tests.benchmarks.data.estimates.runs import BRIEF, TOWN
 from tests.benchmarks.data.sets.small import made, tiny
@@ -38,7 +38,7 @@ def kept(brief: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def town(brief: None, tmp_path_factory: pytest.TempPathFactory) -> str:
     """Folder of a data set of the episodes of ``TOWN`` on a set path."""
     folder = tmp_path_factory.mktemp("town") / "set"
-    scene = scene_edition(fakes_scenario.FAKE_TOWN.id, "brief")
+    scene = preset_edition(fakes_scenario.FAKE_TOWN.id, "brief")
     channels = ("image_rgb", "instance_map", "depth_m", "flow_px")
     asked = tiny(frame_count=None, seeds=(3, 5), channels=channels, scene=scene)
     made(replace(asked, preset="brief"), folder)

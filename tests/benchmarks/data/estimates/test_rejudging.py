@@ -47,7 +47,7 @@ def forbidden(*_: object, **__: object) -> Any:
 @pytest.fixture
 def no_tracker(monkeypatch: pytest.MonkeyPatch) -> None:
     """No tracker runs."""
-    monkeypatch.setattr("benchmarks.run.jobs.entrant", forbidden)
+    monkeypatch.setattr("benchmarks.run.jobs.GuardedTracker", forbidden)
 
 
 @pytest.mark.usefixtures("no_tracker")
@@ -177,7 +177,7 @@ def test_what_does_not_fit_is_named_and_nothing_is_written(
 
 
 def test_estimates_on_frames_of_another_edition_are_refused(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("benchmarks.data.estimates.rejudging.scene_edition", lambda scenario, preset: "new")
+    monkeypatch.setattr("benchmarks.data.estimates.rejudging.preset_edition", lambda scenario, preset: "new")
     with pytest.raises(ValueError, match=r"expected estimates on frames of the scene's present edition, new, got"):
         judged_again(copied)
 

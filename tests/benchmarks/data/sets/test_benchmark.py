@@ -12,12 +12,11 @@ import pytest
 
 from benchmarks.cli.main import main
 from benchmarks.contract import suite as registry
-from benchmarks.data.sets.benchmark import benchmark_of
-from benchmarks.data.sets.data_set import stored_episode
+from benchmarks.data.sets.benchmark import benchmark_of, stored_specs
 from benchmarks.data.sets.generating import Workers, generate
 from benchmarks.data.sets.request import Request, existing_channels
 from benchmarks.judges.tracker_speed import SPEED
-from benchmarks.run.editions import package_versions, scene_edition
+from benchmarks.run.editions import package_versions, preset_edition
 from tests.benchmarks.data.sets.small import MODULES, made, tiny
 from tests.benchmarks.named import NamedExperiment as Experiment
 from tests.benchmarks.named import run_named as run
@@ -42,12 +41,12 @@ def rows(out: Path) -> list[dict[str, Any]]:
 def test_scores_on_stored_episodes_are_those_on_rendered_ones(suite: str, tmp_path: Path) -> None:
     scenario, tracker = SUITES[suite]
     asked = Request(scenario, "quick", (3, 4), ())
-    editions = {"scene": scene_edition(scenario, "quick"), "packages": package_versions()}
+    editions = {"scene": preset_edition(scenario, "quick"), "packages": package_versions()}
     request = replace(asked, channels=existing_channels(asked), **editions)
     generate(request, str(tmp_path / "set"), Workers(0), lambda done, whole: None)
     rendered = Experiment(suite, scenario, ("quick",), (tracker,), range(3, 4), workers=0)
     run(rendered, tmp_path / "rendered")
-    run(replace(rendered, stored=partial(stored_episode, str(tmp_path / "set"))), tmp_path / "stored")
+    run(replace(rendered, stored=partial(stored_specs, str(tmp_path / "set"))), tmp_path / "stored")
     assert rows(tmp_path / "stored") == rows(tmp_path / "rendered") != []
 
 
