@@ -17,7 +17,7 @@ from trackers.atomic_file import write_atomic
 
 @dataclass(frozen=True)
 class Show(WithModules):
-    """Make one offline HTML page about a data set: frames with boxes, channels, histograms, what is stored.
+    """Make one offline HTML page about a data set: contact sheet, histograms, tables of what it holds and lacks.
 
     Attributes:
         directory: folder or URL written by `frameout generate`.

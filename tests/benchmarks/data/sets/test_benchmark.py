@@ -12,8 +12,7 @@ import pytest
 
 from benchmarks.cli.main import main
 from benchmarks.contract import suite as registry
-from benchmarks.data.sets.benchmark import benchmark_of
-from benchmarks.data.sets.data_set import stored_episode
+from benchmarks.data.sets.benchmark import benchmark_of, stored_specs
 from benchmarks.data.sets.generating import Workers, generate
 from benchmarks.data.sets.request import Request, existing_channels
 from benchmarks.judges.tracker_speed import SPEED
@@ -47,7 +46,7 @@ def test_scores_on_stored_episodes_are_those_on_rendered_ones(suite: str, tmp_pa
     generate(request, str(tmp_path / "set"), Workers(0), lambda done, whole: None)
     rendered = Experiment(suite, scenario, ("quick",), (tracker,), range(3, 4), workers=0)
     run(rendered, tmp_path / "rendered")
-    run(replace(rendered, stored=partial(stored_episode, str(tmp_path / "set"))), tmp_path / "stored")
+    run(replace(rendered, stored=partial(stored_specs, str(tmp_path / "set"))), tmp_path / "stored")
     assert rows(tmp_path / "stored") == rows(tmp_path / "rendered") != []
 
 
