@@ -49,10 +49,10 @@ Entries = list[dict[str, Any]]
 
 @dataclass(frozen=True, slots=True)
 class _Results:
-    """The results of one condition: rows by contestant, entries of the summary and of the comparisons."""
+    """The results of one condition: rows by tracker or pair, entries of the summary and of the comparisons."""
 
     condition: Condition
-    contestants: Mapping[str, list[Row]]
+    rows: Mapping[str, list[Row]]
     summary: Entries
     comparisons: Entries
     suite: Suite
@@ -64,16 +64,14 @@ class _Results:
 
     @property
     def styles(self) -> dict[str, LineStyle]:
-        """The line style of each contestant, by its first name."""
+        """The line style of each tracker or controller."""
         return line_styles(tables.names_and_roles(self.suite, self.summary))
 
     def charts(self) -> list[Chart]:
         """Return the charts of the suite, and how fast trackers are."""
-        drawn = {name: rows for name, rows in self.contestants.items() if rows[0]["role"] in _DRAWN_ROLES}
+        drawn = {name: rows for name, rows in self.rows.items() if rows[0]["role"] in _DRAWN_ROLES}
         # A suite's own references are there for its figures, whatever their role.
-        own = {
-            name: self.contestants[name] for each in self.suite.references if (name := each.name) in self.contestants
-        }
+        own = {name: self.rows[name] for each in self.suite.references if (name := each.name) in self.rows}
         return [*showing_of(self.suite).charts(drawn | own), *self._speed()]
 
     def _speed(self) -> Iterator[Chart]:
@@ -164,11 +162,11 @@ def page_environment(module_file: str, *, autoescape: bool = True) -> Environmen
 def _by_condition(
     rows: Sequence[Row], summary: Entries, comparisons: Entries, metrics: Sequence[str]
 ) -> Iterator[_Results]:
-    for condition, contestants in grouped(rows).items():
+    for condition, by_name in grouped(rows).items():
         mine, compared = (
             [entry for entry in some if condition_of(entry) == condition] for some in (summary, comparisons)
         )
-        yield _Results(condition, contestants, mine, compared, suite(condition[0]).showing(metrics))
+        yield _Results(condition, by_name, mine, compared, suite(condition[0]).showing(metrics))
 
 
 def _draw_pictures(directory: Path, results: Sequence[_Results]) -> None:
@@ -181,7 +179,7 @@ def _draw_pictures(directory: Path, results: Sequence[_Results]) -> None:
         alive = [entry for entry in each.summary if deadly.isdisjoint((entry["tracker"], entry.get("controller")))]
         if alive:
             shown = worth_showing(each.suite, alive)
-            keep_event_picture(directory, each.condition, each.contestants, shown, event)
+            keep_event_picture(directory, each.condition, each.rows, shown, event)
         else:
             remove_picture(directory, name_of(each.condition))
 
@@ -215,14 +213,14 @@ def _section(results: _Results, pictures: Sequence[Picture]) -> dict[str, Any]:
         "silence": scores.silence if sequences is None else sequences.silence,
         "suite": scores,
         "showing": showing,
-        "provenance": provenance([row for rows in results.contestants.values() for row in rows]),
+        "provenance": provenance([row for rows in results.rows.values() for row in rows]),
         "leaderboard": tables.leaderboard(scores, summary, tables.RANKED_ROLES),
         "references": references,
         "references_note": " ".join(notes[role] for role in dict.fromkeys(line.role for line in references.lines)),
         "papers": _papers(everything),
         "differences": list(_differences(scores, results.comparisons, everything)),
         "everything": everything,
-        "facts": None if showing.facts is None else tables.facts_table(showing.facts, results.contestants),
+        "facts": None if showing.facts is None else tables.facts_table(showing.facts, results.rows),
         "plots": [plot_of(chart, results.styles) for chart in results.charts()],
         "pictures": pictures,
     }
@@ -241,7 +239,7 @@ def _papers(everything: tables.Table) -> dict[Paper, list[str]]:
 def _differences(
     scores: Suite, comparisons: Entries, everything: tables.Table
 ) -> Iterator[tuple[str, str, tables.Table]]:
-    """Yield a contestant, the kind of those that it is compared with, and the table of differences."""
+    """Yield a tracker or pair, the kind of those that it is compared with, and the table of differences."""
     groups: dict[tuple[str, str], Entries] = {}
     for entry in comparisons:
         kind = entry.get("compared", scores.contestants[0])

@@ -26,7 +26,7 @@ _LINE_EVERY_S = 30.0
 
 
 def console_of(width: int = 118) -> Console:
-    """Return a console as wide as the terminal or as ``COLUMNS`` says, or of ``width`` where neither tells."""
+    """Return a console as wide as the terminal or as ``COLUMNS`` says, or of ``width`` where neither is known."""
     console = Console()
     columns = os.environ.get("COLUMNS", "")
     return console if console.is_terminal or (columns.isdigit() and int(columns) > 0) else Console(width=width)
@@ -71,22 +71,22 @@ def _bar(title: str, console: Console) -> Iterator[Report]:
 
 @contextmanager
 def _lines(title: str) -> Iterator[Report]:
-    began_s = part_s = said_s = time.monotonic()
+    began_s = part_s = printed_s = time.monotonic()
     first = 0
-    said: tuple[int, int] | None = None
+    printed: tuple[int, int] | None = None
     now: tuple[int, int] | None = None
 
     def report(done: int, of: int) -> None:
-        nonlocal first, part_s, said_s, said, now
+        nonlocal first, part_s, printed_s, printed, now
         if now is None or of != now[1] or done < now[0]:
             # A next part begins, with a pace of its own.
             first, part_s = done, began_s if now is None else time.monotonic()
         now = (done, of)
-        if time.monotonic() - said_s >= _LINE_EVERY_S:
-            said_s, said = time.monotonic(), now
-            say(done, of)
+        if time.monotonic() - printed_s >= _LINE_EVERY_S:
+            printed_s, printed = time.monotonic(), now
+            show(done, of)
 
-    def say(done: int, of: int) -> None:
+    def show(done: int, of: int) -> None:
         now_s, made = time.monotonic(), done - first
         left = f", about {_clock((now_s - part_s) * (of - done) / made)} left" if made and done < of else ""
         print(f"{title}: {done} of {of}, {_clock(now_s - began_s)} passed{left}", file=sys.stderr, flush=True)
@@ -94,8 +94,8 @@ def _lines(title: str) -> Iterator[Report]:
     try:
         yield report
     finally:
-        if now is not None and now != said:
-            say(*now)
+        if now is not None and now != printed:
+            show(*now)
 
 
 def _clock(seconds: float) -> str:

@@ -84,8 +84,8 @@ def truth_fields(kind: type[Truth]) -> Iterator[TruthField]:
         # Shape and dtype have columns of their own.
         text = re.sub(r"^\([^)]*\)( \w+\d+)?,? ?", "", words[name])
         codings = (part for part in meaning.coding.split("; ") if part not in text)
-        told = "; ".join(filter(None, (text, *codings))) or " ".join(name.split("_")[:-1])
-        yield TruthField(name, _dtype(kind, name, meaning.unit), shape, meaning.unit, told, name in in_info)
+        whole = "; ".join(filter(None, (text, *codings))) or " ".join(name.split("_")[:-1])
+        yield TruthField(name, _dtype(kind, name, meaning.unit), shape, meaning.unit, whole, name in in_info)
 
 
 def own_truth() -> list[tuple[tuple[str, ...], list[TruthField]]]:
@@ -134,7 +134,7 @@ class EnvRow:
 class Field:
     """A field of a dataclass, as users set it: its type, default, and meaning from the docstring.
 
-    ``drawn`` says whether ``randomise`` takes it.
+    ``drawn``: whether ``randomise`` takes it.
     """
 
     name: str

@@ -15,16 +15,16 @@ from trackers.types import Answer
 def replay(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: int) -> Iterator[Instant]:
     """Yield the instants of the ``wanted`` frames among the first ``frame_count`` of a job.
 
-    Each has the answer of the first contestant. At a ``scale`` of 1 the larger view is the observed frame itself.
+    Each has the answer of the first tracker. At a ``scale`` of 1 the larger view is the observed frame itself.
     """
     for instants in replay_all(live, scale=scale, wanted=wanted, frame_count=frame_count):
         yield instants[0]
 
 
 def replay_all(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: int) -> Iterator[list[Instant]]:
-    """Yield for each of the ``wanted`` frames the instants of all contestants in order, see ``replay``.
+    """Yield for each of the ``wanted`` frames the instants of all trackers in order, see ``replay``.
 
-    Without contestants it is one instant without an answer.
+    Without trackers it is one instant without an answer.
     """
     for frame in live.frames(frame_count):
         if frame.truth.frame in wanted:

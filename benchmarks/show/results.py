@@ -81,12 +81,12 @@ class Results:
         return self._read(COMPARISONS_FILE_NAME)
 
     def plot(self, metric: str) -> ShownFigure:
-        """Return a figure of a metric of the summary: a dot with its 95 % interval for each contestant, the best above.
+        """Return a figure of a metric of the summary: a dot with its 95 % interval for each tracker, the best above.
 
-        Contestants of several conditions stand below each other, condition by condition.
+        Those of several conditions stand below each other, condition by condition.
 
         Raises:
-            ValueError: for a metric that no contestant has; lists those that there are.
+            ValueError: for a metric that none has; lists those that there are.
         """
         from benchmarks.show.plots import figure_of
 

@@ -1,6 +1,6 @@
 """How results of a suite are shown: its charts, its picture, the words around its tables.
 
-What judges knows nothing of this; a suite without an entry is shown by its metrics alone.
+A judge does not depend on it; a suite without an entry is shown by its metrics alone.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def drawing_of(scenario: str, episode: Episode) -> Drawing:
 def suite_shown(scenario: str, preset: str, link: str | None) -> Suite:
     """Return the suite whose kind of steering is shown if users name none: one that judges controllers.
 
-    A preset in closed loop belongs to suites of trackers and is steered as there, unless a link is asked for.
+    A preset in closed loop belongs to suites of trackers and is steered as there, unless a link is named.
     """
     configuration = catalog.scenario(scenario).presets.get(preset)
     as_written = link is None and configuration is not None and configuration.closed_loop
@@ -83,7 +83,7 @@ def suite_shown(scenario: str, preset: str, link: str | None) -> Suite:
 def suite_watching(scenario: str, tracker: str | None) -> Suite:
     """Return the suite whose targets are shown without a controller: one of the scenario that fits the tracker.
 
-    A tracker of many targets is shown with all of its tracks, if a suite asks for them.
+    A tracker of many targets is shown with all of its tracks, if a suite judges them.
     """
     known = None if tracker is None else registry.entries().get(tracker)
     many = tracker is None or (known is not None and known.follows_many)

@@ -15,8 +15,8 @@ from benchmarks.statistics.bootstrap import interval_of
 Entry = dict[str, Any]
 
 UNRANKED_ROLES = ("blind", "oracle")
-"""References, not competitors: never the best, and in a part of the table of their own. Some are told the truth at
-times, e.g. at each exit, which no competitor is."""
+"""References, not competitors: never the best, and in a part of the table of their own. Some get the truth at
+times, e.g. at each exit, which no competitor does."""
 RANKED_ROLES = ("ours", "policy", "as-written", "tuned", "baseline", "external")
 """Competitors: all others but variants."""
 _ROLE_ORDER = (*RANKED_ROLES, "variant", *UNRANKED_ROLES)
@@ -79,7 +79,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """One contestant's line.
+    """One line.
 
     Attributes:
         names: of tracker, or controller and tracker; or another heading.
@@ -122,7 +122,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """What a table of the report about the episodes themselves, independent of contestants, is made of.
+    """What a table of the report about the episodes themselves, independent of trackers, is made of.
 
     Attributes:
         title, words: of the table, note below it. lines: name of a line -> suffix after ``_`` in the names of its rows.
@@ -137,14 +137,14 @@ class Facts:
 
 
 def leaderboard(suite: Suite, entries: Sequence[Entry], roles: Sequence[str]) -> Table:
-    """Return the headline metrics of the contestants with one of these roles, the best first, then references."""
+    """Return the headline metrics of those with one of these roles, the best first, then references."""
     headline = suite.headline_in(entries[0]["scenario"]) if entries else ()
     metrics = [m for m in map(suite.metric, headline) if any(e["metric"] == m.name for e in entries)]
     return _table(suite, metrics, [entry for entry in entries if entry["role"] in roles], entries)
 
 
 def every_metric(suite: Suite, entries: Sequence[Entry]) -> Table:
-    """Return all metrics of all contestants: a line for each, in the leaderboard's order."""
+    """Return all metrics: a line for each tracker or pair, in the leaderboard's order."""
     metrics = [metric for metric in suite.metrics if any(e["metric"] == metric.name for e in entries)]
     ranked = leaderboard(suite, entries, sorted({entry["role"] for entry in entries}))
     table = _table(suite, metrics, entries, entries)
@@ -162,10 +162,10 @@ def names_and_roles(suite: Suite, entries: Sequence[Entry]) -> list[tuple[str, s
 
 
 def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequence[str]) -> Table:
-    """Return one contestant minus each other one, marked where interval and Holm's p are significant.
+    """Return one tracker or pair minus each other one, marked where interval and Holm's p are significant.
 
     Args:
-        comparisons: of that contestant. order: possible names of ``other``.
+        comparisons: of that one. order: possible names of ``other``.
     """
     compared = suite.compared_in(comparisons[0]["scenario"]) if comparisons else ()
     metrics = [m for m in map(suite.metric, compared) if any(c["metric"] == m.name for c in comparisons)]

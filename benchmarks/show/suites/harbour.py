@@ -35,13 +35,13 @@ _CAPTION = (
 )
 
 
-def charts(contestants: Mapping[str, Sequence[Row]]) -> Iterator[Chart]:
+def charts(run: Mapping[str, Sequence[Row]]) -> Iterator[Chart]:
     """Yield the FROC curves, detection by contrast to noise, and by number of pictures.
 
     Trackers that learn from few pictures stand in the chart about these alone.
     """
     few = {each.name for each in TAUGHT_BY_FEW.values()}
-    drawn = {name: rows for name, rows in contestants.items() if name not in few}
+    drawn = {name: rows for name, rows in run.items() if name not in few}
     found = curves_of(drawn, lambda rows: found_at_alarms(rows, Froc(*CURVE, high=1.0), _ALARMS))
     if found:
         yield CurveChart(
@@ -65,7 +65,7 @@ def charts(contestants: Mapping[str, Sequence[Row]]) -> Iterator[Chart]:
             x_scale="log",
             y_label="found",
         )
-    pictures = {name: curve for name in drawn if (curve := by_pictures(contestants, name)) is not None}
+    pictures = {name: curve for name in drawn if (curve := by_pictures(run, name)) is not None}
     if pictures:
         yield CurveChart(
             title="How many pictures does it take?",

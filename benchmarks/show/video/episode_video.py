@@ -75,7 +75,7 @@ def render_episode(
 
 
 def _counted(instants: Iterable[Instant], count: int, progress: Progress) -> Iterator[Instant]:
-    """Yield the instants; a frame is reported when the next one is asked for, since it is then written."""
+    """Yield the instants; a frame is reported when the next one is requested, since it is then written."""
     progress(0, count)
     for done, instant in enumerate(instants, 1):
         yield instant

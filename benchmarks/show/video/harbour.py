@@ -117,14 +117,14 @@ class HarbourDrawing:
                 marks.draw_lines(plan, [self._plan.at(base)], colour, 1)
             else:
                 marks.draw_corners(image, answers.box_xyxy[row] * self._zoom, colour, 1)
-            said = words.get(identity, "") if len(words) <= _NAMED_AT_MOST else ""
-            label = said or answers.kind[row]
-            if label and (said or on):
+            words_of_cause = words.get(identity, "") if len(words) <= _NAMED_AT_MOST else ""
+            label = words_of_cause or answers.kind[row]
+            if label and (words_of_cause or on):
                 x, y = (answers.box_xyxy[row, 2:] * self._zoom).clip(-1e4, 1e4).astype(int)
                 marks.draw_label(image, (x + 3, y + 3), label, colour, size=15, weight=600)
-            if said and np.isfinite(place_m).all():
+            if words_of_cause and np.isfinite(place_m).all():
                 x, y = self._plan.at(place_m).clip(-1e4, 1e4).astype(int)
-                marks.draw_text(plan, (x + 6, y + 4), said, colour, size=13)
+                marks.draw_text(plan, (x + 6, y + 4), words_of_cause, colour, size=13)
 
     def _draw_box(
         self,
@@ -165,14 +165,14 @@ class _Alarms:
         first = 1, bool(agc_step or self._stepped)
         self._stepped = bool(agc_step)
         before, self._running = self._running, {}
-        said = {}
+        alarms = {}
         for identity, cause in zip(identities.tolist(), causes.tolist(), strict=True):
             frames, by_step = before.get(identity, (0, False))
             self._running[identity] = (frames + 1, by_step) if frames else first
             if frames + 1 >= RUNNING:
                 by_step = self._running[identity][1]
-                said[identity] = ("agc_step" if by_step else CAUSES[cause]).replace("_", " ")
-        return said
+                alarms[identity] = ("agc_step" if by_step else CAUSES[cause]).replace("_", " ")
+        return alarms
 
 
 class PlanView:

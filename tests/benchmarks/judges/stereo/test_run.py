@@ -18,6 +18,7 @@ from benchmarks.judges.stereo.metrics.people import WORST_ERROR_M
 from benchmarks.judges.stereo.suite import STEREO
 from benchmarks.run.outcome import Outcome
 from benchmarks.show.page import write_report
+from benchmarks.show.showing import showing_of
 from scenarios.road_town.truth import RoadTruth
 from tests.benchmarks.judges.follow import fake_follow
 from tests.benchmarks.judges.follow.fake_follow import HIDDEN
@@ -185,7 +186,7 @@ def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -
     _, out = outcome
     page = write_report(out).read_text()
     text = re.sub(r"<[^>]+>", " ", page)
-    assert f"<h1>{STEREO.heading}</h1>" in page
+    assert f"<h1>{showing_of(STEREO).heading}</h1>" in page
     assert "outside the picture" not in text
     for words in ("When is the person lost?", "How soon is the person found again?"):
         assert words in text
