@@ -13,6 +13,8 @@ import pytest
 
 import benchmarks
 from benchmarks.run import packages
+from scenarios import catalog
+from trackers import registry
 
 ROOT = Path(__file__).parents[1]
 FACES = ("scenarios", "trackers", "benchmarks")
@@ -56,6 +58,18 @@ def test_a_face_imports_nothing_but_what_python_and_gymnasium_bring() -> None:
         "scenarios",
         "sim",
     }
+
+
+def test_benching_one_tracker_enters_no_other_scene_reader_or_export(tmp_path: Path) -> None:
+    script = "import sys, benchmarks; benchmarks.bench(trackers='hold', preset='quick', seeds=range(1), quick=True, "
+    script += f"workers=0, out={str(tmp_path)!r}); print(*sys.modules)"
+    ours = {name for name in run(script).split() if name.startswith(("sim.", "trackers.", "scenarios.", "benchmarks."))}
+    assert len(ours) <= 200
+    known = {entry.tracker.__module__ for entry in registry.entries().values()}
+    assert ours & known == {"trackers.baselines.single_target"}
+    assert not {name for name in ours if name.startswith("benchmarks.data.")}
+    scenes = {entry.place.partition(":")[0] for entry in catalog.entries()}
+    assert ours & scenes == {"scenarios.road_town.scenario"}
 
 
 @pytest.mark.parametrize(

@@ -28,10 +28,10 @@ from benchmarks.cli.bench_function import bench, check_suites, stored_seeds
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.printing import contestants_print_to_stderr
 from benchmarks.cli.with_modules import WithModules
+from benchmarks.contract.judging import USUAL_RATE_HZ
 from benchmarks.contract.printable import printable
 from benchmarks.contract.rows import REAL, read_rows
 from benchmarks.contract.suite import DEFAULT, Suite, check_metrics, suite
-from benchmarks.data.sequences import USUAL_RATE_HZ
 from benchmarks.run.outcome import ContestantWarning, Outcome
 from benchmarks.run.result_folder import check_file
 from benchmarks.run.selection import Asked

@@ -19,12 +19,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.contract import suite as registry
+from benchmarks.contract.judging import USUAL_RATE_HZ, check_no_layout
 from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import DEFAULT, Suite
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
-from benchmarks.data.real import check_no_layout, real_episodes
-from benchmarks.data.sequences import USUAL_RATE_HZ
 from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.keeping import Keeper
@@ -128,6 +127,8 @@ def bench(
     }
     outcome = Outcome()
     if paths:
+        from benchmarks.data.real import real_episodes  # It imports the readers of all layouts.
+
         _check_real(wanted, asked, seeds, renderer=renderer, link=link, data=data, keep_estimates=keep_estimates)
         Experiment(wanted, [], {}, **how)  # A number out of range is refused before anything is read.
         episodes, outcome.unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)

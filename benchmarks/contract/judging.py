@@ -8,6 +8,7 @@ from typing import Any, Protocol, TypeVar
 
 from scenarios.scenario import Episode, Frame
 from scenarios.truth import Truth
+from sim.checks import check
 from trackers.gaps import GapMethod
 from trackers.types import CameraCommand, Track
 
@@ -99,6 +100,17 @@ class Judge(Protocol):
     def sheet(self) -> ScoreSheet:
         """Return a fresh sheet for one contestant."""
         ...
+
+
+USUAL_RATE_HZ = 30.0
+"""Frames a second where files tell none. UAV123 and UAVDT were recorded at this rate (their papers)."""
+
+
+def check_no_layout(layout: str, target: int | None, rate_hz: float) -> None:
+    """Raise ValueError for arguments of folders of pictures where there are none."""
+    told = {"layout": (layout, ""), "target": (target, None), "rate_hz": (rate_hz, USUAL_RATE_HZ)}
+    for name, (mine, default) in told.items():
+        check(name, mine == default, "none but with --real and a suite that judges pictures", repr(str(mine)))
 
 
 @dataclass(frozen=True, slots=True)

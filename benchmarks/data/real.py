@@ -9,16 +9,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Final, Literal, NoReturn
 
-from benchmarks.contract.judging import Judge, Recording, UnreadableSequence
+from benchmarks.contract.judging import USUAL_RATE_HZ, Judge, Recording, UnreadableSequence, check_no_layout
 from benchmarks.contract.printable import printable
 from benchmarks.contract.rows import REAL, Row
 from benchmarks.contract.suite import Suite, suites
-from benchmarks.data.sequences import USUAL_FOCAL, USUAL_RATE_HZ, BoxedSequence, SequenceEpisode, read_collections
+from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode, read_collections
 from benchmarks.data.tracks import read_each
 from scenarios.command_link import CommandLink
 from scenarios.scenario import Episode, Frame
 from scenarios.truth import TruthExtent
-from sim.checks import check
 from trackers.types import CameraCommand, CameraModel, Start
 
 
@@ -104,13 +103,6 @@ class RealEpisode:
     def command_link(self, episode: Episode) -> CommandLink | None:
         """See ``EpisodeSpec``: no camera is steered."""
         return None
-
-
-def check_no_layout(layout: str, target: int | None, rate_hz: float) -> None:
-    """Raise ValueError for arguments of folders of pictures where there are none."""
-    told = {"layout": (layout, ""), "target": (target, None), "rate_hz": (rate_hz, USUAL_RATE_HZ)}
-    for name, (mine, default) in told.items():
-        check(name, mine == default, "none but with --real and a suite that judges pictures", repr(str(mine)))
 
 
 def real_episodes(

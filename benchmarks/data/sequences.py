@@ -45,7 +45,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.judging import UnreadableSequence
+from benchmarks.contract.judging import USUAL_RATE_HZ, UnreadableSequence
 from benchmarks.contract.printable import printable
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
@@ -54,8 +54,6 @@ from trackers.types import CameraCommand, CameraModel, Observation, Start
 
 ENDINGS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 """Of pictures, in small or capital letters."""
-USUAL_RATE_HZ = 30.0
-"""Frames a second, which no layout tells. UAV123 and UAVDT were recorded at this rate (their papers)."""
 _NUMBERED = re.compile(r"(\D*)(\d+)$")
 FIRST = 1.0
 """Coordinate of the top left corner of the picture in files of boxes."""

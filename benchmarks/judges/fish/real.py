@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.contract.judging import Ending, Score, TimeBlock
+from benchmarks.contract.judging import USUAL_RATE_HZ, Ending, Score, TimeBlock
 from benchmarks.contract.track_table import TrackTable
 from benchmarks.judges.fish.gap_protocol import BLOCK_FRAMES, Tracks
 from benchmarks.judges.fish.gap_scores import GapTask, gap_scores
@@ -24,8 +24,6 @@ from trackers.types import CameraCommand
 
 STRIDE_FRAMES = 50
 """Frames from one cut gap of an animal to its next of the same length."""
-USUAL_RATE_HZ = 30.0
-"""Frame rate where a file does not tell one."""
 _FAR_PX = 1000.0
 """No animal goes so far from one frame to the next."""
 

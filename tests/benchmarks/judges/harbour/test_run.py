@@ -78,11 +78,7 @@ def test_visits_are_those_of_the_preset(out: Path) -> None:
 
 def test_the_report_has_its_figures_and_one_visit(out: Path) -> None:
     page = (out / "report.html").read_text()
-    for words in (
-        "How many false alarms does a find cost?",
-        "What contrast does it take?",
-        "What raises false alarms?",
-    ):
+    for words in ("How many false alarms does a find cost?", "What contrast does it take?"):
         assert words in page, words
     (picture,) = (out / "pictures").glob("*.jpg")
     sheet = cv2.imread(str(picture))
