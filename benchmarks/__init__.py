@@ -8,7 +8,7 @@ from typing import Any
 
 _HOMES = {
     "bench": "benchmarks.cli.bench_function",
-    "ContestantWarning": "benchmarks.run.outcome",
+    "TrackerWarning": "benchmarks.run.outcome",
     "DataSet": "benchmarks.data.sets.data_set",
     "Results": "benchmarks.show.results",
     "Showing": "benchmarks.show.showing",

@@ -1,4 +1,4 @@
-"""The loop through an episode: the camera moves, takes a picture, and every contestant answers on it.
+"""The loop through an episode: the camera moves, takes a picture, and every tracker answers on it.
 
 Benchmark, videos, envs and recorded runs all use this loop.
 """
@@ -28,7 +28,7 @@ from trackers.protocols import (
 from trackers.types import Answer, CameraCommand, Estimate, Start, Track
 
 
-class Contestant(Protocol):
+class LoopTracker(Protocol):
     """Answers on every frame where the target is, or where all targets are."""
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
@@ -41,8 +41,8 @@ class Contestant(Protocol):
 
 
 @runtime_checkable
-class OutsourcingContestant(Contestant, Protocol):
-    """A contestant that others may work for, see ``OutsourcingTracker``."""
+class OutsourcingLoopTracker(LoopTracker, Protocol):
+    """A tracker that others may work for, see ``OutsourcingTracker``."""
 
     def elsewhere_cpu_s(self) -> float:
         """Return the CPU time in seconds that they spent for it on the latest frame; 0 without them."""
@@ -50,8 +50,8 @@ class OutsourcingContestant(Contestant, Protocol):
 
 
 @runtime_checkable
-class ManyContestant(Contestant, Protocol):
-    """A contestant that answers with the tracks of many targets."""
+class ManyLoopTracker(LoopTracker, Protocol):
+    """A tracker that answers with the tracks of many targets."""
 
     def revised(self) -> Sequence[Sequence[Track]] | None:
         """Return all answers as decided with hindsight, after the last frame; None if it does not revise."""
@@ -67,50 +67,50 @@ class ManyContestant(Contestant, Protocol):
 
 
 class FromPictures:
-    """A tracker of one target as a contestant: it receives a frame's observation, never its truth."""
+    """A tracker of one target as a tracker: it receives a frame's observation, never its truth."""
 
     def __init__(self, tracker: Tracker) -> None:
         self._tracker = tracker
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
-        """See ``Contestant``. The answer is the given box."""
+        """See ``LoopTracker``. The answer is the given box."""
         self._tracker.initialise(frame.observation, first_box(start))
         return given(start)
 
     def update(self, frame: Frame) -> Estimate:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         return self._tracker.update(frame.observation)
 
     def elsewhere_cpu_s(self) -> float:
-        """See ``OutsourcingContestant``."""
+        """See ``OutsourcingTracker``."""
         return self._tracker.elsewhere_cpu_s if isinstance(self._tracker, OutsourcingTracker) else 0.0
 
 
 class ManyFromPictures:
-    """A tracker of many targets as a contestant, see ``FromPictures``."""
+    """A tracker of many targets as a tracker, see ``FromPictures``."""
 
     def __init__(self, tracker: MultiTracker) -> None:
         self._tracker = tracker
 
     def initialise(self, frame: Frame, start: Start) -> Sequence[Track]:
-        """See ``Contestant``. No target is given: the first picture is treated like the others."""
+        """See ``LoopTracker``. No target is given: the first picture is treated like the others."""
         begin(self._tracker, start)
         return self.update(frame)
 
     def update(self, frame: Frame) -> Sequence[Track]:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         return self._tracker.update(frame.observation)
 
     def revised(self) -> Sequence[Sequence[Track]] | None:
-        """See ``ManyContestant``."""
+        """See ``ManyLoopTracker``."""
         return self._tracker.revised() if isinstance(self._tracker, RevisingTracker) else None
 
     def gap_method(self) -> GapMethod | None:
-        """See ``ManyContestant``."""
+        """See ``ManyLoopTracker``."""
         return self._tracker.gap_method if isinstance(self._tracker, BridgingTracker) else None
 
     def decides_at(self) -> float:
-        """See ``ManyContestant``."""
+        """See ``ManyLoopTracker``."""
         return self._tracker.decides_at if isinstance(self._tracker, DecidingTracker) else 0.0
 
 
@@ -133,12 +133,12 @@ def tracker_stream(seed: int, name: str, repeat: int = 0) -> np.random.Generator
 
 
 class Loop:
-    """One pass through an episode. Exceptions of contestants and controllers are not caught here.
+    """One pass through an episode. Exceptions of trackers and controllers are not caught here.
 
     Attributes:
         episode: the episode.
         frame: the latest frame; this and the next two do not exist before the first step.
-        answers: each contestant's answer on it, in their order.
+        answers: each tracker's answer on it, in their order.
         obeyed: the command that the carrier received before this frame; None for frame 0, and on a set path.
     """
 
@@ -146,12 +146,10 @@ class Loop:
     answers: list[Answer]
     obeyed: CameraCommand | None
 
-    def __init__(
-        self, episode: Episode, contestants: Sequence[Contestant] = (), link: CommandLink | None = None
-    ) -> None:
+    def __init__(self, episode: Episode, trackers: Sequence[LoopTracker] = (), link: CommandLink | None = None) -> None:
         """``link`` passes commands on to the carrier; None passes them on unchanged."""
         self.episode = episode
-        self._contestants, self._link = contestants, link
+        self._trackers, self._link = trackers, link
         self._begun = False
 
     def step(self, command: CameraCommand | None = None) -> Frame:
@@ -159,15 +157,15 @@ class Loop:
         self.obeyed = command if command is None or self._link is None else self._link.send(command)
         self.frame = self.episode.step(self.obeyed)
         if self._begun:
-            self.answers = [each.update(self.frame) for each in self._contestants]
+            self.answers = [each.update(self.frame) for each in self._trackers]
         else:
             start = self.episode.start
-            self.answers = [each.initialise(self.frame, start) for each in self._contestants]
+            self.answers = [each.initialise(self.frame, start) for each in self._trackers]
             self._begun = True
         return self.frame
 
     def frames(self, controller: Controller | None = None, count: int | None = None) -> Iterator[Frame]:
-        """Step through the first ``count`` frames, None = all; the controller uses the first contestant's estimates."""
+        """Step through the first ``count`` frames, None = all; the controller uses the first tracker's estimates."""
         yield self.step()
         for _ in range(1, self.episode.frame_count if count is None else count):
             command = None if controller is None else controller.command(self.frame.observation, self.estimate)
@@ -180,7 +178,7 @@ class Loop:
 
     @property
     def estimate(self) -> Estimate:
-        """The first contestant's estimate on the latest frame, which a controller steers by."""
+        """The first tracker's estimate on the latest frame, which a controller steers by."""
         answer = self.answers[0]
         assert isinstance(answer, Estimate)
         return answer

@@ -342,7 +342,7 @@ def client(world: World, exact: bool = False) -> Client:
     return Client(world, exact)
 
 
-class _LentList(threading.local):
+class _ReusedList(threading.local):
     """A reused list of numbers or points for PyBullet, which never frees the lists passed to it; one a thread.
 
     With new lists a worker would grow by 25 MB with each town.
@@ -364,7 +364,7 @@ class _LentList(threading.local):
         return self._list
 
 
-_VERTICES, _NORMALS, _UVS, _INDICES = _LentList(), _LentList(), _LentList(), _LentList()
+_VERTICES, _NORMALS, _UVS, _INDICES = _ReusedList(), _ReusedList(), _ReusedList(), _ReusedList()
 
 
 def _hull_volume_m3(points_m: NDArray[np.float32]) -> float:

@@ -28,8 +28,8 @@ FOLDER = tyro.conf.arg(metavar="FOLDER", help_behavior_hint="")
 def check_unset(command: object, parameters: Iterable[str], why: str) -> None:
     """Raise ValueError if one of a command's parameters is not left at its default; ``why`` comes after "none"."""
     for name in parameters:
-        mine, default = getattr(command, name), getattr(type(command), name)
-        check(name, mine == default, f"none {why}", repr(mine))
+        value, default = getattr(command, name), getattr(type(command), name)
+        check(name, value == default, f"none {why}", repr(value))
 
 
 def names(given: Sequence[str]) -> tuple[str, ...]:

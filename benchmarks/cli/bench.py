@@ -26,15 +26,15 @@ from benchmarks.cli.arguments import (
 )
 from benchmarks.cli.bench_function import bench, check_suites, stored_seeds
 from benchmarks.cli.leaderboard import print_leaderboard
-from benchmarks.cli.printing import contestants_print_to_stderr
+from benchmarks.cli.printing import trackers_print_to_stderr
 from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.judging import USUAL_RATE_HZ
 from benchmarks.contract.printable import printable
 from benchmarks.contract.rows import REAL, read_rows
 from benchmarks.contract.suite import DEFAULT, Suite, check_metrics, suite
-from benchmarks.run.outcome import ContestantWarning, Outcome
+from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.result_folder import check_file
-from benchmarks.run.selection import Asked
+from benchmarks.run.selection import Selection
 from benchmarks.show.page import write_report
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
@@ -133,13 +133,13 @@ class Bench(WithModules):
         if self.csv not in ("", _STDOUT):
             check_file(Path(self.csv), "csv")
         if not self.real:
-            asked = Asked(
+            selection = Selection(
                 scenarios=names(self.scenario),
                 presets=names(self.preset),
                 trackers=names(self.trackers),
                 controllers=names(self.controllers),
             )
-            check_suites(map(suite, names(self.suites)), asked, link=self.link, data=self.data, quick=self.quick)
+            check_suites(map(suite, names(self.suites)), selection, link=self.link, data=self.data, quick=self.quick)
         made = [self._run_suite(name) for name in names(self.suites)]
         if self.csv:
             self._write_table([out for out, _ in made])
@@ -166,7 +166,7 @@ class Bench(WithModules):
         return seed_range(_QUICK_SEEDS if self.quick and unnamed else self.seeds)
 
     def _run_suite(self, name: str) -> tuple[Path, bool]:
-        """Return the folder, and whether a contestant failed."""
+        """Return the folder, and whether a tracker failed."""
         wanted = suite(name)
         pictures = bool(self.real) and wanted.on_sequences is not None
         beside = pictures or self.beside is None
@@ -179,7 +179,7 @@ class Bench(WithModules):
         if shows:
             print_leaderboard(summary, names(self.metric))
         print("making the report, whose pictures take another run of a tracker …", file=sys.stderr)
-        with contestants_print_to_stderr():
+        with trackers_print_to_stderr():
             report = write_report(out, names(self.metric))
         if self.json:
             told = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
@@ -194,10 +194,10 @@ class Bench(WithModules):
             print(line, file=sys.stderr)
         return out, outcome.failed
 
-    @contestants_print_to_stderr()
+    @trackers_print_to_stderr()
     def _rows_of(self, wanted: Suite) -> tuple[Path, Outcome]:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ContestantWarning)  # Told after the leaderboard.
+            warnings.simplefilter("ignore", TrackerWarning)  # Told after the leaderboard.
             results = bench(
                 wanted,
                 seeds=self._seeds,

@@ -27,10 +27,10 @@ from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.keeping import Keeper
-from benchmarks.run.outcome import ContestantWarning, Outcome
+from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
-from benchmarks.run.selection import Asked, Registered, choices, experiment_on, tracker_named, trackers_of
+from benchmarks.run.selection import Registered, Selection, choices, experiment_on, tracker_named, trackers_of
 from benchmarks.run.workers import cores
 from benchmarks.show.results import Results
 from sim.checks import check
@@ -80,7 +80,7 @@ def bench(
         seeds: of the episodes, ``range(A, B)``; 0 to 9,999 are for development, 10,000 to 19,999 are the test split.
             They must be given, but for ``real``, which has none: all of it runs.
         scenario, preset, trackers, controllers: a name or several; None = as ``frameout bench --help`` says.
-        link: how commands reach the carrier where controllers are contestants: prompt, delayed or noisy.
+        link: how commands reach the carrier where controllers are trackers: prompt, delayed or noisy.
         renderer: raster or pybullet.
         quick: small presets, no variants, one repeat.
         out: folder of the results; None = ``results/SUITE``, ``results/quick``, or ``results/SUITE-real``.
@@ -99,7 +99,7 @@ def bench(
         ChildProcessError: if a worker process ends outside of any tracker; the same call continues.
 
     A tracker that fails, or gave no answer or odd ones on frames of this run, is scored as such and told by a
-    ``ContestantWarning``; ``outcome.failures`` of the results has every failure. So is a sequence or recording that
+    ``TrackerWarning``; ``outcome.failures`` of the results has every failure. So is a sequence or recording that
     cannot be used, of which there are no rows; the others are scored.
     """
     check("suite", isinstance(suite, str | Suite), "a name or a Suite; each suite has results of its own", repr(suite))
@@ -109,7 +109,7 @@ def bench(
     own_modules = (modules,) if isinstance(modules, str) else tuple(modules)
     load_modules(own_modules)
     wanted = registry.suite(suite) if isinstance(suite, str) else suite
-    asked = Asked(
+    selection = Selection(
         scenarios=_several("scenario", scenario),
         presets=_several("preset", preset),
         trackers=_several("trackers", trackers),
@@ -129,16 +129,16 @@ def bench(
     if paths:
         from benchmarks.data.real import real_episodes  # It imports the readers of all layouts.
 
-        _check_real(wanted, asked, seeds, renderer=renderer, link=link, data=data, keep_estimates=keep_estimates)
+        _check_real(wanted, selection, seeds, renderer=renderer, link=link, data=data, keep_estimates=keep_estimates)
         Experiment(wanted, [], {}, **how)  # A number out of range is refused before anything is read.
         episodes, outcome.unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)
-        experiments = [Experiment(wanted, episodes, _trackers_on_real(wanted, asked.trackers, quick=quick), **how)]
+        experiments = [Experiment(wanted, episodes, _trackers_on_real(wanted, selection.trackers, quick=quick), **how)]
         name = f"{wanted.name}-real"
     else:
         check_no_layout(layout, target, rate_hz)
         assert seeds is not None
         _check_steering(wanted, link, data)
-        experiments = _experiments(wanted, asked, seeds, link, data, renderer, quick=quick, how=how)
+        experiments = _experiments(wanted, selection, seeds, link, data, renderer, quick=quick, how=how)
         name = "quick" if quick else wanted.name
     folder = Path(out or Path("results") / name)
     for experiment in experiments:
@@ -146,22 +146,22 @@ def bench(
             outcome = outcome.followed_by(run(experiment, folder, report or (lambda done, of: None)))
     silence = wanted.silence_in(REAL if paths else "")
     for line in (*outcome.unusable, *outcome.failures_in_words(), *outcome.oddities_in_words(silence)):
-        warnings.warn(line, ContestantWarning, stacklevel=2)
+        warnings.warn(line, TrackerWarning, stacklevel=2)
     return Results(folder, outcome)
 
 
-def check_suites(suites: Iterable[Suite], asked: Asked, *, link: str, data: str | None, quick: bool) -> None:
+def check_suites(suites: Iterable[Suite], selection: Selection, *, link: str, data: str | None, quick: bool) -> None:
     """Raise ValueError for what one of several suites would refuse, before the first one runs for hours.
 
     Args:
         suites: those that are to run one after the other.
-        asked: in each; stored scenarios and presets are checked where they are read.
+        selection: in each; stored scenarios and presets are checked where they are read.
         link, data, quick: see ``bench``.
     """
     for wanted in suites:
         _check_steering(wanted, link, data)
         if data is None:
-            _experiments(wanted, asked, range(1), link, None, "raster", quick=quick, how={})
+            _experiments(wanted, selection, range(1), link, None, "raster", quick=quick, how={})
 
 
 def _check_steering(wanted: Suite, link: str, data: str | None) -> None:
@@ -173,7 +173,7 @@ def _check_steering(wanted: Suite, link: str, data: str | None) -> None:
 
 def _experiments(
     wanted: Suite,
-    asked: Asked,
+    selection: Selection,
     seeds: range,
     link: str,
     data: str | None,
@@ -184,12 +184,12 @@ def _experiments(
 ) -> list[Experiment]:
     """Return an experiment for each scenario. Raises ValueError for unknown names."""
     if data is not None:
-        stored = _stored(data, seeds, renderer, asked)
-        asked = Asked(scenarios=(stored.scenario,), presets=(stored.preset,), trackers=asked.trackers)
+        stored = _stored(data, seeds, renderer, selection)
+        selection = Selection(scenarios=(stored.scenario,), presets=(stored.preset,), trackers=selection.trackers)
         renderer = stored.renderer
-    shown = asked.presets or ((wanted.quick_preset,) if quick else ())
+    shown = selection.presets or ((wanted.quick_preset,) if quick else ())
     experiments = []
-    for each in choices(wanted, replace(asked, presets=shown), variants=not quick):
+    for each in choices(wanted, replace(selection, presets=shown), variants=not quick):
         names: Any = {"controllers": each.controllers or None, "link": link, "renderer": renderer}
         made = experiment_on(wanted, each.scenario, each.presets, each.trackers, seeds, **names, **how)
         _check_usable(made.trackers)
@@ -199,7 +199,7 @@ def _experiments(
 
 def _check_real(
     wanted: Suite,
-    asked: Asked,
+    selection: Selection,
     seeds: range | None,
     *,
     renderer: str,
@@ -208,12 +208,12 @@ def _check_real(
     keep_estimates: bool,
 ) -> None:
     """Raise ValueError for arguments of simulated episodes."""
-    steered = (*asked.scenarios, *asked.presets, *asked.controllers)
+    steered = (*selection.scenarios, *selection.presets, *selection.controllers)
     check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
     text = None if seeds is None else f"{seeds.start}:{seeds.stop}"
     given = (("seeds", text, None), ("renderer", renderer, "raster"), ("link", link, "prompt"), ("data", data, None))
-    for name, mine, default in given:
-        check(name, mine == default, "none with --real, which runs no episodes", repr(mine))
+    for name, own, default in given:
+        check(name, own == default, "none with --real, which runs no episodes", repr(own))
     kept = keep_estimates and wanted.on_sequences is None
     check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)
 
@@ -268,13 +268,13 @@ def _request(data: str) -> Request:
     return benchmark_of(data)
 
 
-def _stored(data: str, seeds: range, renderer: str, asked: Asked) -> Request:
+def _stored(data: str, seeds: range, renderer: str, selection: Selection) -> Request:
     """Return what a data set is of. Raises ValueError for arguments that contradict it."""
     request = _request(data)
     check("renderer", renderer == "raster", "none with data, which sets it", renderer)
-    given = {"scenario": asked.scenarios, "preset": asked.presets, "controllers": asked.controllers}
-    for name, mine in given.items():
-        check(name, not mine, "none with data, which sets it", ", ".join(mine))
+    given = {"scenario": selection.scenarios, "preset": selection.presets, "controllers": selection.controllers}
+    for name, own in given.items():
+        check(name, not own, "none with data, which sets it", ", ".join(own))
     first, end = request.seeds
     within = set(seeds) <= set(range(first, end))
     check("seeds", within, f"some of {first}:{end}, which the data set has", f"{seeds.start}:{seeds.stop}")

@@ -118,7 +118,7 @@ class Compare(WithModules):
         return [row for row in rows if label_of(row) == tracker and self.preset in (None, row["preset"])]
 
     def _place_of(self, name: str) -> tuple[Path, str]:
-        """Return the folder and the contestant's name, which may contain a colon too (a policy's file)."""
+        """Return the folder and the tracker's name, which may contain a colon too (a policy's file)."""
         folder, colon, tracker = name.partition(":")
         return (Path(folder), tracker) if colon and not name.startswith(POLICY) else (self.directory, name)
 

@@ -120,9 +120,9 @@ class Generate(WithModules):
         made: dict[str, Any] = {"episodes": len(data.seeds), "frames": len(data), "bytes": data.files.du(data.root)}
         seconds = time.perf_counter() - began
         size = f"{made['frames']} frames, {made['bytes'] / 2**30:.2f} GiB"
-        said = f"{self.out}: {counted(made['episodes'], 'episode')}, {size}, {seconds:.0f} s"
+        summary = f"{self.out}: {counted(made['episodes'], 'episode')}, {size}, {seconds:.0f} s"
         made |= {"left_out": data.left_out} if data.left_out else {}
-        print(json.dumps({"out": self.out} | made | {"seconds": seconds}) if self.json else said)
+        print(json.dumps({"out": self.out} | made | {"seconds": seconds}) if self.json else summary)
         for seed, why in data.left_out.items():
             print(f"left out: seed {seed}: {why}", file=sys.stderr)
         if data.left_out:

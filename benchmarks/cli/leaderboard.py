@@ -53,10 +53,10 @@ def print_leaderboard(
         board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:
             print(f"{title}\n")
-            heads = [*scores.contestants, "role", *(column.head for column in board.columns)]
-            print(tables.markdown_table(heads, board.lines_in_parts(), words=len(scores.contestants) + 1), end="\n\n")
+            heads = [*scores.key_columns, "role", *(column.head for column in board.columns)]
+            print(tables.markdown_table(heads, board.lines_in_parts(), words=len(scores.key_columns) + 1), end="\n\n")
         else:
-            console.print(_that_fits(console, title, board, scores.contestants))
+            console.print(_that_fits(console, title, board, scores.key_columns))
 
 
 def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[dict[str, Any]]]]:

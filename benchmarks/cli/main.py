@@ -22,7 +22,7 @@ from typing import ClassVar, Protocol, get_args, get_type_hints
 import tyro
 
 from benchmarks.cli.own_faults import workers_fault
-from benchmarks.cli.printing import contestants_print_to_stderr
+from benchmarks.cli.printing import trackers_print_to_stderr
 from benchmarks.run.arithmetic import missing_settings
 from benchmarks.run.own_modules import ROOT, foreign_packages, load_modules
 from sim.checks import check_choice, nearest, suggestion
@@ -132,7 +132,7 @@ def _run(program: Program, arguments: Sequence[str] | None) -> int:
     command: Command | None = None
     try:
         command = _parsed(_kind(program, name), f"{program.name} {name}", rest)
-        with contestants_print_to_stderr():
+        with trackers_print_to_stderr():
             load_modules(getattr(command, "modules", ()))
         return command.run()
     except ValueError as error:

@@ -60,7 +60,7 @@ class Paper:
 def _check_folder(out: Path, experiment: PaperExperiment) -> None:
     """Raise ValueError for a folder with rows of something else: it would keep them below this experiment's page."""
     rows = read_rows(out) if (out / FILE_NAME).is_file() else []
-    mine = {(experiment.suite, experiment.scenario, preset) for preset in experiment.presets}
-    others = {(row["suite"], row["scenario"], row["preset"]) for row in rows} - mine
-    held = "{!r}, which holds rows of suite {}, scenario {}, preset {}".format(str(out), *min(others or mine))
+    own = {(experiment.suite, experiment.scenario, preset) for preset in experiment.presets}
+    others = {(row["suite"], row["scenario"], row["preset"]) for row in rows} - own
+    held = "{!r}, which holds rows of suite {}, scenario {}, preset {}".format(str(out), *min(others or own))
     check("out", not others, f"a folder of paper {experiment.name} alone, e.g. an empty one", held)

@@ -1,4 +1,4 @@
-"""Where contestants print while they run."""
+"""Where trackers print while they run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _STDOUT, _STDERR = 1, 2
 
 
 @contextmanager
-def contestants_print_to_stderr() -> Iterator[None]:
+def trackers_print_to_stderr() -> Iterator[None]:
     """Send what is printed in this process, and in those that it starts, to stderr: stdout is for results."""
     stdout = sys.stdout
     stdout.flush()

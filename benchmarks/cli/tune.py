@@ -250,9 +250,9 @@ class Tune(WithModules):
 
     def _controller_folder(self, name: str, budget: ControllerBudget) -> Path:
         carrier = catalog.scenario(budget.scenario).carrier.name
-        mine = f"controllers/{carrier}/{name}"
-        file = registry.tuned_file(mine, controller_entry(name, carrier).controller.__module__)
-        return file.parent if self.out is None else (self.out / mine).parent
+        own = f"controllers/{carrier}/{name}"
+        file = registry.tuned_file(own, controller_entry(name, carrier).controller.__module__)
+        return file.parent if self.out is None else (self.out / own).parent
 
     def _episodes(self, scene: Scene) -> tuple[tuple[str, ...], range, range]:
         """Return presets, seeds that score, and seeds that check."""
@@ -273,7 +273,7 @@ class Tune(WithModules):
 
 def _stored(path: Path) -> dict[str, Any]:
     """Return the content of a file of tuned values. Raises ValueError without one."""
-    check("rescore", path.is_file(), "a contestant with tuned values", f"none in {str(path)!r}")
+    check("rescore", path.is_file(), "a tracker with tuned values", f"none in {str(path)!r}")
     stored: dict[str, Any] = json.loads(path.read_text())
     return stored
 

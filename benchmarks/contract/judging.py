@@ -51,7 +51,7 @@ class Score:
 
 @dataclass(frozen=True, slots=True)
 class Ending:
-    """What is known of a contestant after the last frame.
+    """What is known of a tracker after the last frame.
 
     Attributes:
         failed_at_frame: from this frame on it gave no answers; None without a failure. The number of frames if it
@@ -70,12 +70,12 @@ class Ending:
 
 
 class ScoreSheet(Protocol):
-    """The answers of one contestant in one episode, and their scores."""
+    """The answers of one tracker in one episode, and their scores."""
 
     def keep(self, frame: Frame, answer: Any) -> None:
         """Take one frame's answer, from frame 0 on: an ``Estimate``, or the tracks of many targets.
 
-        The answer of a failed or silent contestant is NaN, or no track.
+        The answer of a failed or silent tracker is NaN, or no track.
         """
         ...
 
@@ -85,7 +85,7 @@ class ScoreSheet(Protocol):
 
 
 class Judge(Protocol):
-    """Judges all contestants of one episode by the same truth; decides which objects are targets.
+    """Judges all trackers of one episode by the same truth; decides which objects are targets.
 
     Made from the ``Episode``, before its first frame, and its ``Scenario``.
     """
@@ -98,7 +98,7 @@ class Judge(Protocol):
         ...
 
     def sheet(self) -> ScoreSheet:
-        """Return a fresh sheet for one contestant."""
+        """Return a fresh sheet for one tracker."""
         ...
 
 
@@ -109,8 +109,8 @@ USUAL_RATE_HZ = 30.0
 def check_no_layout(layout: str, target: int | None, rate_hz: float) -> None:
     """Raise ValueError for arguments of folders of pictures where there are none."""
     told = {"layout": (layout, ""), "target": (target, None), "rate_hz": (rate_hz, USUAL_RATE_HZ)}
-    for name, (mine, default) in told.items():
-        check(name, mine == default, "none but with --real and a suite that judges pictures", repr(str(mine)))
+    for name, (given, default) in told.items():
+        check(name, given == default, "none but with --real and a suite that judges pictures", repr(str(given)))
 
 
 @dataclass(frozen=True, slots=True)

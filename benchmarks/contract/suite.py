@@ -109,14 +109,14 @@ class Suite:
         judge: makes the judge of an episode of a scenario; it decides which objects are targets.
         metrics: of the summary, in order.
         headline: metrics of the leaderboard on the terminal; the first one ranks.
-        compared: metrics of the comparison of ours with each other contestant.
+        compared: metrics of the comparison of ours with each other tracker.
         tuned_for: objective of tuning: the sum of these metrics times these factors.
         events: parts of an episode with rows of their own. silence: score of a frame without an answer, in words.
-        references: contestants with unfair knowledge.
+        references: trackers with unfair knowledge.
         controller: default controller of presets in closed loop; None: no controller can steer.
-        contestants: columns of rows that name a contestant; the column ``role`` is that of the first.
+        key_columns: columns of rows that name what is compared; the column ``role`` is that of the first.
         truth: extent of the truth that the judge needs.
-        follows_many: whether contestants answer with the tracks of many targets.
+        follows_many: whether trackers answer with the tracks of many targets.
         needs_depth: whether a track without ``depth_m`` scores nothing.
         recordings: takes real tracks, see ``frameout bench --real``, to recordings, notes for the user, and what is
             wrong with tracks that cannot be used, a line each; None: the suite judges none.
@@ -138,7 +138,7 @@ class Suite:
     events: EventWords = NO_EVENTS
     references: tuple[TrackerSpec, ...] = ()
     controller: str | None = "centre"
-    contestants: tuple[Name, ...] = ("tracker",)
+    key_columns: tuple[Name, ...] = ("tracker",)
     truth: TruthExtent = "all"
     follows_many: bool = False
     needs_depth: bool = False
@@ -147,8 +147,8 @@ class Suite:
 
     @property
     def judges_controllers(self) -> bool:
-        """Whether controllers are contestants."""
-        return "controller" in self.contestants
+        """Whether controllers are trackers."""
+        return "controller" in self.key_columns
 
     def scene(self, scenario: str) -> Scene:
         """Return the scene of a scenario, with or without version; for others one with the suite's own trackers."""
@@ -164,8 +164,8 @@ class Suite:
         return scene.trackers_of or self.name
 
     def names_of(self, row: Mapping[str, Any]) -> tuple[str, ...]:
-        """Return the names of the contestant of a row or of an entry of the summary."""
-        return tuple(row[key] for key in self.contestants)
+        """Return the names of the tracker of a row or of an entry of the summary."""
+        return tuple(row[key] for key in self.key_columns)
 
     def targets(self, scenario: Scenario, truth: Truth) -> tuple[int, ...]:
         """Return the indices of the targets: the scenario's one, or all objects where many are followed."""
@@ -273,7 +273,7 @@ def suite(name: str) -> Suite:
 
 
 def controllers_suite() -> Suite:
-    """Return the first suite in which controllers are contestants."""
+    """Return the first suite in which controllers are trackers."""
     return next(each for each in suites().values() if each.judges_controllers)
 
 

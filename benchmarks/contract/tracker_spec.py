@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.loop import Contestant
+from scenarios.loop import LoopTracker
 from scenarios.scenario import Episode, Scenario
 
 
@@ -35,7 +35,7 @@ class TrackerSpec(ABC):
     @abstractmethod
     def create(
         self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
-    ) -> Contestant:
+    ) -> LoopTracker:
         """Return a fresh tracker that draws from ``rng``.
 
         Args:

@@ -343,8 +343,8 @@ def _read_uavdt(file: Path, folder: Path, target: int | None) -> BoxedSequence:
     boxes = checked_boxes(file, rows[:, 2:6])
     followed = _followed(file, identities, target)
     mine = identities == followed
-    strangers = np.flatnonzero(~np.isin(frames, list(pictures)))
-    for line in strangers[:1]:
+    unmatched = np.flatnonzero(~np.isin(frames, list(pictures)))
+    for line in unmatched[:1]:
         wanted = f"a frame from {min(pictures)} to {max(pictures)}, of which there are pictures"
         check(f"{short(file)}, line {line + 1}", False, wanted, frames[line])
     twice = len(np.unique(frames[mine])) < int(mine.sum())

@@ -119,9 +119,9 @@ def _called_apart(found: Sequence[tuple[Path, TrackTable]]) -> list[TrackTable]:
         by_name.setdefault(table.name, []).append(path.resolve().parent.parts[::-1])
     tables = []
     for path, table in found:
-        alike, mine = by_name[table.name], path.resolve().parent.parts[::-1]
-        count = next((n for n in range(len(mine) + 1) if len({each[:n] for each in alike}) == len(alike)), 0)
-        differing = [mine[k] for k in range(count) if len({each[k : k + 1] for each in alike}) > 1]
+        alike, own = by_name[table.name], path.resolve().parent.parts[::-1]
+        count = next((n for n in range(len(own) + 1) if len({each[:n] for each in alike}) == len(alike)), 0)
+        differing = [own[k] for k in range(count) if len({each[k : k + 1] for each in alike}) > 1]
         tables.append(replace(table, name="-".join([*map(printable, differing[::-1]), table.name])))
     return tables
 
@@ -168,9 +168,9 @@ def _read_parquet(path: Path) -> TrackTable:
         raise ValueError(f"{path.name}: expected a Parquet file, got {_reason(error)}") from None
     wanted = ("frame", "x", "y", "individual")
     check(path.name, set(wanted) <= set(table.column_names), ", ".join(wanted), ", ".join(table.column_names))
-    said = (table.schema.metadata or {}).get(b"idtrackerai_attributes")
+    described = (table.schema.metadata or {}).get(b"idtrackerai_attributes")
     columns = {name: table[name].to_numpy() for name in (*wanted, *_TIMES) if name in table.column_names}
-    return _tidy(path, columns, wanted, "individual", None if said is None else _rate_in(path.name, said))
+    return _tidy(path, columns, wanted, "individual", None if described is None else _rate_in(path.name, described))
 
 
 _READERS = {".h5": _read_h5, ".hdf5": _read_h5, ".parquet": _read_parquet}

@@ -34,18 +34,18 @@ class Judging:
     @property
     def controller(self) -> str:
         """The controller that the policy is compared with."""
-        mine = self.training.controller_name
-        return _ALONE if mine == "none" else mine
+        own = self.training.controller_name
+        return _ALONE if own == "none" else own
 
     @property
     def command(self) -> str:
         """The command, quoted for a shell."""
-        mine = self.training
-        words = ["frameout", "bench", controllers_suite().name, "--scenario", mine.scenario]
-        words += ["--preset", mine.preset_name, "--trackers", mine.tracker_name]
+        own = self.training
+        words = ["frameout", "bench", controllers_suite().name, "--scenario", own.scenario]
+        words += ["--preset", own.preset_name, "--trackers", own.tracker_name]
         words += ["--controllers", f"policy:{self.policy}", self.controller]
         words += ["--seeds", f"{SEEDS.start}:{SEEDS.stop}", "--out", str(self.policy.parent / "judged")]
-        return shlex.join([*words, *(("--modules", *mine.modules) if mine.modules else ())])
+        return shlex.join([*words, *(("--modules", *own.modules) if own.modules else ())])
 
     def minutes(self) -> int:
         """Return about how many minutes the command takes, rounded up, on cores that do nothing else.
@@ -53,16 +53,16 @@ class Judging:
         Some frames of the first episode are run to measure it, see ``seconds_of_episode``. The time for compilation on
         a new machine, and for the report, is not in it.
         """
-        mine = self.training
+        own = self.training
         steered = job_on(
             controllers_suite(),
-            mine.scenario,
-            mine.preset_name,
+            own.scenario,
+            own.preset_name,
             SEEDS.start,
-            (mine.tracker_name,),
+            (own.tracker_name,),
             controller=self.controller,
             link="prompt",
-            modules=mine.modules,
+            modules=own.modules,
         )
         # An episode with the policy takes as long: its network is small.
         rounds = math.ceil(2 * len(SEEDS) / cores(None))

@@ -296,7 +296,7 @@ class Tuned:
         check_score, check_default_score: of both on the episodes of the check.
         trials: number of settings tried.
         fresh: scores on episodes that decided nothing; None without better values.
-        failures: of contestants in all these runs.
+        failures: of trackers in all these runs.
     """
 
     parameters: dict[str, Any]

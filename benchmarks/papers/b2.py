@@ -52,8 +52,8 @@ class Drive(CameraExperiment):
         sheet = picture_sheet([cells[:_SHOWN_IN_A_ROW], cells[_SHOWN_IN_A_ROW:]], 320)
         caption = f"The camera's pictures during the drive, with the measured rectangle; seed {seed}."
         self.write_figure(out, sheet, seed, renderer, "figure 5", caption)
-        mine = {r["metric"]: r["value"] for r in rows if (r["renderer"], r["seed"]) == (renderer, seed)}
-        plots = {"Colour of the sheet (grey: D_l < 0)": _plot_colour(mine), "D_l": _plot_trend(mine)}
+        own = {r["metric"]: r["value"] for r in rows if (r["renderer"], r["seed"]) == (renderer, seed)}
+        plots = {"Colour of the sheet (grey: D_l < 0)": _plot_colour(own), "D_l": _plot_trend(own)}
         return Plots(f"The paper's figures 6 and 7, in this world: seed {seed}", plots)
 
 

@@ -44,7 +44,7 @@ class CameraExperiment(PaperExperiment):
     edition: int = 1
 
     @property
-    def contestants(self) -> tuple[str, ...]:
+    def methods(self) -> tuple[str, ...]:
         """See ``PaperExperiment``: rows of a camera have one that is no tracker."""
         return (_TRACKER,)
 

@@ -187,7 +187,7 @@ class PaperExperiment(ABC):
 
     @property
     @abstractmethod
-    def contestants(self) -> tuple[str, ...]:
+    def methods(self) -> tuple[str, ...]:
         """All trackers of the rows."""
 
     @property
@@ -223,9 +223,9 @@ class PaperExperiment(ABC):
 
     def rows_in(self, out: Path) -> list[Row]:
         """Return the experiment's rows in a folder, of all renderers."""
-        mine = {(self.suite, self.scenario, preset, self.controller) for preset in self.presets}
+        own = {(self.suite, self.scenario, preset, self.controller) for preset in self.presets}
         keys = ("suite", "scenario", "preset", "controller")
-        return [row for row in read_rows(out) if tuple(row[key] for key in keys) in mine]
+        return [row for row in read_rows(out) if tuple(row[key] for key in keys) in own]
 
     def condition(self, renderer: str) -> Condition:
         """Return the condition of the rows of one renderer."""
@@ -273,13 +273,13 @@ def _finding(experiment: PaperExperiment, claim: Claim, renderer: str, rows: Seq
     metric = experiment.metric(claim.metric)
     preset = claim.preset or experiment.preset
     drawn = [row for row in rows if row["renderer"] == renderer and row["preset"] == preset]
-    mine = [row for row in drawn if claim.tracker in ("", row["tracker"])]
+    own = [row for row in drawn if claim.tracker in ("", row["tracker"])]
     if claim.minus:
-        found = paired(mine, [row for row in drawn if row["tracker"] == claim.minus], metric)
+        found = paired(own, [row for row in drawn if row["tracker"] == claim.minus], metric)
         if found is not None:
             return Finding(claim, renderer, found.difference, found.ci_low, found.ci_high, metric.unit, found.n)
     else:
-        pool = metric.statistic.pooled(mine)
+        pool = metric.statistic.pooled(own)
         if pool is not None and pool.seed_count:
             return Finding(claim, renderer, pool.mean, *bootstrap_interval(pool), metric.unit, pool.seed_count)
     return Finding(claim, renderer, None, None, None, metric.unit, 0)

@@ -61,7 +61,7 @@ class TrackerExperiment(PaperExperiment):
         return (self.preset, *self.variants)
 
     @property
-    def contestants(self) -> tuple[str, ...]:
+    def methods(self) -> tuple[str, ...]:
         """See ``PaperExperiment``."""
         return (*self.trackers, *self.beside)
 
@@ -74,7 +74,7 @@ class TrackerExperiment(PaperExperiment):
             Claim(metric, f"{difference}: {words}", tracker=tracker, preset=preset)
             for preset, difference in self.variants.items()
             for metric, words in counted.items()
-            for tracker in self.contestants
+            for tracker in self.methods
         )
         return (*self.claims, *beside, *varied)
 
@@ -146,7 +146,7 @@ class TrackerExperiment(PaperExperiment):
     def runs(self, seeds: range, renderer: RendererName, workers: int) -> Experiment:
         """Return what is run."""
         return experiment_on(
-            self.suite, self.scenario, self.presets, self.contestants, seeds, renderer=renderer, workers=workers
+            self.suite, self.scenario, self.presets, self.methods, seeds, renderer=renderer, workers=workers
         )
 
     def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:

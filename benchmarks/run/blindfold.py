@@ -1,4 +1,4 @@
-"""Contestants without pictures: they receive one target's true state at each exit, or gaps to bridge, or nothing."""
+"""Trackers without pictures: they receive one target's true state at each exit, or gaps to bridge, or nothing."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from scenarios.truth import Truth
 from trackers.protocols import BlindTracker, TargetState, Tracker
 from trackers.types import Estimate, Observation, Start, Track
 
-WHAT_BLIND_MEANS = (
-    "Blind contestants get no picture. Blind trackers get the target's true state at the start and at each exit, "
+BLIND_NOTE = (
+    "Blind trackers get no picture. They get the target's true state at the start and at each exit, "
     "and no signal of its return; the blind controller commands nothing. A method's lead over them is what its "
     "pictures are shown to be worth."
 )
@@ -24,7 +24,7 @@ _NO_PICTURE = np.empty((0, 0, 3), np.uint8)
 
 
 class Blindfolded:
-    """See ``contestants.Contestant``. Pictures and camera settings are removed from observations.
+    """See ``trackers.Tracker``. Pictures and camera settings are removed from observations.
 
     The state at an exit is that of the first frame outside, as for ``oracle_map``.
     """
@@ -36,14 +36,14 @@ class Blindfolded:
         self._tracker, self._target = tracker, target
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         observation = _unseen(frame.observation)
         self._tracker.initialise(observation, first_box(start))
         self._tracker.set_state(observation, _state_of(frame.truth, frame.truth.index_of(self._target)))
         return given(start)
 
     def update(self, frame: Frame) -> Estimate:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         observation = _unseen(frame.observation)
         target = frame.truth.index_of(self._target)
         if frame.truth.frames_since_exit[target] == 0:
@@ -52,14 +52,14 @@ class Blindfolded:
 
 
 class ManyBlindfolded(ManyFromPictures):
-    """See ``loop.ManyContestant``. Pictures and camera settings are removed from observations, the background too."""
+    """See ``loop.ManyTracker``. Pictures and camera settings are removed from observations, the background too."""
 
     def initialise(self, frame: Frame, start: Start) -> Sequence[Track]:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         return super().initialise(frame, replace(start, background=()))
 
     def update(self, frame: Frame) -> Sequence[Track]:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         return super().update(replace(frame, observation=_unseen(frame.observation)))
 
 

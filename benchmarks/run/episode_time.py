@@ -16,10 +16,10 @@ _LOADED: set[tuple[str, ...]] = set()
 
 
 def seconds_of_episode(job: Job) -> float:
-    """Return about how many seconds a job takes with all of its contestants, on a core that does nothing else.
+    """Return about how many seconds a job takes with all of its trackers, on a core that does nothing else.
 
     It is the CPU time of this process until the first frame is through, and the mean of frames 6 to 20 for each frame
-    of the episode. Not in it: what judge and contestants do after the last frame. What is compiled or loaded once is
+    of the episode. Not in it: what judge and trackers do after the last frame. What is compiled or loaded once is
     left out by a first pass over three frames.
     """
     cv2.setNumThreads(1)

@@ -116,6 +116,6 @@ def write_failures(directory: Path, failures: Mapping[BlockKey, Sequence[Failure
 
 
 def ended_processes(directory: Path) -> set[str]:
-    """Return the contestants that ended their process: to run one again here would end this one."""
+    """Return the trackers that ended their process: to run one again here would end this one."""
     failures = (each for block in read_failures(directory).values() for each in block)
     return {each.tracker for each in failures if each.reason.startswith(ENDED_PROCESS)}

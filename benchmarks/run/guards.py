@@ -18,7 +18,7 @@ from benchmarks.run.outcome import AnswerWatch
 from benchmarks.run.own_inputs import check_unchanged, own
 from benchmarks.run.process_state import ProcessState
 from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most
-from scenarios.loop import Contestant, ManyContestant, OutsourcingContestant, given
+from scenarios.loop import LoopTracker, ManyLoopTracker, OutsourcingLoopTracker, given
 from scenarios.scenario import Frame
 from trackers.estimate_check import check_estimate, check_probability, check_tracks
 from trackers.gaps import Bridge, GapMethod, Piece, Surroundings, check_bridge
@@ -95,7 +95,7 @@ class Guard:
 
 
 class GuardedTracker(Guard):
-    """A guarded and timed tracker, see ``scenarios.loop.Contestant``; after a failure it gives no answers.
+    """A guarded and timed tracker, see ``scenarios.loop.Tracker``; after a failure it gives no answers.
 
     One of many targets may also revise its answers at the end, and offer a method to bridge gaps.
 
@@ -109,7 +109,7 @@ class GuardedTracker(Guard):
 
     def __init__(
         self,
-        create: Callable[[], Contestant],
+        create: Callable[[], LoopTracker],
         limit_s: float,
         *,
         many: bool = False,
@@ -126,14 +126,14 @@ class GuardedTracker(Guard):
         self.silent_frames, self.watch = 0, AnswerWatch(needs_depth)
         self.decides_at = 0.0
         self.gap_method: GapMethod | None = None
-        self._tracker: Contestant | None = self.call(0, "construction", lambda watch: create(), None)
-        if isinstance(tracker := self._tracker, ManyContestant) and many:
+        self._tracker: LoopTracker | None = self.call(0, "construction", lambda watch: create(), None)
+        if isinstance(tracker := self._tracker, ManyLoopTracker) and many:
             self.decides_at = self.call(0, "threshold", lambda watch: _threshold(tracker), 0.0)
             self.gap_method = self.call(0, "gap method", lambda watch: copy.deepcopy(tracker.gap_method()), None)
         self._follows = not many
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
-        """See ``Contestant``. A given box is kept as the answer if the tracker fails on it."""
+        """See ``LoopTracker``. A given box is kept as the answer if the tracker fails on it."""
         self._frames = frame.truth.frame + 1
         fallback = self._silence if self._many or start.box_xyxy is None else given(start)
 
@@ -149,7 +149,7 @@ class GuardedTracker(Guard):
         return self.call(frame.truth.frame, "frame", begun, fallback)
 
     def update(self, frame: Frame) -> Answer:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         self._frames = frame.truth.frame + 1
         its_frame = _own(frame) if self.reason is None else frame
 
@@ -194,7 +194,7 @@ class GuardedTracker(Guard):
         super().close()
 
     def _revised(self, watch: Stopwatch) -> Sequence[Sequence[Track]] | None:
-        revised = self._tracker.revised() if isinstance(self._tracker, ManyContestant) else None
+        revised = self._tracker.revised() if isinstance(self._tracker, ManyLoopTracker) else None
         if revised is None:
             return None
         self.revision = watch.taken
@@ -206,10 +206,10 @@ class GuardedTracker(Guard):
 
     def _elsewhere_cpu_s(self) -> float:
         each = self._tracker
-        return each.elsewhere_cpu_s() if isinstance(each, OutsourcingContestant) else 0.0
+        return each.elsewhere_cpu_s() if isinstance(each, OutsourcingLoopTracker) else 0.0
 
 
-def _threshold(tracker: ManyContestant) -> float:
+def _threshold(tracker: ManyLoopTracker) -> float:
     check_probability("decides_at", decides_at := tracker.decides_at())
     return decides_at
 

@@ -246,8 +246,8 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
     silent, oddities, unusable = Counter[str](), Oddities(), ""
     controller_failed_at = None if live.controller is None else live.controller.failed_at_frame
     for name, group in groupby(zip(live.runs, sheets, strict=True), key=lambda pair: pair[0].name):
-        mine = list(group)
-        guards = [run.guard for run, _ in mine]
+        own = list(group)
+        guards = [run.guard for run, _ in own]
         if any(map(_lacks_package, guards)):
             continue
         if episode.frame_count == 0 and guards[0].gap_method is None and guards[0].reason is None:
@@ -255,12 +255,12 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
             continue
         scores = [
             (run.repeat, score)
-            for run, sheet in mine
+            for run, sheet in own
             for score in (*sheet.scores(run.guard.ending()), *run.guard.scores())
         ]
         if controller_failed_at is not None:
             scores.append((0, Score(CONTROLLER_FAILED_AT, float(controller_failed_at))))
-        made = _blocks(job, mine[0][0], scores, episode.frame_count, seconds)
+        made = _blocks(job, own[0][0], scores, episode.frame_count, seconds)
         if not made and guards[0].reason is None:
             unusable = f"{job.episode.preset}: expected tracks that are long enough for gaps, got none that is"
         blocks += made
@@ -281,8 +281,8 @@ def _blocks(
         if score.block is not None:
             of_time.setdefault(score.block, []).append((repeat, score))
     return [
-        block_of(job.suite, heading | {"blocks": len(of_time), "seed": block.index}, mine, block.frame_count, ending)
-        for block, mine in of_time.items()
+        block_of(job.suite, heading | {"blocks": len(of_time), "seed": block.index}, own, block.frame_count, ending)
+        for block, own in of_time.items()
     ]
 
 

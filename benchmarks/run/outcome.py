@@ -40,8 +40,8 @@ class Oddities:
     """Numbers of odd answers.
 
     Attributes:
-        odd: (contestant, oddity) -> number of pictures or tracks. of: the same -> of how many.
-        told: (contestant, what else it did or lacks) -> number of episodes.
+        odd: (tracker, oddity) -> number of pictures or tracks. of: the same -> of how many.
+        told: (tracker, what else it did or lacks) -> number of episodes.
     """
 
     odd: Counter[tuple[str, str]] = field(default_factory=Counter)
@@ -52,13 +52,13 @@ class Oddities:
         return Oddities(self.odd + other.odd, self.of + other.of, self.told + other.told)
 
     def add(self, name: str, watch: AnswerWatch, told: Sequence[str]) -> None:
-        """Add what one episode has shown of a contestant; ``told``: what else, in words, e.g. what it left running."""
+        """Add what one episode has shown of a tracker; ``told``: what else, in words, e.g. what it left running."""
         self.odd.update({(name, oddity): number for oddity, number in watch.odd.items()})
         self.of.update({(name, oddity): number for oddity, number in watch.of.items()})
         self.told.update((name, what) for what in told)
 
     def in_words(self) -> Iterator[str]:
-        """Yield a line for each contestant and oddity."""
+        """Yield a line for each tracker and oddity."""
         for (name, oddity), m in self.of.items():
             share, words = _SHOWN_FROM[oddity]
             n = self.odd[name, oddity]
@@ -69,7 +69,7 @@ class Oddities:
 
 
 class AnswerWatch:
-    """Counts the odd answers of one contestant.
+    """Counts the odd answers of one tracker.
 
     Attributes:
         odd, of: oddity -> number, see ``Oddities``.
@@ -89,10 +89,10 @@ class AnswerWatch:
         else:
             self._see_tracks(answer)
             estimates = [track.estimate for track in answer]
-        said = [each for each in estimates if not np.isnan(each.position_px).any()]
-        if said:
+        answered = [each for each in estimates if not np.isnan(each.position_px).any()]
+        if answered:
             size_px = np.array([frame.observation.camera.width_px, frame.observation.camera.height_px])
-            self._see_places(said, size_px)
+            self._see_places(answered, size_px)
 
     def _see_tracks(self, tracks: Sequence[Track]) -> None:
         identities = frozenset(track.identity for track in tracks)
@@ -103,9 +103,9 @@ class AnswerWatch:
             self.of["no depth"] += len(tracks)
             self.odd["no depth"] += sum(track.estimate.depth_m is None for track in tracks)
 
-    def _see_places(self, said: Sequence[Estimate], size_px: NDArray[np.int64]) -> None:
-        places = np.array([each.position_px for each in said])
-        boxed = [each for each in said if each.box_xyxy is not None]
+    def _see_places(self, answered: Sequence[Estimate], size_px: NDArray[np.int64]) -> None:
+        places = np.array([each.position_px for each in answered])
+        boxed = [each for each in answered if each.box_xyxy is not None]
         self._count("outside", bool(((places < 0) | (places > size_px)).any(axis=1).all()))
         self._count("fractions", bool(((places >= 0) & (places <= 1)).all()))
         if boxed:
@@ -122,8 +122,8 @@ WHY_MOVED = "rows of other editions or of a stopped run, or ones that a second r
 """What every message about moved rows leaves open."""
 
 
-class ContestantWarning(UserWarning):
-    """A contestant failed, or gave no answer on some frames; or a real recording could not be used."""
+class TrackerWarning(UserWarning):
+    """A tracker failed, or gave no answer on some frames; or a real recording could not be used."""
 
 
 @dataclass
@@ -151,7 +151,7 @@ class Outcome:
 
     @property
     def failed(self) -> bool:
-        """Whether a contestant failed or a recording could not be used."""
+        """Whether a tracker failed or a recording could not be used."""
         return bool(self.failures or self.unusable)
 
     def followed_by(self, later: Outcome) -> Outcome:

@@ -1,4 +1,4 @@
-"""Inputs of a contestant's own: what it changes in them, no other contestant gets.
+"""Inputs of a tracker's own: what it changes in them, no other tracker gets.
 
 Read-only flags do not suffice: ``torch.from_numpy`` shares the memory of a read-only array, and ``array.base`` may be
 writeable. A copy costs a tenth of a millisecond for a picture of 640 x 480 pixels, and so does the comparison.
@@ -18,7 +18,7 @@ COPY_IT = "inputs are read-only: change a copy, image = observation.image_rgb.co
 
 
 def own(value: _Input) -> _Input:
-    """Return a copy of what contestants are given, e.g. an ``Observation`` or a ``Start``; its arrays are read-only.
+    """Return a copy of what trackers are given, e.g. an ``Observation`` or a ``Start``; its arrays are read-only.
 
     Objects and tuples in it are copied too. Arrays keep their layout, on which the last digit of a sum may depend.
     """

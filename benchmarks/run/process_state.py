@@ -1,4 +1,4 @@
-"""Settings of this process that a contestant changes: they are its own, and others keep theirs.
+"""Settings of this process that a tracker changes: they are its own, and others keep theirs.
 
 A tracker may call ``np.seterr`` or ``os.chdir``, which hold for the whole process. What it sets holds on its own turns
 alone, but for settings that nothing reads back (``cv2.setRNGSeed``, ``torch.set_flush_denormal``) and attributes of
@@ -57,12 +57,12 @@ class _Names(dict[str, Any]):
 
 
 def _set_numpy_names(names: Mapping[str, Any]) -> None:
-    mine = vars(np)
+    own = vars(np)
     # Modules of NumPy that have been imported since then stay.
-    added = [name for name, value in mine.items() if name not in names and not isinstance(value, ModuleType)]
+    added = [name for name, value in own.items() if name not in names and not isinstance(value, ModuleType)]
     for name in added:
-        del mine[name]
-    mine.update(names)
+        del own[name]
+    own.update(names)
 
 
 def _set_environment(values: Mapping[str, str]) -> None:
@@ -119,7 +119,7 @@ def _settings() -> dict[str, Setting]:
 
 
 class ProcessState:
-    """What one contestant has set in this process, and started in it."""
+    """What one tracker has set in this process, and started in it."""
 
     def __init__(self) -> None:
         self._own: dict[str, Any] = {}
@@ -128,9 +128,9 @@ class ProcessState:
 
     @contextmanager
     def applied(self) -> Iterator[None]:
-        """Have the contestant's settings in this context, and afterwards those from before it.
+        """Have the tracker's settings in this context, and afterwards those from before it.
 
-        A child process that a contestant has forked, and that comes back from its turn, ends here.
+        A child process that a tracker has forked, and that comes back from its turn, ends here.
         """
         settings = _settings()
         others = {name: read() for name, (read, _) in settings.items()}
@@ -144,7 +144,7 @@ class ProcessState:
             yield
 
     def _put_back(self, name: str, setting: Setting, others: Any) -> None:
-        """Keep the contestant's value of a setting if it differs, and set that of others again."""
+        """Keep the tracker's value of a setting if it differs, and set that of others again."""
         read, set_to = setting
         changed = True
         self._own.pop(name, None)
@@ -158,14 +158,14 @@ class ProcessState:
                 set_to(others)
 
     def _keep_started(self, children: set[int], threads: set[threading.Thread]) -> None:
-        """Take what runs now, and did not before, for the contestant's."""
+        """Take what runs now, and did not before, for the tracker's."""
         self._children |= _children() - children
         # Those that Python did not start cannot be joined, and count as alive for ever.
         started = (each for each in threading.enumerate() if not isinstance(each, threading._DummyThread))
         self._threads |= set(started) - threads
 
     def close(self) -> list[str]:
-        """End the processes that the contestant has left, and return in words what it has left; it is dropped before.
+        """End the processes that the tracker has left, and return in words what it has left; it is dropped before.
 
         Threads cannot be ended.
         """

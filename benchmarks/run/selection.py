@@ -20,7 +20,7 @@ from benchmarks.run.own_inputs import own
 from benchmarks.run.stale_kernels import forget_stale_kernels
 from scenarios import catalog
 from scenarios.command_link import LINKS
-from scenarios.loop import Contestant, FromPictures, ManyFromPictures
+from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode, RendererName, Scenario
 from sim.checks import check, check_choice, suggestion
 from trackers import registry
@@ -38,7 +38,7 @@ class Registered(TrackerSpec):
 
     def create(
         self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
-    ) -> Contestant:
+    ) -> LoopTracker:
         """See ``TrackerSpec``."""
         tracker = self.entry.tracker(self.parameters, rng)
         if self.entry.follows_many and many:
@@ -265,7 +265,7 @@ def _suites_in_words(wanted: Sequence[str]) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Asked:
+class Selection:
     """Names that a user gives.
 
     Attributes:
@@ -294,7 +294,7 @@ class Choice:
     controllers: tuple[str, ...]
 
 
-def choices(suite: Suite, asked: Asked, *, variants: bool, absent: bool = False) -> list[Choice]:
+def choices(suite: Suite, selection: Selection, *, variants: bool, absent: bool = False) -> list[Choice]:
     """Return what runs, scenario by scenario.
 
     Each scenario gets the given names that it knows; a scenario that knows none is left out. A name that no scenario
@@ -306,13 +306,13 @@ def choices(suite: Suite, asked: Asked, *, variants: bool, absent: bool = False)
     Raises:
         ValueError: for scenarios that the suite does not have.
     """
-    scenes = _scenes(suite, asked.scenarios, asked.presets)
+    scenes = _scenes(suite, selection.scenarios, selection.presets)
     several = len(scenes) > 1
-    tracking = _shared(asked.trackers, [partial(_tracks, suite, scene) for scene in scenes] if several else [])
-    driving = _shared(asked.controllers, [partial(_steers, scene) for scene in scenes] if several else [])
+    tracking = _shared(selection.trackers, [partial(_tracks, suite, scene) for scene in scenes] if several else [])
+    driving = _shared(selection.controllers, [partial(_steers, scene) for scene in scenes] if several else [])
     found = []
     for (scene, shown), watching, commanding in zip(scenes.items(), tracking, driving, strict=True):
-        if (asked.trackers and not watching) or (asked.controllers and not commanding):
+        if (selection.trackers and not watching) or (selection.controllers and not commanding):
             continue
         scenario = catalog.scenario(scene.scenario)
         controllers = default_controllers(scenario, variants=variants) if suite.judges_controllers else ()
@@ -325,8 +325,8 @@ def choices(suite: Suite, asked: Asked, *, variants: bool, absent: bool = False)
             )
         )
     if not found:
-        wanted = f"some that {', '.join(asked.controllers)} can steer by"
-        raise ValueError(f"trackers: expected {wanted}, got {', '.join(asked.trackers)}")
+        wanted = f"some that {', '.join(selection.controllers)} can steer by"
+        raise ValueError(f"trackers: expected {wanted}, got {', '.join(selection.trackers)}")
     return found
 
 

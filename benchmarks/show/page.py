@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from benchmarks.contract.rows import REAL, Row, read_rows
 from benchmarks.contract.suite import Condition, Suite, suite
-from benchmarks.run.blindfold import WHAT_BLIND_MEANS
+from benchmarks.run.blindfold import BLIND_NOTE
 from benchmarks.run.failures import ended_processes
 from benchmarks.show import tables
 from benchmarks.show.charts import Chart, DotChart
@@ -203,7 +203,7 @@ def _section(results: _Results, pictures: Sequence[Picture]) -> dict[str, Any]:
     sequences = scores.on_sequences if real else None
     everything = tables.every_metric(scores, summary)
     references = tables.leaderboard(scores, summary, tables.UNRANKED_ROLES)
-    notes = {"blind": WHAT_BLIND_MEANS, "oracle": showing.oracles}
+    notes = {"blind": BLIND_NOTE, "oracle": showing.oracles}
     steering = [] if real else [steering_words(results.condition), renderer]
     return {
         "name": name_of(results.condition),
@@ -242,13 +242,13 @@ def _differences(
     """Yield a tracker or pair, the kind of those that it is compared with, and the table of differences."""
     groups: dict[tuple[str, str], Entries] = {}
     for entry in comparisons:
-        kind = entry.get("compared", scores.contestants[0])
+        kind = entry.get("compared", scores.key_columns[0])
         # The name in which the two differ comes first.
-        names = dict(zip(scores.contestants, scores.names_of(entry), strict=True))
+        names = dict(zip(scores.key_columns, scores.names_of(entry), strict=True))
         first = " + ".join([names.pop(kind), *names.values()])
         groups.setdefault((first, kind), []).append(entry)
     for (first, kind), mine in groups.items():
-        order = dict.fromkeys(line.names[scores.contestants.index(kind)] for line in everything.lines)
+        order = dict.fromkeys(line.names[scores.key_columns.index(kind)] for line in everything.lines)
         yield first, kind, tables.paired_differences(scores, mine, list(order))
 
 

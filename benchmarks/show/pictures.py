@@ -117,10 +117,10 @@ def drawn_cells(
         drawings = [drawing(live.loop.episode) for _ in job.trackers]
         wanted = range(max(frames) + 1) if every_frame else frames
         for instants in replay_all(live, scale=scale, wanted=wanted, frame_count=max(frames) + 1):
-            for mine, tracker, each, instant in zip(cells, job.trackers, drawings, instants, strict=True):
+            for own, tracker, each, instant in zip(cells, job.trackers, drawings, instants, strict=True):
                 frame = instant.frame.truth.frame
-                mine[frame] = f"{tracker}   frame {frame}   {each.describe(instant)}", each.picture(instant)
-    return [[mine[frame] for frame in frames] for mine in cells]
+                own[frame] = f"{tracker}   frame {frame}   {each.describe(instant)}", each.picture(instant)
+    return [[own[frame] for frame in frames] for own in cells]
 
 
 def _jobs(rows: Sequence[Row], seed: int) -> list[Job]:

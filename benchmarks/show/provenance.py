@@ -61,9 +61,9 @@ def provenance(rows: Sequence[Row]) -> Provenance:
 def sequences_in_words(rows: Sequence[Row]) -> Iterator[str]:
     """Yield a line about each folder of real sequences: how many, and their events, all and those that are judged."""
     for preset in sorted({row["preset"] for row in rows if row["scenario"] == REAL}):
-        mine = [row for row in rows if (row["scenario"], row["preset"]) == (REAL, preset)]
-        held = provenance(mine)
-        judged = [(row["seed"], event_of(row)) for row in mine if row["metric"] == "recovered"]
+        own = [row for row in rows if (row["scenario"], row["preset"]) == (REAL, preset)]
+        held = provenance(own)
+        judged = [(row["seed"], event_of(row)) for row in own if row["metric"] == "recovered"]
         returns = {(seed, event["index"]) for seed, event in judged if event is not None}
         count = f"{held.episodes} sequence{'s' if held.episodes > 1 else ''}, {held.frames} frames"
         yield f"{preset}: {count}; {held.events}; {len(returns)} with a return that is judged"

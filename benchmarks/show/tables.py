@@ -171,9 +171,9 @@ def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequen
     metrics = [m for m in map(suite.metric, compared) if any(c["metric"] == m.name for c in comparisons)]
     lines = []
     for other in order:
-        mine = {entry["metric"]: entry for entry in comparisons if entry["other"] == other}
-        if mine:
-            cells = tuple(_difference(metric, mine.get(metric.name)) for metric in metrics)
+        own = {entry["metric"]: entry for entry in comparisons if entry["other"] == other}
+        if own:
+            cells = tuple(_difference(metric, own.get(metric.name)) for metric in metrics)
             lines.append(Line((other,), "", cells))
     return Table(tuple(map(column_of, metrics)), tuple(lines))
 
@@ -185,9 +185,9 @@ def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], am
         by_names.setdefault(suite.names_of(entry), {})[entry["metric"]] = entry
     top = {metric.name: _top(metric, among) for metric in metrics}
     lines = []
-    for names, mine in by_names.items():
-        role = next(iter(mine.values()))["role"]
-        cells = tuple(_cell(metric, mine.get(metric.name), top[metric.name], among) for metric in metrics)
+    for names, own in by_names.items():
+        role = next(iter(own.values()))["role"]
+        cells = tuple(_cell(metric, own.get(metric.name), top[metric.name], among) for metric in metrics)
         lines.append(Line(names, role, cells))
     lines.sort(
         key=lambda line: [

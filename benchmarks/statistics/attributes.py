@@ -14,7 +14,7 @@ from benchmarks.statistics.summary import paired
 
 
 def by_attribute(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[str, Metric, Comparison, float]]:
-    """Return (attribute, metric, comparison, p after Holm) for all attributes and metrics of rows of both contestants.
+    """Return (attribute, metric, comparison, p after Holm) for all attributes and metrics of rows of both trackers.
 
     All rows are of one suite, whose ``events`` name the attributes.
     """
@@ -26,11 +26,11 @@ def by_attribute(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[str,
     whole = [("whole episodes", metric, paired(first, second, metric)) for metric in of_episodes]
     found = [(name, metric, comparison) for name, metric, comparison in whole if comparison is not None]
     for attribute, is_one in words.tests.items():
-        mine, others = (_about(rows, is_one) for rows in (first, second))
-        if not mine or not others:
+        own, others = (_about(rows, is_one) for rows in (first, second))
+        if not own or not others:
             continue
         for metric in words.compared:
-            comparison = paired(mine, others, metric)
+            comparison = paired(own, others, metric)
             if comparison is not None:
                 found.append((attribute, metric, comparison))
     adjusted = holm(np.array([comparison.p for _, _, comparison in found]))

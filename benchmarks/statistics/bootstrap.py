@@ -60,7 +60,7 @@ def interval_of(statistic: Statistic, rows: Sequence[Row]) -> Interval | None:
 
 def intervals_of(statistic: Statistic, rows: Mapping[str, Sequence[Row]]) -> dict[str, Interval]:
     """Return a statistic of each tracker's rows, without those of which no seed contributes."""
-    found = {name: interval_of(statistic, mine) for name, mine in rows.items()}
+    found = {name: interval_of(statistic, own) for name, own in rows.items()}
     return {name: each for name, each in found.items() if each is not None}
 
 
@@ -93,7 +93,7 @@ def holm(p_values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return p-values (K,) adjusted for K comparisons by Holm's step-down method (Holm 1979; statsmodels)."""
     if len(p_values) == 0:
         return p_values
-    # It takes longer to import than all of bench, which needs it where contestants are compared.
+    # It takes longer to import than all of bench, which needs it where trackers are compared.
     from statsmodels.stats.multitest import multipletests
 
     return multipletests(p_values, method="holm")[1]

@@ -304,11 +304,11 @@ class FrocAtATenth(Statistic):
         def of_both(rows: Sequence[Row]) -> list[list[Row]]:
             return [[row for row in self.chosen(rows, each) if row["seed"] in both] for each in self.of]
 
-        mine, others = of_both(first), of_both(second)
-        mine[4] = others[4]
-        if not (all(mine) and all(others)):
+        own, others = of_both(first), of_both(second)
+        own[4] = others[4]
+        if not (all(own) and all(others)):
             return None, None
-        found = self.ratios(both, mine)
+        found = self.ratios(both, own)
         at_a_tenth = PooledRatios(
             found.seeds,
             found.numerators,

@@ -2,8 +2,8 @@
 
 ``summary.json`` is a list of ``{"suite", "scenario", "preset", "tracker", "role", "renderer", "metric",
 "unit", "better", "mean", "ci_low", "ci_high", "n"}``: 95 % bootstrap over seeds, ``n`` of which contribute
-to the metric. Entries of runs in which the tracker steered carry ``controller`` too. In the suite ``follow``
-contestants are pairs of ``controller`` and ``tracker``, entries carry ``link``, and ``role`` is the controller's.
+to the metric. Entries of runs in which a controller steered carry ``controller`` too. In the suite ``follow`` pairs of
+``controller`` and ``tracker`` are compared, entries carry ``link``, and ``role`` is the controller's.
 
 ``comparisons.json`` is a list of ``{"suite", "scenario", "preset", "renderer", "metric", "better", "tracker",
 "other", "difference", "ci_low", "ci_high", "p", "p_holm", "n"}`` (and ``controller``): tracker minus other, on the
@@ -12,7 +12,7 @@ controller): every other tracker times every compared metric. Where no tracker i
 by name of the role ``external``. Entries of the suite ``follow`` carry ``link`` and
 ``compared`` too, the kind of ``other``: ``controller`` (ours and policies minus each other one, with the same
 tracker) or ``tracker`` (ours minus each other one, with the same controller); ``p_holm`` is corrected for one
-contestant's comparisons with others of that kind.
+tracker's comparisons with others of that kind.
 """
 
 from __future__ import annotations
@@ -58,11 +58,11 @@ def read_summary(directory: Path) -> list[dict[str, Any]]:
 
 
 def grouped(rows: Iterable[Row]) -> Groups:
-    """Return rows by condition and contestant, named by ``label_of``."""
+    """Return rows by condition and tracker, named by ``label_of``."""
     groups: Groups = defaultdict(lambda: defaultdict(list))
     for row in rows:
         groups[condition_of(row)][label_of(row)].append(row)
-    return {condition: dict(contestants) for condition, contestants in groups.items()}
+    return {condition: dict(by_label) for condition, by_label in groups.items()}
 
 
 def condition_of(row: Mapping[str, Any]) -> Condition:
@@ -72,7 +72,7 @@ def condition_of(row: Mapping[str, Any]) -> Condition:
 
 
 def label_of(row: Mapping[str, Any]) -> str:
-    """Return the name of the contestant of a row or an entry: the tracker's, or ``CONTROLLER+TRACKER``."""
+    """Return the name of the tracker of a row or an entry: the tracker's, or ``CONTROLLER+TRACKER``."""
     return "+".join(suite(row["suite"]).names_of(row))
 
 
@@ -90,8 +90,8 @@ def _steering_key(suite_name: str) -> str:
 def summarise(groups: Groups) -> list[dict[str, Any]]:
     """Return the list of ``summary.json``."""
     entries = []
-    for condition, contestants in groups.items():
-        for rows in contestants.values():
+    for condition, by_label in groups.items():
+        for rows in by_label.values():
             for metric in suite(condition[0]).metrics:
                 pool = metric.statistic.pooled(rows)
                 if pool is None or pool.seed_count == 0:
@@ -113,48 +113,48 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
 def compare_ours(groups: Groups) -> list[dict[str, Any]]:
     """Return the list of ``comparisons.json``: the tracker with role ``ours`` against every other one.
 
-    Where none is ours, the first by name of a user's own takes its place. Where controllers are contestants, pairs that
+    Where none is ours, the first by name of a user's own takes its place. Where controllers are trackers, pairs that
     differ in one of the two names are compared.
     """
     entries = []
-    for condition, contestants in groups.items():
-        for key in suite(condition[0]).contestants:
-            for label in _compared(key, contestants):
-                entries += _compare_along(key, condition, contestants, label)
+    for condition, by_label in groups.items():
+        for key in suite(condition[0]).key_columns:
+            for label in _compared(key, by_label):
+                entries += _compare_along(key, condition, by_label, label)
     return entries
 
 
-def _compared(key: Name, contestants: Mapping[str, Sequence[Row]]) -> list[str]:
-    """Return the contestants that all others are compared with."""
-    roles = {label: _role_of(rows[0], key) for label, rows in contestants.items()}
-    own = min((contestants[label][0][key] for label, role in roles.items() if role == _OWN_ROLE), default=None)
+def _compared(key: Name, by_label: Mapping[str, Sequence[Row]]) -> list[str]:
+    """Return the trackers that all others are compared with."""
+    roles = {label: _role_of(rows[0], key) for label, rows in by_label.items()}
+    own = min((by_label[label][0][key] for label, role in roles.items() if role == _OWN_ROLE), default=None)
     takes_part = "ours" not in roles.values()
     return [
         label
-        for label, rows in contestants.items()
+        for label, rows in by_label.items()
         if roles[label] in _COMPARED_ROLES or (takes_part and rows[0][key] == own)
     ]
 
 
 def _role_of(row: Row, key: Name) -> str:
-    """Return the role of the contestant's tracker or controller."""
+    """Return the role of the tracker or controller in a row."""
     role: str = row["tracker_role"] if key == "tracker" and "tracker_role" in row else row["role"]
     return role
 
 
 def _compare_along(
-    key: Name, condition: Condition, contestants: Mapping[str, Sequence[Row]], label: str
+    key: Name, condition: Condition, by_label: Mapping[str, Sequence[Row]], label: str
 ) -> list[dict[str, Any]]:
-    """Return a contestant's comparisons with those that differ from it in one name, corrected for their number."""
+    """Return a tracker's comparisons with those that differ from it in one name, corrected for their number."""
     scores = suite(condition[0])
-    mine = contestants[label][0]
-    kept = [each for each in scores.contestants if each != key]
+    mine = by_label[label][0]
+    kept = [each for each in scores.key_columns if each != key]
     entries = []
-    for other, rows in contestants.items():
+    for other, rows in by_label.items():
         if other == label or any(rows[0][each] != mine[each] for each in kept):
             continue
         for metric in map(scores.metric, scores.compared_in(condition[1])):
-            comparison = paired(contestants[label], rows, metric)
+            comparison = paired(by_label[label], rows, metric)
             if comparison is not None:
                 entries.append(
                     {
@@ -191,7 +191,7 @@ _OF_CONDITION = {
 SUMMARY_COLUMNS = {
     **_OF_CONDITION,
     "tracker": "name of the tracker",
-    "role": "of the contestant, see `frameout list`; in the suite `follow` of the controller",
+    "role": "of the tracker, see `frameout list`; in the suite `follow` of the controller",
     "renderer": "`raster` or `pybullet`; `real` for recordings",
     "controller": "name of the one that steered; absent on a set path",
     "link": "suite `follow` alone: how commands reach the carrier",
@@ -218,7 +218,7 @@ COMPARISON_COLUMNS = {
     "ci_low": "lower end of the paired 95 % bootstrap interval over seeds",
     "ci_high": "upper end",
     "p": "two-sided, of a paired permutation test",
-    "p_holm": "the same, corrected for all comparisons of this contestant",
+    "p_holm": "the same, corrected for all comparisons of this tracker",
     "n": "number of seeds",
 }
 """Column of ``comparisons.json`` -> its meaning."""
@@ -234,5 +234,5 @@ def _named(condition: Condition, metric: Metric, row: Row) -> dict[str, Any]:
         "renderer": renderer,
         "metric": metric.name,
         "better": metric.better,
-    } | {key: row[key] for key in scores.contestants}
+    } | {key: row[key] for key in scores.key_columns}
     return {**names, _steering_key(suite_name): steering} if steering else names

@@ -21,7 +21,7 @@ from scenarios.envs.reward import Rewarder
 from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import NO_REWARD, OWN_WORLD, truth_info
 from scenarios.envs.view import Window, draw_view
-from scenarios.loop import Contestant, FromPictures, Loop, tracker_stream
+from scenarios.loop import FromPictures, Loop, LoopTracker, tracker_stream
 from scenarios.scenario import Frame, KeptWorld, Scenario
 from sim.checks import check, check_choice
 from sim.rng import generator
@@ -102,14 +102,14 @@ def followed_episode(settings: FollowSettings, seed: int, world_of: Callable[[An
     kept = None if world_of is None else world_of(preset)
     episode = scenario.episode(preset, seed, renderer=settings.renderer, closed_loop=True, truth="target", kept=kept)
     try:
-        contestant = _contestant(settings.tracker, seed, episode.start)
+        tracker = _loop_tracker(settings.tracker, seed, episode.start)
     except Exception:
         episode.close()
         raise
-    return Loop(episode, [contestant], episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
+    return Loop(episode, [tracker], episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
 
 
-def _contestant(tracker: Any, seed: int, start: Start) -> Contestant:
+def _loop_tracker(tracker: Any, seed: int, start: Start) -> LoopTracker:
     return _NoTracker() if tracker is None else _EnvTracker(tracker, seed, start)
 
 
@@ -117,16 +117,16 @@ class _NoTracker:
     """Stands for a tracker: every estimate is NaN."""
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         return self.update(frame)
 
     def update(self, frame: Frame) -> Estimate:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         return Estimate(np.full(2, np.nan))
 
 
 class _EnvTracker:
-    """An env's tracker as a contestant; its exceptions become RuntimeErrors that name it."""
+    """An env's tracker as a tracker; its exceptions become RuntimeErrors that name it."""
 
     def __init__(self, tracker: Any, seed: int, start: Start) -> None:
         """``tracker`` is a name, or an object, which is copied so that no state carries over between episodes."""
@@ -141,12 +141,12 @@ class _EnvTracker:
             self._tracker, self._name = copy.deepcopy(tracker), type(tracker).__name__
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         with self._named_errors(frame):
             return FromPictures(self._tracker).initialise(frame, start)
 
     def update(self, frame: Frame) -> Estimate:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         with self._named_errors(frame):
             return check_estimate(self._tracker.update(frame.observation))
 

@@ -45,7 +45,7 @@ from benchmarks.run.selection import trackers_of
 from scenarios import catalog
 from scenarios.catalog import unversioned
 from scenarios.command_link import LINKS, episode_link
-from scenarios.loop import Contestant, Loop, ManyContestant, tracker_stream
+from scenarios.loop import Loop, LoopTracker, ManyLoopTracker, tracker_stream
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.road_town.town import forget_town
 from scenarios.scenario import Frame, KeptWorld
@@ -249,7 +249,7 @@ def _course(episode: Stage) -> Iterator[Any]:
 
 
 def digest_of_tracker(tracker: TrackerSpec) -> str:
-    """Return the digest of a contestant's answers on what its suite has to watch.
+    """Return the digest of a tracker's answers on what its suite has to watch.
 
     Raises:
         ValueError: if it never answers, so that its digest tells nothing.
@@ -258,35 +258,35 @@ def digest_of_tracker(tracker: TrackerSpec) -> str:
     stored = WATCHED[judging.name]
     episode = _Again(stored)
     rng = tracker_stream(EPISODES[stored], tracker.name)
-    contestant = tracker.create(episode, catalog.scenario(stored), rng, many=judging.follows_many)
+    tracker = tracker.create(episode, catalog.scenario(stored), rng, many=judging.follows_many)
     if stored == "harbour":
-        answers = list(_in_the_drawn_harbour(contestant))
+        answers = list(_in_the_drawn_harbour(tracker))
     else:
-        loop = Loop(episode, [contestant])
+        loop = Loop(episode, [tracker])
         answers = [loop.answers[0] for _ in loop.frames(count=WATCHED_FRAMES[stored])]
-    bridges = isinstance(contestant, ManyContestant) and contestant.gap_method() is not None
+    bridges = isinstance(tracker, ManyLoopTracker) and tracker.gap_method() is not None
     check("tracker", bridges or any(map(_says_something, answers)), "one that answers", repr(tracker.name))
-    return digest([answers, *_hindsight(contestant)])
+    return digest([answers, *_hindsight(tracker)])
 
 
-def _in_the_drawn_harbour(contestant: Contestant) -> Iterator[Any]:
+def _in_the_drawn_harbour(tracker: LoopTracker) -> Iterator[Any]:
     """Yield the answers while two people walk on the quay."""
     harbour = DrawnHarbour(0)
     start = Start(CAMERA, background=tuple(harbour.pictures(_BACKGROUND)), site=SURVEY)
     for k in range(WATCHED_FRAMES["harbour"]):
         walkers_m = [np.array([2.0, -6.0 + 0.7 * k]), np.array([6.0, 5.0 - 0.5 * k])]
         frame = Frame(harbour.picture(walkers_m), frames_of("harbour")[0].truth)
-        yield contestant.update(frame) if k else contestant.initialise(frame, start)
+        yield tracker.update(frame) if k else tracker.initialise(frame, start)
 
 
 def _says_something(answer: Any) -> bool:
     return bool(np.isfinite(answer.position_px).all() if isinstance(answer, Estimate) else answer)
 
 
-def _hindsight(contestant: Contestant) -> Iterator[Any]:
-    if isinstance(contestant, ManyContestant):
-        yield from (contestant.revised(), contestant.decides_at())
-        if (method := contestant.gap_method()) is not None:
+def _hindsight(tracker: LoopTracker) -> Iterator[Any]:
+    if isinstance(tracker, ManyLoopTracker):
+        yield from (tracker.revised(), tracker.decides_at())
+        if (method := tracker.gap_method()) is not None:
             yield from _bridges(method)
 
 

@@ -42,7 +42,7 @@ def test_the_target_leaves_and_comes_back_and_repeats_to_the_byte(belt: Any) -> 
     assert states.count("out") > 5
 
 
-def test_contestants_of_a_suite_without_events_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_trackers_of_a_suite_without_events_are_compared(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "belt", *MODULES, "--workers", "0", "--out", str(tmp_path)]) == 0
     assert re.search(r"outside\s+error\s.*\(px\)", capsys.readouterr().out, re.DOTALL)
     assert main(["compare", "hold", "colour_pf", "--modules", MODULE, "--directory", str(tmp_path)]) == 0

@@ -1,4 +1,4 @@
-"""The loop through an episode: its calls of contestants and controllers, and the commands that reach the carrier."""
+"""The loop through an episode: its calls of trackers and controllers, and the commands that reach the carrier."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Writing:
     calls: list[tuple[str, int]] = field(default_factory=list)
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         self.calls.append(("start", frame.truth.frame))
         return self._answer(frame)
 
     def update(self, frame: Frame) -> Estimate:
-        """See ``Contestant``."""
+        """See ``LoopTracker``."""
         self.calls.append(("ask", frame.truth.frame))
         return self._answer(frame)
 
@@ -72,10 +72,10 @@ class ToTheSide:
 
 
 def test_each_is_started_once_and_asked_about_every_later_frame() -> None:
-    contestants = [Writing(1.0), Writing(2.0)]
-    loop = Loop(FakeEpisode(), contestants)
+    trackers = [Writing(1.0), Writing(2.0)]
+    loop = Loop(FakeEpisode(), trackers)
     steps = [(frame.truth.frame, loop.answers, loop.obeyed, loop.is_over) for frame in loop.frames(count=3)]
-    assert [each.calls for each in contestants] == [[("start", 0), ("ask", 1), ("ask", 2)]] * 2
+    assert [each.calls for each in trackers] == [[("start", 0), ("ask", 1), ("ask", 2)]] * 2
     assert [frame for frame, *_ in steps] == [0, 1, 2]
     places = [[answer.position_px.tolist() for answer in answers] for _, answers, *_ in steps]
     assert places == [[[1.0, k], [2.0, k]] for k in (0.0, 1.0, 2.0)]
@@ -130,7 +130,7 @@ def test_all_frames_are_lived_through_unless_fewer_are_asked_for() -> None:
     assert loop.is_over
 
 
-def test_the_first_contestant_steers_and_frame_0_is_not_steered_to() -> None:
+def test_the_first_tracker_steers_and_frame_0_is_not_steered_to() -> None:
     episode = FakeEpisode()
     list(Loop(episode, [Writing(3.0), Writing(8.0)]).frames(ToTheSide(), 4))
     steered = [command and command.right_mps for command in episode.commands]

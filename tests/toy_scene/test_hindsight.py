@@ -15,7 +15,7 @@ from benchmarks.contract.judging import Ending
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.blindfold import ManyBlindfolded
 from benchmarks.run.guards import GuardedTracker
-from scenarios.loop import Contestant, FromPictures, Loop, ManyContestant, ManyFromPictures
+from scenarios.loop import FromPictures, Loop, LoopTracker, ManyFromPictures, ManyLoopTracker
 from tests.benchmarks.fake_episode import FakeTracker
 from tests.toy_scene.scenario import TOY_YARD, YardEpisode
 from trackers.gaps import Bridge, Piece, Surroundings
@@ -65,8 +65,8 @@ class Bridges(Follows):
         return None
 
 
-def ended(episode: YardEpisode, contestant: Contestant, limit_s: float = 60.0) -> tuple[GuardedTracker, Ending]:
-    guard = GuardedTracker(lambda: contestant, limit_s, many=isinstance(contestant, ManyContestant))
+def ended(episode: YardEpisode, tracker: LoopTracker, limit_s: float = 60.0) -> tuple[GuardedTracker, Ending]:
+    guard = GuardedTracker(lambda: tracker, limit_s, many=isinstance(tracker, ManyLoopTracker))
     assert len(list(Loop(episode, [guard]).frames())) == 20
     return guard, guard.ending()
 
@@ -166,7 +166,7 @@ def test_a_note_is_written_before_a_tracker_is_asked_for_anything(episode: YardE
     assert noted.index("frame 0", 1) < noted.index("threshold")
 
 
-def test_a_closed_guard_holds_nothing_of_its_contestant(episode: YardEpisode) -> None:
+def test_a_closed_guard_holds_nothing_of_its_tracker(episode: YardEpisode) -> None:
     guard, ending = ended(episode, ManyFromPictures(Bridges()))
     assert ending.new_gap_method is not None
     method = weakref.ref(guard.gap_method)

@@ -47,7 +47,7 @@ class LearnAlarms:
     the trackers.
 
     Attributes:
-        of: the baselines, and with them the blind contestant, or paper D's method with a learnt confidence.
+        of: the baselines, and with them the blind tracker, or paper D's method with a learnt confidence.
         seeds: episodes A to B - 1, or A alone, of each preset, below 10,000.
     """
 
@@ -92,8 +92,8 @@ def learn_confidences(samples: Sequence[EpisodeSamples], trackers: Sequence[str]
     tracker, evidence, found, weight = (np.concatenate([each[k] for each in samples]) for k in range(4))
     weights = {}
     for k, name in enumerate(trackers):
-        mine = tracker == k
-        fitted = fit_weights(evidence[mine], found[mine], weight[mine])
+        own = tracker == k
+        fitted = fit_weights(evidence[own], found[own], weight[own])
         weights[name] = dict(zip(EVIDENCE, fitted.round(4).tolist(), strict=True))
     return {"weights": weights}
 

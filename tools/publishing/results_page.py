@@ -112,7 +112,7 @@ class _Page:
                 # A contestant without any number here, such as one of another protocol, has no line.
                 if any(cell.text != NO_NUMBER for cell in line.cells):
                     (beside if line.role in UNRANKED_ROLES else lines).append([*preset, *line.words])
-        texts = [*(["preset"] if several else []), *scores.contestants, "role"]
+        texts = [*(["preset"] if several else []), *scores.key_columns, "role"]
         heads = [*texts, *(column.head for column in boards[0].columns)]
         if lines and beside:
             lines.append([f"*{REFERENCES}*", *[""] * (len(heads) - 1)])
@@ -173,8 +173,8 @@ class _Page:
     def _paired(self, name: str, contestant: str, other: str, metric: str) -> str:
         """Return a contestant of a table minus another one, paired over the seeds that both have."""
         judged = suite(self._read(name)["summary"][0]["suite"]).metric(metric)
-        mine, others = ([row for row in self._rows_of(name) if label(row) == each] for each in (contestant, other))
-        found = paired(mine, others, judged)
+        own, others = ([row for row in self._rows_of(name) if label(row) == each] for each in (contestant, other))
+        found = paired(own, others, judged)
         if found is None:
             both = f"{contestant} and {other} in {name}"
             raise ValueError(f"difference: expected rows with {metric} on common seeds of {both}, got none")

@@ -108,8 +108,8 @@ class Facts:
 
 
 @dataclass(frozen=True)
-class Said:
-    """All that one run of a tracker said.
+class Answered:
+    """All that one run of a tracker answered.
 
     Attributes:
         answers: on each frame. revised: with hindsight; None if it does not revise.
@@ -134,7 +134,7 @@ class Block:
 
     facts: Facts
     commands: list[CameraCommand | None]
-    said: list[Said]
+    answered: list[Answered]
 
 
 def path_of(folder: Path, key: BlockKey) -> Path:
@@ -218,21 +218,21 @@ def read_block(path: Path) -> Block:
     for name in ("suite", "scenario", "preset", "renderer", "tracker", "seed"):
         others = {row[name] for row in rows} - {facts.heading[name]}
         check(str(path), not others, f"rows of {name} {facts.heading[name]!r}", ", ".join(map(repr, others)))
-    said: list[Said] = []
+    answered: list[Answered] = []
     first: list[Values] = []
     for repeat, run in enumerate(facts.runs):
-        mine = [row for row in rows if row["repeat"] == repeat]
-        at_once = _by("frame", (row for row in mine if row["answer"] == AT_ONCE))
-        hindsight = _by("frame", (row for row in mine if row["answer"] == HINDSIGHT))
+        own = [row for row in rows if row["repeat"] == repeat]
+        at_once = _by("frame", (row for row in own if row["answer"] == AT_ONCE))
+        hindsight = _by("frame", (row for row in own if row["answer"] == HINDSIGHT))
         for answers, wanted in ((at_once, True), (hindsight, run.revises)):
             expected = list(range(facts.frame_count)) if wanted else []
             what = f"answers on frames 0 to {facts.frame_count - 1}" if wanted else "no revised answers"
             check(str(path), list(answers) == expected, what, f"answers on {len(answers)} frames")
-        gaps = _by("gap", (row for row in mine if row["answer"] in (EXTRAPOLATED, INTERPOLATED)))
+        gaps = _by("gap", (row for row in own if row["answer"] in (EXTRAPOLATED, INTERPOLATED)))
         first = first or [each[0] for each in at_once.values()]
         times, revision = (list(map(_taken, some.values())) for some in (at_once, hindsight))
-        said.append(
-            Said(
+        answered.append(
+            Answered(
                 [answer_of(each, facts.many) for each in at_once.values()],
                 [answer_of(each, many=True) for each in hindsight.values()] if run.revises else None,  # type: ignore[misc]
                 list(gaps.values()),
@@ -240,7 +240,7 @@ def read_block(path: Path) -> Block:
                 next((taken for taken in revision if taken is not None), Taken(0.0, 0.0)),
             )
         )
-    return Block(facts, [command_of(row) for row in first], said)
+    return Block(facts, [command_of(row) for row in first], answered)
 
 
 def _taken(rows: Sequence[Values]) -> Taken | None:

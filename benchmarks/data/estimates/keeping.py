@@ -101,7 +101,7 @@ class Estimates:
 
 @dataclass
 class _KeepingSheet:
-    """One contestant's sheet, and what it said. Attributes: ``many``, see ``Facts``."""
+    """One tracker's sheet, and what it said. Attributes: ``many``, see ``Facts``."""
 
     sheet: ScoreSheet
     many: bool = False

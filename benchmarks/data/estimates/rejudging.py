@@ -112,8 +112,8 @@ def _check_data(data: str, facts: dict[Path, Facts]) -> None:
     for path, each in facts.items():
         key = each.key
         for name in ("scenario", "preset", "renderer"):
-            mine, theirs = getattr(key, name), getattr(request, name)
-            check(str(path), mine == theirs, f"estimates of {name} {theirs}, which the data set has", mine)
+            own, theirs = getattr(key, name), getattr(request, name)
+            check(str(path), own == theirs, f"estimates of {name} {theirs}, which the data set has", own)
         seeds = request.seeds
         within = key.seed in range(*seeds)
         check(str(path), within, f"a seed of {seeds[0]}:{seeds[1]}, which the data set has", key.seed)
@@ -146,26 +146,26 @@ def _judged(paths: Sequence[Path], data: str | None, modules: tuple[str, ...]) -
     try:
         check(str(paths[0]), frame_count == episode.frame_count, f"{episode.frame_count} frames", frame_count)
         judge = spec.judge(judging, episode)
-        sheets = [[judge.sheet() for _ in block.said] for block in blocks]
+        sheets = [[judge.sheet() for _ in block.answered] for block in blocks]
         loop = Loop(episode)
         for k, command in enumerate(blocks[0].commands):
             frame = loop.step(command)
             judge.see(frame, loop.obeyed)
-            for block, mine in zip(blocks, sheets, strict=True):
-                for said, sheet in zip(block.said, mine, strict=True):
-                    sheet.keep(frame, said.answers[k])
+            for block, own in zip(blocks, sheets, strict=True):
+                for answered, sheet in zip(block.answered, own, strict=True):
+                    sheet.keep(frame, answered.answers[k])
     finally:
         episode.close()
-    return [_rows(block, mine) for block, mine in zip(blocks, sheets, strict=True)]
+    return [_rows(block, own) for block, own in zip(blocks, sheets, strict=True)]
 
 
 def _rows(block: Block, sheets: Sequence[ScoreSheet]) -> list[Row]:
     facts, scores = block.facts, []
-    for repeat, (run, said, sheet) in enumerate(zip(facts.runs, block.said, sheets, strict=True)):
-        gaps = partial(RecalledGapMethod, iter(said.gaps)) if run.bridges else None
-        ending = Ending(run.failed_at_frame, said.revised, gaps, run.decides_at)
+    for repeat, (run, answered, sheet) in enumerate(zip(facts.runs, block.answered, sheets, strict=True)):
+        gaps = partial(RecalledGapMethod, iter(answered.gaps)) if run.bridges else None
+        ending = Ending(run.failed_at_frame, answered.revised, gaps, run.decides_at)
         scores += [(repeat, score) for score in sheet.scores(ending)]
-        scores += [(repeat, score) for score in times(said.taken, said.revision, facts.frame_count)]
+        scores += [(repeat, score) for score in times(answered.taken, answered.revision, facts.frame_count)]
         if run.failed_in_the_end is not None:
             scores.append((repeat, Score(FAILED_AT, float(run.failed_in_the_end))))
     judging = suite(facts.key.suite)
@@ -184,7 +184,7 @@ class RecalledGapMethod:
     """Answers about gaps what was answered in the run, see ``GapMethod``."""
 
     def __init__(self, gaps: Iterator[list[Values]]) -> None:
-        """``gaps``: those that no other method of the same contestant was asked for."""
+        """``gaps``: those that no other method of the same tracker was asked for."""
         self._gaps = gaps
 
     def learn(self, pieces: Sequence[Piece]) -> None:

@@ -21,9 +21,7 @@ def identity_series(borne: Bearers, apart: NDArray[np.bool_]) -> Iterator[Score]
     and ``gap_runs_FISH`` (*series*: first frame and end of every stretch not apart) of the first 20 fish.
     """
     for fish in range(min(apart.shape[1], MOST_FISH)):
-        mine = borne.identity[:, fish]
-        spans = [
-            (first, end, name) for name in np.unique(mine[mine >= 0]).tolist() for first, end in runs(mine == name)
-        ]
+        own = borne.identity[:, fish]
+        spans = [(first, end, name) for name in np.unique(own[own >= 0]).tolist() for first, end in runs(own == name)]
         yield Score(f"{BORNE}{fish}", [float(number) for span in sorted(spans) for number in span])
         yield Score(f"{GAPS}{fish}", [float(number) for span in runs(~apart[:, fish]) for number in span])

@@ -80,7 +80,7 @@ class FishJudge:
 
     @cached_property
     def motion(self) -> list[Score]:
-        """How the fish swim, the same for all contestants."""
+        """How the fish swim, the same for all trackers."""
         return list(motion_scores(self.position_px, self.length_px))
 
     @cached_property
@@ -134,9 +134,9 @@ class FishSheet:
     def _pairings(self, answers: Sequence[Sequence[Track]]) -> list[Pairing]:
         frames = []
         for places, tracks in zip(self._judge.position_px, answers, strict=True):
-            said = [track for track in tracks if np.isfinite(track.estimate.position_px).all()]
-            names = np.array([track.identity for track in said], dtype=int)
-            at = np.array([track.estimate.position_px for track in said]).reshape(-1, 2)
+            answered = [track for track in tracks if np.isfinite(track.estimate.position_px).all()]
+            names = np.array([track.identity for track in answered], dtype=int)
+            at = np.array([track.estimate.position_px for track in answered]).reshape(-1, 2)
             frames.append(pairing(places, names, at, self._judge.length_px))
         return numbered(frames)
 

@@ -33,16 +33,16 @@ def link_scores(links: Sequence[Link], ending: str = "", groups: Sequence[str] =
     ``link_recall_GROUP``: right links, of all gaps. ``link_precision_GROUP_of_90``: see ``precision_at``.
     """
     for name in groups:
-        mine = [link for link in links if _GROUPS[name](link)]
-        outcomes = [link.outcome for link in mine]
+        own = [link for link in links if _GROUPS[name](link)]
+        outcomes = [link.outcome for link in own]
         right, wrong = outcomes.count(Outcome.RIGHT), outcomes.count(Outcome.WRONG)
         if right + wrong:
             yield Score(f"link_precision_{name}{ending}", right / (right + wrong), float(right + wrong))
-        if mine:
-            count = float(len(mine))
+        if own:
+            count = float(len(own))
             yield Score(f"link_rate_{name}{ending}", (right + wrong) / count, count)
             yield Score(f"link_recall_{name}{ending}", right / count, count)
-            yield Score(f"link_precision_{name}_of_90{ending}", precision_at(mine), SHARE * count)
+            yield Score(f"link_precision_{name}_of_90{ending}", precision_at(own), SHARE * count)
 
 
 def link_events(links: Sequence[Link]) -> Iterator[Score]:

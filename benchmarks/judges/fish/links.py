@@ -133,14 +133,14 @@ def bearers(answers: Sequence[Sequence[Track]], position_px: NDArray[np.float64]
     identity = np.full(position_px.shape[:2], _NOBODY)
     confidence = np.full(position_px.shape[:2], np.nan)
     for frame, tracks in enumerate(answers):
-        said = [track for track in tracks if np.isfinite(track.estimate.position_px).all()]
-        places = np.array([track.estimate.position_px for track in said]).reshape(-1, 2)
+        answered = [track for track in tracks if np.isfinite(track.estimate.position_px).all()]
+        places = np.array([track.estimate.position_px for track in answered]).reshape(-1, 2)
         away_px = np.linalg.norm(position_px[frame][:, None] - places[None], axis=2)
         away_px = np.where(away_px < gate_px, away_px, gate_px)
         for fish, column in zip(*linear_sum_assignment(away_px), strict=True):
             if away_px[fish, column] < gate_px:
-                identity[frame, fish] = said[column].identity
-                if (sure := said[column].confidence) is not None:
+                identity[frame, fish] = answered[column].identity
+                if (sure := answered[column].confidence) is not None:
                     confidence[frame, fish] = sure
     return Bearers(identity, confidence)
 
@@ -170,15 +170,15 @@ def _history(identity: NDArray[np.int64], apart: NDArray[np.bool_]) -> _History:
 
 
 def _judged(gap: FishGap, apart: NDArray[np.bool_], borne: Bearers, history: _History) -> Link:
-    mine, stands = borne.identity[:, gap.fish], apart[:, gap.fish]
+    own, stands = borne.identity[:, gap.fish], apart[:, gap.fish]
     start = max(gap.first_frame - WINDOW_FRAMES, 0)
-    before = [k for k in range(start, gap.first_frame) if stands[k] and mine[k] != _NOBODY]
-    end = min(gap.end_frame + WINDOW_FRAMES, len(mine))
-    after = [k for k in range(gap.end_frame, end) if stands[k] and mine[k] != _NOBODY]
+    before = [k for k in range(start, gap.first_frame) if stands[k] and own[k] != _NOBODY]
+    end = min(gap.end_frame + WINDOW_FRAMES, len(own))
+    after = [k for k in range(gap.end_frame, end) if stands[k] and own[k] != _NOBODY]
     outcome = Outcome.ABSTAINED
     if before and after:
-        outcome = _outcome(gap, int(mine[before[-1]]), int(mine[after[0]]), after[0], history)
-    elif before and _fish_of(int(mine[before[-1]]), history, gap.end_frame, end) not in (None, gap.fish):
+        outcome = _outcome(gap, int(own[before[-1]]), int(own[after[0]]), after[0], history)
+    elif before and _fish_of(int(own[before[-1]]), history, gap.end_frame, end) not in (None, gap.fish):
         outcome = Outcome.WRONG
     confidence = float(borne.confidence[after[0], gap.fish]) if outcome != Outcome.ABSTAINED and after else np.nan
     return Link(gap, outcome, confidence)

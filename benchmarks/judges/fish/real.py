@@ -66,11 +66,11 @@ class FishRecording:
         gaps = self._task.bridged(ending.new_gap_method).by_block()
         links = link_tracklets(ending.new_gap_method, self._tracks, self._task.jump_px)
         for block in sorted({*gaps, *(link.gap.first_frame // BLOCK_FRAMES for link in links)}):
-            mine = [link for link in links if link.gap.first_frame // BLOCK_FRAMES == block]
+            own = [link for link in links if link.gap.first_frame // BLOCK_FRAMES == block]
             bridged = list(gap_scores(self._tracks, gaps[block])) if block in gaps else []
             first = block * BLOCK_FRAMES
             motion = motion_scores(self._tracks.position_px[first : first + BLOCK_FRAMES], None)
-            for score in (*bridged, *link_scores(mine, groups=LENGTHS), *link_events(mine), *motion):
+            for score in (*bridged, *link_scores(own, groups=LENGTHS), *link_events(own), *motion):
                 yield replace(score, block=TimeBlock(block, BLOCK_FRAMES))
 
 

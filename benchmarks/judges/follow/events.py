@@ -21,7 +21,7 @@ def _describe(losses: Sequence[dict[str, Any]]) -> str:
 EVENTS = EventWords(
     name="losses",
     key="event",
-    # Losses depend on the controller, so contestants are compared over whole episodes only.
+    # Losses depend on the controller, so trackers are compared over whole episodes only.
     tests={},
     describe=_describe,
 )

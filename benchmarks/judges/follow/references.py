@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.contract.tracker_spec import TrackerSpec
-from scenarios.loop import Contestant, given
+from scenarios.loop import LoopTracker, given
 from scenarios.scenario import Episode, Frame, Scenario
 from trackers.registry import NoParameters
 from trackers.types import Estimate, Start
@@ -27,11 +27,11 @@ class TrueTarget:
         self._target = target
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
-        """See ``scenarios.loop.Contestant``."""
+        """See ``scenarios.loop.Tracker``."""
         return given(start) if start.box_xyxy is not None else self.update(frame)
 
     def update(self, frame: Frame) -> Estimate:
-        """See ``scenarios.loop.Contestant``.
+        """See ``scenarios.loop.Tracker``.
 
         The distance along the axis is answered too, as some carriers steer by it: that of the point whose pixel
         ``position_px`` is. There is none of a target behind the camera or outside the world, and no box of one that
@@ -58,7 +58,7 @@ class TruthOracle(TrackerSpec):
 
     def create(
         self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
-    ) -> Contestant:
+    ) -> LoopTracker:
         """See ``TrackerSpec``."""
         assert scenario is not None
         return TrueTarget(scenario.target)

@@ -170,7 +170,7 @@ FOLLOW = Suite(
     events=replace(EVENTS, episodes=COMPARED),
     silence="no estimate for its controller; only where the camera looks is scored",
     references=(ORACLE,),
-    contestants=("controller", "tracker"),
+    key_columns=("controller", "tracker"),
     truth="target",
 )
 register_suite(FOLLOW)

@@ -66,7 +66,7 @@ class FrameOutJudge:
         return truth_series(self._truths, self.target, self._rate_hz, self._camera, self._longest_frames)
 
     def scores(self, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
-        """Return the scores of one contestant."""
+        """Return the scores of one tracker."""
         scores = score_episode(self.truth, estimate, failed_at_frame, closed_loop=self._closed_loop)
         if self._closed_loop:
             scores += view_scores(np.array(self._in_view), self.truth.visible_fraction, self._rate_hz)

@@ -56,9 +56,9 @@ class RouteFan:
         """Return the arc length (K,) at which the next crossing begins, inf if there is none."""
         ahead = np.full(len(route), np.inf)
         for k, crossings in enumerate(self.crossings_m):
-            mine = route == k
+            own = route == k
             padded = np.append(crossings, np.inf)
-            ahead[mine] = padded[np.searchsorted(crossings, arc_m[mine])]
+            ahead[own] = padded[np.searchsorted(crossings, arc_m[own])]
         return ahead
 
     def _index(self, arc_m: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.judges.frame_out.oracle_map import OracleMap, OracleParameters
-from scenarios.loop import Contestant
+from scenarios.loop import LoopTracker
 from scenarios.road_town.road_map import RoadMap
 from scenarios.scenario import Episode, Scenario
 
@@ -23,7 +23,7 @@ class MapOracle(TrackerSpec):
 
     def create(
         self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
-    ) -> Contestant:
+    ) -> LoopTracker:
         """See ``TrackerSpec``."""
         assert scenario is not None
         return OracleMap(self.parameters, RoadMap(episode.map_of().graph), scenario.target, rng)

@@ -65,22 +65,22 @@ class Objects:
 
 def answers_of(tracks: Sequence[Track], camera: CameraModel, T_world_camera: NDArray[np.float64]) -> Answers:
     """Return the tracks whose position is not NaN, in their order."""
-    said = [track for track in tracks if np.isfinite(track.estimate.position_px).all()]
-    count = len(said)
-    position_px = np.array([track.estimate.position_px for track in said], float).reshape(count, 2)
-    depth_m = np.array([np.nan if (d := track.estimate.depth_m) is None else d for track in said], float)
-    boxes = [track.estimate.box_xyxy for track in said]
+    answered = [track for track in tracks if np.isfinite(track.estimate.position_px).all()]
+    count = len(answered)
+    position_px = np.array([track.estimate.position_px for track in answered], float).reshape(count, 2)
+    depth_m = np.array([np.nan if (d := track.estimate.depth_m) is None else d for track in answered], float)
+    boxes = [track.estimate.box_xyxy for track in answered]
     points = np.tile(position_px, 2)
     given = [point if box is None else box for point, box in zip(points, boxes, strict=True)]
-    sizes = [np.full(3, np.nan) if track.size_m is None else track.size_m for track in said]
+    sizes = [np.full(3, np.nan) if track.size_m is None else track.size_m for track in answered]
     return Answers(
-        identity=np.array([track.identity for track in said], int),
-        kind=np.array([track.kind or "" for track in said], str),
+        identity=np.array([track.identity for track in answered], int),
+        kind=np.array([track.kind or "" for track in answered], str),
         place_m=T_world_camera[:3, 3] + rays(camera, T_world_camera, position_px) * depth_m[:, None],
         position_px=position_px,
         box_xyxy=np.array(given, float).reshape(count, 4),
         size_m=np.array(sizes, float).reshape(count, 3),
-        confidence=np.array([1.0 if track.confidence is None else track.confidence for track in said], float),
+        confidence=np.array([1.0 if track.confidence is None else track.confidence for track in answered], float),
     )
 
 

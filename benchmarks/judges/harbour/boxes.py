@@ -20,11 +20,11 @@ def box_scores(objects: Sequence[Objects], answers: Sequence[Answers]) -> Iterat
     of their area, in the box of an intruder that is not judged. ``boxes_true``: of the intruders that are judged.
     """
     told, true = [np.empty((0, 2))], 0
-    for there, said in zip(objects, answers, strict=True):
+    for there, answered in zip(objects, answers, strict=True):
         present = np.flatnonzero(there.present & np.isfinite(there.box_xyxy).all(axis=1))
         counted = there.judged[present]
-        right, counts = told_right(said.box_xyxy, said.confidence, there.box_xyxy[present], counted)
-        told.append(np.column_stack([said.confidence, right])[counts])
+        right, counts = told_right(answered.box_xyxy, answered.confidence, there.box_xyxy[present], counted)
+        told.append(np.column_stack([answered.confidence, right])[counts])
         true += int(counted.sum())
     confidence, is_right = np.concatenate(told).T
     yield Score("boxes_right", froc.reached(confidence[is_right > 0]).tolist())

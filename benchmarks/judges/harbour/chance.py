@@ -31,13 +31,13 @@ def chance_levels(
     """
     count, objects = judged.shape
     levels = np.full((DRAWS, objects), -np.inf)
-    mine = np.flatnonzero(history.on_nothing())
-    if len(mine) == 0 or count < 2:
+    own = np.flatnonzero(history.on_nothing())
+    if len(own) == 0 or count < 2:
         return levels
     for draw, shift in enumerate(rng.integers(1, count, DRAWS)):
-        at = (history.frame[mine] - shift) % count
+        at = (history.frame[own] - shift) % count
         which, target = np.nonzero(judged[at])
-        row, then = mine[which], at[which]
+        row, then = own[which], at[which]
         on = np.linalg.norm(history.place_m[row] - place_m[then, target], axis=1) <= RADIUS_M
         row, then, target = row[on], then[on], target[on]
         on = overlaps_of(history.box_xyxy[row], box_xyxy[then, target])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from benchmarks.contract.tracker_spec import TrackerSpec
-from scenarios.loop import Contestant, ManyFromPictures
+from scenarios.loop import LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode, Scenario
 from trackers import registry
 from trackers.eigen_swarm.tracker import EigenSwarm
@@ -55,7 +55,7 @@ class TaughtByFew(TrackerSpec):
 
     def create(
         self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
-    ) -> Contestant:
+    ) -> LoopTracker:
         """See ``TrackerSpec``."""
         return ManyFromPictures(FewPictures(self.tracker(self.parameters, rng), self.count))
 

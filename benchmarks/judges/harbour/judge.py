@@ -95,7 +95,7 @@ class HarbourJudge:
         yield from froc_alarms(*shown.false_tracks(), pause_frames)
 
     def _own_generator(self) -> np.random.Generator:
-        """Return the same generator for all contestants of an episode; its intruders' sizes stand for its seed."""
+        """Return the same generator for all trackers of an episode; its intruders' sizes stand for its seed."""
         return generator(zlib.crc32(self.objects[0].size_m.tobytes()), "chance")
 
     @property

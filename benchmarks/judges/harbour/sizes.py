@@ -39,21 +39,21 @@ def measured_scores(
     """
     for visit in visits:
         on_it = history.target == visit.index
-        mine = history.first & on_it
-        if not mine.any():
+        own = history.first & on_it
+        if not own.any():
             continue
-        count = float(mine.sum())
-        yield Score("position_error_m", float(history.error_m[mine].mean()), count, visit)
-        yield Score("duplicate_rate", len(np.unique(history.frame[on_it & ~mine])) / count, count, visit)
-        named = history.kind[mine][history.kind[mine] != ""]
+        count = float(own.sum())
+        yield Score("position_error_m", float(history.error_m[own].mean()), count, visit)
+        yield Score("duplicate_rate", len(np.unique(history.frame[on_it & ~own])) / count, count, visit)
+        named = history.kind[own][history.kind[own] != ""]
         if len(named):
             yield Score("kind_right", float((named == visit.kind).mean()), float(len(named)), visit)
-        said = mine & np.isfinite(history.size_m).all(axis=1)
+        answered = own & np.isfinite(history.size_m).all(axis=1)
         away_m = distance_m[history.frame, visit.index]
-        near = said & (away_m >= AT_100_M[0]) & (away_m <= AT_100_M[1])
+        near = answered & (away_m >= AT_100_M[0]) & (away_m <= AT_100_M[1])
         true_m = size_m[visit.index]
-        if said.any():
-            yield from _errors("error", np.median(history.size_m[said], axis=0), true_m, visit)
+        if answered.any():
+            yield from _errors("error", np.median(history.size_m[answered], axis=0), true_m, visit)
         if near.any():
             yield from _errors("error_at_100_m", np.median(history.size_m[near], axis=0), true_m, visit)
             yield from _errors("error_of_mean", np.array(MEAN_SIZE_M[visit.kind]), true_m, visit)
@@ -71,11 +71,11 @@ def region_scores(visits: Sequence[Visit], met: Met) -> Iterator[Score]:
     frames, a row a visit. ``region_depth_m``, ``region_width_m``, ``region_height_m``: medians of their sizes.
     """
     for visit in visits:
-        mine = met.target == visit.index
-        beyond_m = met.beyond_m[mine & np.isfinite(met.beyond_m)]
+        own = met.target == visit.index
+        beyond_m = met.beyond_m[own & np.isfinite(met.beyond_m)]
         if len(beyond_m):
             yield Score("beyond_m", float(beyond_m.mean()), float(len(beyond_m)), visit)
-        sizes_m = met.size_m[mine & np.isfinite(met.size_m).all(axis=1)]
+        sizes_m = met.size_m[own & np.isfinite(met.size_m).all(axis=1)]
         if len(sizes_m):
             for name, said_m in zip(DIMENSIONS, np.median(sizes_m, axis=0), strict=True):
                 yield Score(f"region_{name}_m", float(said_m), 1.0, visit)

@@ -52,7 +52,7 @@ class StereoJudge:
         return find_events(self.truth)
 
     def scores(self, given: NDArray[np.bool_], place_m: NDArray[np.float64]) -> Iterator[Score]:
-        """Yield the scores of one contestant, see ``people.outcomes``, and those of the episode itself."""
+        """Yield the scores of one tracker, see ``people.outcomes``, and those of the episode itself."""
         yield from score_episode(self.truth, self.events, given, place_m, closed_loop=self._closed_loop)
         yield from self._disparity.scores()
 

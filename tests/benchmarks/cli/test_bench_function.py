@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks import ContestantWarning, bench
+from benchmarks import TrackerWarning, bench
 from benchmarks.cli.bench_function import bench as same
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import Scene
@@ -32,14 +32,14 @@ TINY: dict[str, Any] = {"seeds": range(1), "workers": 0, "trackers": ["fake_know
 def test_results_and_what_failed_come_back(tmp_path: Path) -> None:
     assert bench is same
     told = "fake_raises failed in fake-town-v1 tiny, seed 0, frame 20: RuntimeError: a bug"
-    with pytest.warns(ContestantWarning, match=told):
+    with pytest.warns(TrackerWarning, match=told):
         results = bench(SUITE, out=tmp_path, **TINY)
     rows = results.rows()
     assert set(rows["tracker"]) == {"fake_knowing", "fake_raises"}
     assert set(rows["seed"]) == {0}
     assert [failure.tracker for failure in results.outcome.failures] == ["fake_raises"]
     assert results.outcome.episodes == 2
-    with pytest.warns(ContestantWarning, match=told):
+    with pytest.warns(TrackerWarning, match=told):
         again = bench(SUITE, out=str(tmp_path), **TINY)
     assert (again.outcome.episodes, again.outcome.resumed) == (0, 2)
     (failure,) = again.outcome.failures
@@ -50,7 +50,7 @@ def test_results_and_what_failed_come_back(tmp_path: Path) -> None:
 
 
 def test_frames_without_an_answer_are_told(tmp_path: Path) -> None:
-    with pytest.warns(ContestantWarning, match=r"fake_silent gave no answer \(NaN\) on 220 frames; each counts as"):
+    with pytest.warns(TrackerWarning, match=r"fake_silent gave no answer \(NaN\) on 220 frames; each counts as"):
         bench(SUITE, out=tmp_path, **{**TINY, "trackers": "fake_silent"})
 
 

@@ -70,7 +70,7 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "my_waiting.py"
 
 
-def test_every_command_about_contestants_or_episodes_has_the_option() -> None:
+def test_every_command_about_trackers_or_episodes_has_the_option() -> None:
     kinds: dict[str, Any] = {name: cli._kind(cli.FRAMEOUT, name) for name in cli.FRAMEOUT.commands}
     assert {name for name, kind in kinds.items() if issubclass(kind, WithModules)} == WITH_MODULES
     fields = {name for name, kind in kinds.items() if "modules" in {each.name for each in dataclasses.fields(kind)}}

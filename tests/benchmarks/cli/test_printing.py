@@ -1,4 +1,4 @@
-"""What contestants print never mixes with results."""
+"""What trackers print never mixes with results."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ import pytest
 from joblib.externals.loky import get_reusable_executor
 
 from benchmarks.cli.main import main
-from benchmarks.cli.printing import contestants_print_to_stderr
+from benchmarks.cli.printing import trackers_print_to_stderr
 
 
 def test_this_process_and_those_it_starts_print_to_stderr(capfd: pytest.CaptureFixture[str]) -> None:
-    with contestants_print_to_stderr():
+    with trackers_print_to_stderr():
         print("mine", flush=True)
         subprocess.run([sys.executable, "-c", "print('its')"], check=True)
     print("result", flush=True)
@@ -30,9 +30,9 @@ def test_this_process_and_those_it_starts_print_to_stderr(capfd: pytest.CaptureF
 def test_what_waits_in_a_buffer_goes_to_stderr_too() -> None:
     script = """
 import ctypes, sys
-from benchmarks.cli.printing import contestants_print_to_stderr
+from benchmarks.cli.printing import trackers_print_to_stderr
 stdout = sys.stdout
-with contestants_print_to_stderr():
+with trackers_print_to_stderr():
     stdout.write("kept\\n")
     ctypes.CDLL(None).puts(b"native")
 print("result")

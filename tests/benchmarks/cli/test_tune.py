@@ -130,7 +130,7 @@ def test_stored_values_are_scored_anew_on_their_own_episodes_without_a_search(
     assert "hold: on the 4 episodes of the search 6.0000, with the written values 5.0000" in capsys.readouterr().out
     with pytest.raises(ValueError, match="seeds: expected none with --rescore, which takes what the files say"):
         Tune(("hold",), seeds="1:2", rescore=True, out=tmp_path).run()
-    with pytest.raises(ValueError, match="rescore: expected a contestant with tuned values, got none in"):
+    with pytest.raises(ValueError, match="rescore: expected a tracker with tuned values, got none in"):
         Tune(("sort",), rescore=True, out=tmp_path).run()
 
 

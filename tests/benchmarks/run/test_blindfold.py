@@ -1,4 +1,4 @@
-"""A blind contestant gets no picture, and of the truth only the state at the start and at each exit."""
+"""A blind tracker gets no picture, and of the truth only the state at the start and at each exit."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ EPISODE = FAKE_TOWN.episode("tiny", 0)
 FRAMES = [EPISODE.step() for _ in range(EPISODE.frame_count)]
 MANY = [entry.name for entry in registry.entries().values() if entry.follows_many]
 """Those of many targets are called on no frame at all, see tests/toy_scene/test_hindsight.py."""
-BLIND = [entrant for entrant in trackers_of().values() if entrant.role == "blind" and entrant.name not in MANY]
-CARRYING = [entrant for entrant in BLIND if entrant.name in ("blind_carried", "blind_straight", "blind_turning")]
+BLIND = [spec for spec in trackers_of().values() if spec.role == "blind" and spec.name not in MANY]
+CARRYING = [spec for spec in BLIND if spec.name in ("blind_carried", "blind_straight", "blind_turning")]
 
 
 class Spy:
@@ -45,11 +45,11 @@ class Spy:
         return Estimate(np.zeros(2))
 
 
-def answers(entrant: TrackerSpec, frames: list[Frame]) -> NDArray[np.float64]:
-    """Return the positions (F - 1, 2) that a fresh contestant answers."""
-    contestant = entrant.create(EPISODE, FAKE_TOWN, np.random.default_rng(0))
-    contestant.initialise(frames[0], EPISODE.start)
-    return np.array([contestant.update(frame).position_px for frame in frames[1:]])
+def answers(spec: TrackerSpec, frames: list[Frame]) -> NDArray[np.float64]:
+    """Return the positions (F - 1, 2) that a fresh tracker answers."""
+    tracker = spec.create(EPISODE, FAKE_TOWN, np.random.default_rng(0))
+    tracker.initialise(frames[0], EPISODE.start)
+    return np.array([tracker.update(frame).position_px for frame in frames[1:]])
 
 
 def is_told(frame: Frame) -> bool:
@@ -84,43 +84,43 @@ def scrambled(frame: Frame, rng: np.random.Generator) -> Frame:
 
 def test_the_episode_has_exits_to_be_told_of() -> None:
     assert sum(map(is_told, FRAMES)) >= 2
-    assert {suite for entrant in BLIND for suite in entrant.suites} == {"frame-out", "stereo"}
+    assert {suite for spec in BLIND for suite in spec.suites} == {"frame-out", "stereo"}
 
 
 def test_no_picture_and_no_reading_of_the_light_reach_it() -> None:
     spy, rng = Spy(), np.random.default_rng(1)
-    contestant = Blindfolded(spy, FAKE_TOWN.target)
+    tracker = Blindfolded(spy, FAKE_TOWN.target)
     frames = [with_noise(frame, rng) for frame in FRAMES]
-    contestant.initialise(frames[0], EPISODE.start)
+    tracker.initialise(frames[0], EPISODE.start)
     for frame in frames[1:]:
-        contestant.update(frame)
+        tracker.update(frame)
     assert all(seen.image_rgb.size == 0 and seen.right_rgb is None and seen.settings is None for seen in spy.seen)
     assert [seen.time_s for seen in spy.seen] == [frame.observation.time_s for frame in frames]
     assert spy.told_at_s == [frame.observation.time_s for frame in frames if is_told(frame)]
 
 
-@pytest.mark.parametrize("entrant", BLIND, ids=lambda entrant: entrant.name)
-def test_noise_in_the_picture_changes_no_answer(entrant: TrackerSpec) -> None:
+@pytest.mark.parametrize("entrant", BLIND, ids=lambda spec: spec.name)
+def test_noise_in_the_picture_changes_no_answer(spec: TrackerSpec) -> None:
     rng = np.random.default_rng(2)
-    assert np.array_equal(answers(entrant, [with_noise(frame, rng) for frame in FRAMES]), answers(entrant, FRAMES))
+    assert np.array_equal(answers(spec, [with_noise(frame, rng) for frame in FRAMES]), answers(spec, FRAMES))
 
 
-@pytest.mark.parametrize("entrant", BLIND, ids=lambda entrant: entrant.name)
-def test_no_truth_reaches_it_between_exits(entrant: TrackerSpec) -> None:
+@pytest.mark.parametrize("entrant", BLIND, ids=lambda spec: spec.name)
+def test_no_truth_reaches_it_between_exits(spec: TrackerSpec) -> None:
     rng = np.random.default_rng(3)
     frames = [frame if is_told(frame) else scrambled(frame, rng) for frame in FRAMES]
-    assert np.array_equal(answers(entrant, frames), answers(entrant, FRAMES))
+    assert np.array_equal(answers(spec, frames), answers(spec, FRAMES))
 
 
-@pytest.mark.parametrize("entrant", CARRYING, ids=lambda entrant: entrant.name)
-def test_the_state_at_the_exit_reaches_it(entrant: TrackerSpec) -> None:
-    said = answers(entrant, FRAMES)
+@pytest.mark.parametrize("entrant", CARRYING, ids=lambda spec: spec.name)
+def test_the_state_at_the_exit_reaches_it(spec: TrackerSpec) -> None:
+    said = answers(spec, FRAMES)
     for frame in FRAMES[1:]:
         if is_told(frame):
             truth = frame.truth
             assert said[truth.frame - 1] == pytest.approx(truth.position_px[0], abs=1e-6)
     rng = np.random.default_rng(4)
-    false = answers(entrant, [scrambled(frame, rng) if is_told(frame) else frame for frame in FRAMES])
+    false = answers(spec, [scrambled(frame, rng) if is_told(frame) else frame for frame in FRAMES])
     assert (np.abs(false - said).max(axis=1) > 1.0).all()
 
 

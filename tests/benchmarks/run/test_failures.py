@@ -108,7 +108,7 @@ def test_rows_that_are_gone_take_their_failures_along(tmp_path: Path, monkeypatc
 
 
 @pytest.mark.heavy
-def test_a_contestant_that_ended_its_process_is_in_no_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_tracker_that_ended_its_process_is_in_no_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """To draw it would end this process too."""
     drawn: list[str] = []
     monkeypatch.setattr(page, "keep_event_picture", lambda *arguments: drawn.extend(arguments[3]))

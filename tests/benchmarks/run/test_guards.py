@@ -1,4 +1,4 @@
-"""An episode continues after any failure of a controller; a contestant's time is all that is spent and waited for."""
+"""An episode continues after any failure of a controller; a tracker's time is all that is spent and waited for."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_one_that_fails_commands_nothing_from_there_on(answer: object, reason: s
     assert str(guard.reason).startswith(reason)
 
 
-def test_who_interrupts_a_run_is_no_failure_of_a_contestant() -> None:
+def test_who_interrupts_a_run_is_no_failure_of_a_tracker() -> None:
     guard = GuardedController(lambda: Scripted([KeyboardInterrupt()]), limit_s=1.0)
     with pytest.raises(KeyboardInterrupt):
         guard.command(PICTURE, SOMEWHERE)

@@ -1,4 +1,4 @@
-"""Answers that cannot score are told once for each contestant; those of another kind of trouble are not."""
+"""Answers that cannot score are told once for each tracker; those of another kind of trouble are not."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Inputs of a contestant are its own: no other one feels what it changes, and it is named."""
+"""Inputs of a tracker are its own: no other one feels what it changes, and it is named."""
 
 from __future__ import annotations
 

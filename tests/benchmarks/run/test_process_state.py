@@ -1,4 +1,4 @@
-"""What a contestant sets in the process holds on its own turns; what it starts ends with it."""
+"""What a tracker sets in the process holds on its own turns; what it starts ends with it."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ def test_threads_that_end_with_their_owner_are_none_that_are_left() -> None:
 @pytest.mark.heavy
 @IN_FILES
 def test_the_pool_of_joblib_is_ended_and_is_there_again_for_the_next_one() -> None:
-    # Of other tests, whose pool is not the contestant's.
+    # Of other tests, whose pool is not the tracker's.
     get_reusable_executor().shutdown(wait=True)
     for _ in range(2):
         state = ProcessState()

@@ -25,7 +25,7 @@ from benchmarks.data.exports.exporter import export
 from benchmarks.data.sequences import _bytes_of, read_collections
 from benchmarks.judges.frame_out.metrics import localisation
 from benchmarks.judges.tracker_speed import TIMES
-from benchmarks.run.outcome import ContestantWarning
+from benchmarks.run.outcome import TrackerWarning
 from tests.benchmarks.data.exports.painted_scene import FRAMES as PAINTED_FRAMES
 from tests.benchmarks.data.exports.painted_scene import WIDTH_PX, painted_data_set, truths
 from tests.benchmarks.data.written_sequences import AWAY, FRAMES, lines_of, true_boxes, write_lines, write_otb
@@ -270,7 +270,7 @@ def test_a_bad_sequence_is_named_and_the_rest_is_scored(tmp_path: Path) -> None:
     boxes = cars / "Car3" / "groundtruth_rect.txt"
     boxes.write_text(boxes.read_text() + "1,1,2,2\n")
     given: dict[str, Any] = {"real": cars, "trackers": "fake_stays", "out": tmp_path / "out", "workers": 0}
-    with pytest.warns(ContestantWarning, match=r"Car[23]/"):
+    with pytest.warns(TrackerWarning, match=r"Car[23]/"):
         outcome = python_bench("frame-out", **given).outcome
     assert list(outcome.problems_in_words("nothing")) == [
         "error: Car3/groundtruth_rect.txt: expected 12 boxes, one a picture, got 13",

@@ -1,4 +1,4 @@
-"""Which controllers steer by default, and who is blamed for the end of a process."""
+"""Which controllers steer by default, and whose failure the end of a process is."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from benchmarks.run.episodes import simulated
 from benchmarks.run.failures import ENDED_PROCESS
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.notes import read_note
-from benchmarks.run.selection import Asked, choices, default_controllers, tracker_named
+from benchmarks.run.selection import Selection, choices, default_controllers, tracker_named
 from scenarios import catalog
 from tests.benchmarks.run.fake_steering import NothingToSet, RaisingController
 from tests.fakes_scenario import FAKE_TOWN
@@ -23,9 +23,9 @@ from trackers.types import CameraCommand, Estimate, Observation
 
 def test_all_controllers_of_the_carrier_steer_by_default() -> None:
     scenario = "road-town-v2"
-    (party,) = choices(suite("follow"), Asked(scenarios=(scenario,)), variants=False)
-    assert {"hold", "centre", "search", "reentry"} <= set(party.controllers)
-    assert party.controllers == default_controllers(catalog.scenario(scenario))
+    (choice,) = choices(suite("follow"), Selection(scenarios=(scenario,)), variants=False)
+    assert {"hold", "centre", "search", "reentry"} <= set(choice.controllers)
+    assert choice.controllers == default_controllers(catalog.scenario(scenario))
 
 
 def test_ablations_steer_only_if_they_are_asked_for() -> None:

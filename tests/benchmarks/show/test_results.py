@@ -73,7 +73,7 @@ def test_means_of_the_table_are_those_of_the_summary(results: Results) -> None:
     assert set(others["other"]) == set(TRACKERS) - {"sharp"}
 
 
-def test_a_plot_of_a_metric_has_a_dot_with_its_interval_for_each_contestant(results: Results) -> None:
+def test_a_plot_of_a_metric_has_a_dot_with_its_interval_for_each_tracker(results: Results) -> None:
     figure = results.plot("recovery_rate")
     assert isinstance(figure, Figure)
     (axes,) = figure.axes
@@ -98,7 +98,7 @@ def test_the_best_stands_above_whatever_is_better(results: Results) -> None:
     assert ideal.get_xlabel() == "coverage 95, ideal: 95.0 %, 95 % intervals"
 
 
-def test_a_contestant_without_a_mean_is_named_below_the_others(results: Results) -> None:
+def test_a_tracker_without_a_mean_is_named_below_the_others(results: Results) -> None:
     summary = json.loads((results.directory / "summary.json").read_text())
     shown = [entry for entry in summary if entry["metric"] == "recovery_rate"]
     nothing = dict.fromkeys(("mean", "ci_low", "ci_high"))
@@ -109,7 +109,7 @@ def test_a_contestant_without_a_mean_is_named_below_the_others(results: Results)
     assert [name for name, values in chart.lines.items() if not values] == list(chart.lines)[-2:]
 
 
-def test_contestants_of_several_conditions_are_told_apart(results: Results) -> None:
+def test_trackers_of_several_conditions_are_told_apart(results: Results) -> None:
     summary = json.loads((results.directory / "summary.json").read_text())
     both = [*summary, *(entry | {"preset": "hard"} for entry in summary)]
     chart, styles = metric_chart(both, "recovery_rate")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.suite import suite
 from benchmarks.run.guards import GuardedTracker
-from benchmarks.run.selection import Asked, choices
+from benchmarks.run.selection import Selection, choices
 from benchmarks.run.time_limit import TooSlow, at_most
 from scenarios.loop import FromPictures
 from tests.benchmarks.fake_episode import FakeEpisode
@@ -200,11 +200,11 @@ def test_default_runs_take_it_where_its_interpreter_exists(tmp_path: Path, monke
             fake(tmp_path, monkeypatch)
         else:
             monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
-        [party] = choices(frame_out, Asked(), variants=False)
-        assert ("opencv_csrt" in party.trackers) == present
+        [choice] = choices(frame_out, Selection(), variants=False)
+        assert ("opencv_csrt" in choice.trackers) == present
     monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
-    [party] = choices(frame_out, Asked(trackers=("opencv_csrt",)), variants=False)
-    assert party.trackers == ("opencv_csrt",)
+    [choice] = choices(frame_out, Selection(trackers=("opencv_csrt",)), variants=False)
+    assert choice.trackers == ("opencv_csrt",)
 
 
 def test_the_child_hands_pictures_to_opencv(monkeypatch: pytest.MonkeyPatch) -> None:

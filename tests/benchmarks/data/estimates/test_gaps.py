@@ -107,7 +107,7 @@ def kept(tmp_path: Path) -> tuple[Asks, GuardedTracker, Path]:
 def test_bridges_come_back_in_the_order_of_the_questions(kept: tuple[Asks, GuardedTracker, Path]) -> None:
     asks, guard, path = kept
     block = read_block(path)
-    (run,), (said,) = block.facts.runs, block.said
+    (run,), (said,) = block.facts.runs, block.answered
     assert (run.failed_at_frame, run.failed_in_the_end, run.bridges) == (None, 4, True)
     assert guard.failed_at_frame == 4
     gaps = iter(said.gaps)
@@ -138,6 +138,6 @@ def test_bridges_come_back_in_the_order_of_the_questions(kept: tuple[Asks, Guard
     ],
 )
 def test_a_judge_that_asks_in_another_way_gets_no_answer(kept: tuple[Asks, GuardedTracker, Path], asks: Any) -> None:
-    (said,) = read_block(kept[2]).said
+    (said,) = read_block(kept[2]).answered
     with pytest.raises(ValueError, match=r"estimates: expected an answer to the gap of .* asked otherwise"):
         asks(RecalledGapMethod(iter(said.gaps)))

@@ -75,7 +75,7 @@ def test_the_scores_would_find_out_tracks_that_move_as_the_fish_do() -> None:
     assert hota(frames) > 0.5
 
 
-def test_no_blind_contestant_follows_fish() -> None:
+def test_no_blind_tracker_follows_fish() -> None:
     """Those of the suite bridge gaps alone, and have no IDF1 or HOTA."""
     roles = {name: each.role for name, each in trackers_of("fish").items()}
     blind = {name for name, role in roles.items() if role == "blind"}

@@ -19,7 +19,7 @@ from benchmarks.cli.main import main
 from benchmarks.contract.suite import suite
 from benchmarks.contract.track_table import TrackTable
 from benchmarks.judges.tracker_speed import TIMES
-from benchmarks.run.outcome import ContestantWarning
+from benchmarks.run.outcome import TrackerWarning
 from benchmarks.run.process_state import ProcessState
 from benchmarks.show.results import Results
 from tests.benchmarks.data.written_tracks import write_tracks
@@ -184,7 +184,7 @@ def short_files(tmp_path: Path) -> dict[str, Path]:
 def test_what_cannot_be_used_is_named_and_the_rest_is_scored_once(short_files: dict[str, Path], tmp_path: Path) -> None:
     out = tmp_path / "out"
     for resumed in (0, 2):
-        with pytest.warns(ContestantWarning, match=r"broken.csv|short"):
+        with pytest.warns(TrackerWarning, match=r"broken.csv|short"):
             outcome = on_real(out, *short_files.values()).outcome
         assert outcome.unusable == [
             "broken.csv: expected numbers in column x1, got others: could not convert string to float: 'left'",
@@ -241,10 +241,10 @@ def test_a_gap_method_is_dropped_before_what_it_has_left_is_looked_for(
 @pytest.mark.heavy
 def test_a_gap_method_that_ends_its_process_costs_its_own_rows(short_files: dict[str, Path], tmp_path: Path) -> None:
     path = short_files["monday"]
-    with pytest.warns(ContestantWarning, match="fake_dies failed in real trajectories: ended its"):
+    with pytest.warns(TrackerWarning, match="fake_dies failed in real trajectories: ended its"):
         on_real(tmp_path / "both", path, trackers=("fake_dies", "fake_holds"), workers=1)
     on_real(tmp_path / "one", path, workers=1)
     beside = [row | {"seconds": 0} for row in rows_of(tmp_path / "both") if row["tracker"] == "fake_holds"]
     assert beside == [row | {"seconds": 0} for row in rows_of(tmp_path / "one")]
-    with pytest.warns(ContestantWarning, match=r"\(in an earlier run, whose rows are kept"):
+    with pytest.warns(TrackerWarning, match=r"\(in an earlier run, whose rows are kept"):
         assert on_real(tmp_path / "both", path, trackers=["fake_dies"], workers=1).outcome.episodes == 0

@@ -140,7 +140,7 @@ def test_a_pair_with_a_blind_tracker_is_blind_whatever_steers(tmp_path: Path) ->
     competitors, references = page.split('<tbody class="apart">')[:2]
     assert "blind_straight" not in competitors
     assert "blind_straight" in references
-    assert "Blind contestants get no picture" in references
+    assert "Blind trackers get no picture" in references
 
 
 @pytest.mark.heavy
@@ -181,7 +181,7 @@ def made_up(controller: str, tracker: str, seed: int, time_in_view: float) -> li
 
 @pytest.mark.heavy
 def test_paired_differences_are_right_on_made_up_rows(tmp_path: Path) -> None:
-    """Episodes differ more than contestants do: unpaired, no difference would be significant."""
+    """Episodes differ more than trackers do: unpaired, no difference would be significant."""
     better_by = {"hold": 0.0, "centre": 0.1, "fake_ours": 0.15, "policy:mine": 0.2}
     for seed in range(12):
         for controller, better in better_by.items():

@@ -92,7 +92,7 @@ def test_errors_of_who_had_the_car_at_the_exit_stand_apart() -> None:
 
 
 def test_one_that_is_told_the_state_on_the_first_frame_outside_had_the_car() -> None:
-    """Blind contestants and oracles; a car on the last frame before the exit is had too, two frames before not."""
+    """Blind trackers and oracles; a car on the last frame before the exit is had too, two frames before not."""
     states = ["in", "partial", "out", "out", "in"]
     assert errors_of(states, [50.0, 50.0, 0.0, 9.0, 9.0])["had"] == [(1.0, 1.0)]
     assert errors_of(states, [50.0, 0.0, 50.0, 9.0, 9.0])["had"] == [(1.0, 1.0)]

@@ -43,7 +43,7 @@ def test_what_lasts_longer_than_any_that_the_preset_draws_is_long() -> None:
 
 
 def test_the_longest_is_that_of_the_set_path_of_the_preset() -> None:
-    """In closed loop the length of a frame-out is the contestant's doing."""
+    """In closed loop the length of a frame-out is the tracker's doing."""
     assert isinstance(RoadTownEpisode.preset, property)
     start = Start(CameraModel(100, 80, 100.0), box_xyxy=np.zeros(4))
     for preset, closed_loop, longest_frames in (

@@ -49,10 +49,10 @@ def test_it_decides_as_the_tracker_does() -> None:
 
 
 def test_parameters_are_the_tracker_s() -> None:
-    for (of, count), entrant in TAUGHT_BY_FEW.items():
-        assert entrant.parameters == registry.entry(of).parameters()
-        assert (entrant.name, count in COUNTS) == (f"{of}_{count}_pictures", True)
-        assert entrant.suites == registry.entry(of).suites
+    for (of, count), spec in TAUGHT_BY_FEW.items():
+        assert spec.parameters == registry.entry(of).parameters()
+        assert (spec.name, count in COUNTS) == (f"{of}_{count}_pictures", True)
+        assert spec.suites == registry.entry(of).suites
 
 
 def rows(found: int, seed: int) -> list[dict[str, Any]]:

@@ -173,7 +173,7 @@ def test_chance_is_taken_off_as_for_guesses() -> None:
 
 
 def test_every_episode_has_its_own_shifts() -> None:
-    """Episodes of equal length differ in the draws, and the contestants of one do not."""
+    """Episodes of equal length differ in the draws, and the trackers of one do not."""
     rates = []
     for height_m in (1.80, 1.81, 1.82, 1.83, 1.80):
         person = standing("person", (10.0, 3.0), range(20, 40), size_m=(0.4, 0.5, height_m))

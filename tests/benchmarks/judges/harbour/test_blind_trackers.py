@@ -1,4 +1,4 @@
-"""In the ranking figure of the harbour contestants without pictures are far below the paper's method."""
+"""In the ranking figure of the harbour trackers without pictures are far below the paper's method."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ BLIND, WRITTEN = ("harbour_blind", "harbour_posts"), "eigen_swarm"
 SEEDS = {"standard": range(3), "hard": range(1), "paper-d": range(1)}
 
 
-def test_all_blind_contestants_are_examined() -> None:
+def test_all_blind_trackers_are_examined() -> None:
     roles = {name: each.role for name, each in trackers_of("harbour").items()}
     assert {name for name, role in roles.items() if role == "blind"} == set(BLIND)
     assert {name for name, role in roles.items() if role == "as-written"} == {WRITTEN}
