@@ -1,13 +1,17 @@
-"""Arguments shared by commands: lists of names, ranges of seeds."""
+"""What commands share: lists of names, ranges of seeds, ``--modules``, the message about rows that are ignored."""
 
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
 
 import tyro
 
-from benchmarks.contract.rows import TEST_SPLIT
+from benchmarks.contract.rows import FILE_NAME, TEST_SPLIT, read
 from sim.checks import check
 
 # The help texts of these name the default themselves.
@@ -55,3 +59,28 @@ def development_seeds(text: str, parameter: str = "seeds") -> range:
     seeds = seed_range(text, parameter)
     check(parameter, seeds.stop <= TEST_SPLIT.start, f"development seeds, below {TEST_SPLIT.start}", repr(text))
     return seeds
+
+
+@dataclass(frozen=True, kw_only=True)
+class WithModules:
+    """A command that knows users' own trackers, controllers, scenarios, metrics and so on.
+
+    Attributes:
+        modules: your own Python modules, by name or as files (my_tracker.py), imported first; they register trackers,
+            controllers, scenarios, metrics and so on.
+    """
+
+    modules: Annotated[tuple[str, ...], NAMES] = ()
+
+
+def report_ignored_rows(directory: Path) -> None:
+    """Report on stderr how many lines of a folder's rows belong to no whole block, if any.
+
+    Raises:
+        ValueError: if the directory holds no records.
+    """
+    contents = read(directory)
+    broken, replaced = len(contents.broken), len(contents.replaced)
+    if broken or replaced:
+        which = f"{broken} that are no rows, {replaced} of episodes that were cut off or made again later"
+        print(f"note: ignored {broken + replaced} lines of {directory / FILE_NAME}: {which}", file=sys.stderr)

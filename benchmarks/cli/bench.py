@@ -21,17 +21,17 @@ from benchmarks.cli.arguments import (
     ONE_NAME,
     SEEDS,
     WORKERS,
+    WithModules,
     names,
     seed_range,
 )
 from benchmarks.cli.bench_function import bench, check_suites, stored_seeds
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.printing import trackers_print_to_stderr
-from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.judging import USUAL_RATE_HZ
-from benchmarks.contract.printable import printable
 from benchmarks.contract.rows import REAL, read_rows
 from benchmarks.contract.suite import DEFAULT, Suite, check_metrics, suite
+from benchmarks.contract.text import printable
 from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.result_folder import check_file
 from benchmarks.run.selection import Selection

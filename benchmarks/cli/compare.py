@@ -12,9 +12,7 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.cli.arguments import NAMES, ONE_NAME, names
-from benchmarks.cli.ignored_rows import report_ignored_rows
-from benchmarks.cli.with_modules import WithModules
+from benchmarks.cli.arguments import NAMES, ONE_NAME, WithModules, names, report_ignored_rows
 from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import REAL, Row, read_rows
 from benchmarks.contract.suite import DEFAULT, EventWords, suite

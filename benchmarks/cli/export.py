@@ -7,8 +7,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from benchmarks.cli.arguments import FOLDER, ONE_NAME
-from benchmarks.cli.with_modules import WithModules
+from benchmarks.cli.arguments import FOLDER, ONE_NAME, WithModules
 from benchmarks.contract.text import counted
 from benchmarks.run.packages import needs_data
 

@@ -20,10 +20,10 @@ from benchmarks.cli.arguments import (
     SIZE,
     USUAL_SEEDS,
     WORKERS,
+    WithModules,
     names,
     seed_range,
 )
-from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.text import counted
 from benchmarks.run.editions import package_versions, preset_edition
 from benchmarks.run.packages import needs_data

@@ -11,8 +11,7 @@ from typing import Annotated, Any
 from rich import box
 from rich.table import Table
 
-from benchmarks.cli.arguments import SEEDS, check_unset, seed_range
-from benchmarks.cli.with_modules import WithModules
+from benchmarks.cli.arguments import SEEDS, WithModules, check_unset, seed_range
 from benchmarks.contract.suite import Suite, suites
 from benchmarks.run.editions import preset_edition
 from benchmarks.run.selection import trackers_of

@@ -1,4 +1,7 @@
-"""The command ``frameout``: selects the sub-command, parses its arguments and reports wrong ones in one line."""
+"""The command ``frameout``: selects the sub-command, parses its arguments and reports wrong ones in one line.
+
+So it reports faults of users' own code in worker processes, e.g. of a street pattern, without joblib's traceback.
+"""
 
 from __future__ import annotations
 
@@ -17,15 +20,18 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, takewhile
+from pathlib import Path
 from typing import ClassVar, Protocol, get_args, get_type_hints
 
 import tyro
 
-from benchmarks.cli.own_faults import workers_fault
 from benchmarks.cli.printing import trackers_print_to_stderr
 from benchmarks.run.arithmetic import missing_settings
-from benchmarks.run.own_modules import ROOT, foreign_packages, load_modules
+from benchmarks.run.own_modules import ROOT, foreign_packages, is_users, load_modules
 from sim.checks import check_choice, nearest, suggestion
+
+_FRAME = re.compile(r'File "([^"]+)", line (\d+), in ')
+"""A line of a traceback in text: file and line."""
 
 
 @dataclass(frozen=True)
@@ -280,6 +286,20 @@ def _overview(program: Program) -> str:
     width = max(map(len, program.commands))
     lines = [f"  {name:<{width}}  {summary}" for name, (_, summary) in program.commands.items()]
     return "\n".join([f"usage: {program.name} COMMAND …", "", program.about, "", *lines]) + program.ending
+
+
+def workers_fault(error: BaseException) -> str | None:
+    """Return an error of a worker process in one line, with the last line of a user's code on the way to it.
+
+    None for an error of this process, or one without such a line.
+    """
+    cause = error.__cause__
+    frames = _FRAME.findall(str(cause)) if type(cause).__name__ == "_RemoteTraceback" else []
+    own = [frame for frame in frames if is_users(frame[0])]
+    if not own:
+        return None
+    file, line = own[-1]
+    return f"{Path(file).name}, line {line}: {type(error).__name__}: {error}"
 
 
 if __name__ == "__main__":

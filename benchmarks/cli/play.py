@@ -8,9 +8,8 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import FOLDER, ONE_NAME, SEEDS, seed_range
+from benchmarks.cli.arguments import FOLDER, ONE_NAME, SEEDS, WithModules, seed_range
 from benchmarks.cli.leaderboard import print_leaderboard
-from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import controllers_suite
 from benchmarks.learning import playing
 from benchmarks.run.result_folder import make_folder

@@ -9,8 +9,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, FILE, ONE_NAME
-from benchmarks.cli.with_modules import WithModules
+from benchmarks.cli.arguments import COUNT, FILE, ONE_NAME, WithModules
 from benchmarks.contract.suite import suites
 from benchmarks.run.jobs import Job
 from benchmarks.run.selection import job_on, trackers_in

@@ -9,10 +9,8 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import FOLDER, NAMES, WORKERS, names
-from benchmarks.cli.ignored_rows import report_ignored_rows
+from benchmarks.cli.arguments import FOLDER, NAMES, WORKERS, WithModules, names, report_ignored_rows
 from benchmarks.cli.leaderboard import print_leaderboard
-from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.suite import check_metrics
 from benchmarks.contract.text import counted
 from benchmarks.run.packages import needs_data

@@ -8,8 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import FILE
-from benchmarks.cli.with_modules import WithModules
+from benchmarks.cli.arguments import FILE, WithModules
 from benchmarks.run.packages import needs_data
 from benchmarks.run.result_folder import check_file
 from trackers.atomic_file import write_atomic

@@ -12,8 +12,16 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, FOLDER, ONE_NAME, USUAL_SEEDS, VALUES, development_seeds, seed_range
-from benchmarks.cli.with_modules import WithModules
+from benchmarks.cli.arguments import (
+    COUNT,
+    FOLDER,
+    ONE_NAME,
+    USUAL_SEEDS,
+    VALUES,
+    WithModules,
+    development_seeds,
+    seed_range,
+)
 from benchmarks.contract.text import counted
 from benchmarks.learning.judging import Judging
 from benchmarks.learning.model_check import as_table, model_check

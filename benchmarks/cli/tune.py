@@ -20,12 +20,12 @@ from benchmarks.cli.arguments import (
     ONE_NAME,
     USUAL_SEEDS,
     WORKERS,
+    WithModules,
     check_unset,
     development_seeds,
     names,
     seed_range,
 )
-from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.rows import TEST_SPLIT
 from benchmarks.contract.suite import Scene, controllers_suite, suite
 from benchmarks.contract.text import counted

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT
-from benchmarks.cli.with_modules import WithModules
+from benchmarks.cli.arguments import COUNT, WithModules
 from benchmarks.contract.text import counted
 from benchmarks.run.packages import needs_data
 from benchmarks.show.progress import progress_bar

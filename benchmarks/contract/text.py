@@ -1,7 +1,8 @@
-"""Text of numbers in tables."""
+"""Text that is printed: numbers of tables, and names of files."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 
 _SIGNS = {"fraction": "%", "1": "", "1/s": "/s", "1/min": "/min", "1/h": "/h"}
@@ -58,3 +59,8 @@ def ranges_text(numbers: Iterable[int]) -> str:
         else:
             runs.append([number, number])
     return ", ".join(f"{a:,}" if a == b else f"{a:,}–{b:,}" for a, b in runs)
+
+
+def printable(text: object) -> str:
+    r"""Return text or a path with the bytes of names that are not UTF-8 as escapes, e.g. ``M\xe4nn``."""
+    return os.fsencode(str(text)).decode(errors="backslashreplace")

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any, Final, Literal, NoReturn
 
 from benchmarks.contract.judging import USUAL_RATE_HZ, Judge, Recording, UnreadableSequence, check_no_layout
-from benchmarks.contract.printable import printable
 from benchmarks.contract.rows import REAL, Row
 from benchmarks.contract.suite import Suite, suites
+from benchmarks.contract.text import printable
 from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode, read_collections
 from benchmarks.data.tracks import read_each
 from scenarios.command_link import CommandLink

@@ -46,7 +46,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import USUAL_RATE_HZ, UnreadableSequence
-from benchmarks.contract.printable import printable
+from benchmarks.contract.text import printable
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from sim.checks import check

@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.printable import printable
+from benchmarks.contract.text import printable
 from benchmarks.contract.track_table import TrackTable
 from sim.checks import check
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import inf
 from typing import Any
 
 from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity
-from benchmarks.contract.suite import Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.contract.suite import EventWords, Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.contract.text import counted, lengths_text
 from benchmarks.judges import in_view
-from benchmarks.judges.follow.events import EVENTS
 from benchmarks.judges.follow.judge import FollowJudge
 from benchmarks.judges.follow.metrics import following
 from benchmarks.judges.follow.references import ORACLE
@@ -18,6 +18,24 @@ from benchmarks.judges.recovery import recovery_times
 from benchmarks.judges.tracker_speed import SPEED
 from benchmarks.judges.view_time import LOSS_S, LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN, Loss
 from benchmarks.statistics.pooling import RestrictedMean
+
+
+def _describe(losses: Sequence[dict[str, Any]]) -> str:
+    if not losses:
+        return f"no losses: the target was never out of view for longer than {LOSS_S:g} s"
+    lengths = [each["length_frames"] for each in losses]
+    never = sum(each["back_frame"] is None for each in losses)
+    return f"{counted(len(losses), 'loss', 'losses')} of {lengths_text(lengths)}, {never} of them to the end"
+
+
+EVENTS = EventWords(
+    name="losses",
+    key="event",
+    # Losses depend on the controller, so trackers are compared over whole episodes only.
+    tests={},
+    describe=_describe,
+)
+
 
 _WITHOUT_PICTURES = TuningEpisodes(seeds=range(64), fresh=8)
 """Without pictures episodes are cheap; those that check the best setting have pictures."""

@@ -17,9 +17,9 @@ from joblib.externals.loky import get_reusable_executor
 
 from benchmarks.cli import main as cli
 from benchmarks.cli import tune as tune_command
+from benchmarks.cli.arguments import WithModules
 from benchmarks.cli.main import main
 from benchmarks.cli.tune import Tune
-from benchmarks.cli.with_modules import WithModules
 from benchmarks.contract.rows import read_rows
 from benchmarks.learning.tuning import Budget, Tuned
 from benchmarks.run.editions import tracker_edition

@@ -9,8 +9,7 @@ from typing import Any
 import pytest
 from joblib.externals.loky import get_reusable_executor
 
-from benchmarks.cli.main import main
-from benchmarks.cli.own_faults import workers_fault
+from benchmarks.cli.main import main, workers_fault
 from benchmarks.cli.report import Report
 from benchmarks.run.workers import in_processes
 

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks.judges.gospa import gospa
+from benchmarks.judges.harbour.identity_scores import gospa
 from tests.benchmarks.judges.record_stone_soup import FILE, distances, frames
 
 RECORDED = json.loads(FILE.read_text())
