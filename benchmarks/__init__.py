@@ -30,7 +30,6 @@ _HOMES = {
     "read_rows": "benchmarks.contract.rows",
     "TrackTable": "benchmarks.contract.track_table",
     "read_tracks": "benchmarks.data.tracks",
-    "write_tracks": "tests.benchmarks.data.written_tracks",
 }
 """Public name -> module that defines it."""
 __all__ = tuple(_HOMES)

@@ -67,7 +67,7 @@ class ManyLoopTracker(LoopTracker, Protocol):
 
 
 class FromPictures:
-    """A tracker of one target as a tracker: it receives a frame's observation, never its truth."""
+    """Gives a ``Tracker`` of one target the observation of each frame, never its truth; see ``LoopTracker``."""
 
     def __init__(self, tracker: Tracker) -> None:
         self._tracker = tracker
@@ -87,7 +87,7 @@ class FromPictures:
 
 
 class ManyFromPictures:
-    """A tracker of many targets as a tracker, see ``FromPictures``."""
+    """The same for a ``MultiTracker``, whose tracks are the answer."""
 
     def __init__(self, tracker: MultiTracker) -> None:
         self._tracker = tracker

@@ -98,9 +98,11 @@ class Objects:
         """
         count = len(self.names)
         boxes = amodal_boxes(camera, T_world_camera, self._outline, self.T_world_object)
+        boxes[~self.present] = np.nan
         fraction = np.full(count, np.nan)
         if seen is not None and in_full is not None:
-            for k in np.flatnonzero(in_full).tolist():
+            fraction[in_full] = 0.0
+            for k in np.flatnonzero(in_full & self.present).tolist():
                 body, pose = self.bodies[k], self.T_world_object[k]
                 fraction[k] = visible_fraction(seen, camera, T_world_camera, body.mesh, pose, body.index, boxes[k])
         return Labels(self._centres_px(camera, T_world_camera), boxes, fraction, np.full(count, -1), np.zeros(count))

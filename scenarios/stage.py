@@ -138,7 +138,11 @@ class Stage(ABC):
 
     @abstractmethod
     def _move_to(self, frame: int) -> None:
-        """Set objects, other bodies, light and camera to a frame."""
+        """Set objects, other bodies, light and camera to a frame.
+
+        It is called several times for the same frame, so it must not advance anything: what a command changes belongs
+        in ``_obey``.
+        """
 
     def _own_truth(self, capture: Capture[Any], labels: Labels) -> dict[str, Any]:
         """Return the fields of truth that the scene adds, by name, and those that it states in another way."""

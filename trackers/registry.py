@@ -265,7 +265,7 @@ def entries() -> dict[str, TrackerEntry]:
     order = {module: place for place, module in enumerate(_MODULES)}
     for module in _MODULES:
         importlib.import_module(module)
-    return dict(sorted(_ENTRIES.items(), key=lambda item: order.get(_home(item[0]), len(order))))
+    return dict(sorted(_ENTRIES.items(), key=lambda item: order.get(item[1].tracker.__module__, len(order))))
 
 
 def entry_or_none(name: str) -> TrackerEntry | None:

@@ -30,10 +30,18 @@ from benchmarks.run.keeping import Keeper
 from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
-from benchmarks.run.selection import Registered, Selection, choices, experiment_on, tracker_named, trackers_of
+from benchmarks.run.selection import (
+    Registered,
+    Selection,
+    choices,
+    experiment_on,
+    registered,
+    trackers_of,
+)
 from benchmarks.run.workers import cores
 from benchmarks.show.results import Results
 from sim.checks import check
+from trackers.registry import entry
 
 if TYPE_CHECKING:
     from benchmarks.data.sets.request import Request
@@ -108,7 +116,7 @@ def bench(
     check("seeds", given_seeds, "range(A, B)", repr(seeds))
     own_modules = (modules,) if isinstance(modules, str) else tuple(modules)
     load_modules(own_modules)
-    wanted = registry.suite(suite) if isinstance(suite, str) else suite
+    wanted = registry.suite(suite if isinstance(suite, str) else suite.name)
     selection = Selection(
         scenarios=_several("scenario", scenario),
         presets=_several("preset", preset),
@@ -227,7 +235,7 @@ def _trackers_on_real(wanted: Suite, names: tuple[str, ...], *, quick: bool) -> 
         for name in names:
             check("trackers", name in ours, expected, repr(name))
     able = (name for name, each in ours.items() if not each.missing() and not (quick and each.role == "variant"))
-    chosen = {name: tracker_named(name) for name in names or able}
+    chosen: dict[str, TrackerSpec] = {name: registered(entry(name)) for name in names or able}
     _check_usable(chosen)
     return chosen
 

@@ -84,11 +84,11 @@ Rows of suite ``frame-out`` about the whole episode: ``coverage_50/90/95`` and `
 tracker without a posterior in the episode; for others a frame without one is a miss, with the capped NEES),
 ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5 %, 5-10 % … of the
 posterior; flat = calibrated), ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``, ``precision_curve``
-and ``recall_curve`` (*series* over ``metrics.long_term.THRESHOLDS``), ``centre_error_px``, ``precision_20_px``,
+and ``recall_curve`` (*series* over ``statistics.long_term.THRESHOLDS``), ``centre_error_px``, ``precision_20_px``,
 ``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``), ``time_seen``, ``time_in_view``
-and ``losses_per_minute`` (closed loop only, see ``scores.view_time``), ``run_kept`` (1 if every frame-out that can be
-judged was kept), ``silent_frames``, the times (see ``guards.times``), ``failed_at_frame`` (only if the tracker
-failed), ``frames``. For real sequences see ``frame_out.real``.
+and ``losses_per_minute`` (closed loop only, see ``judges.view_time``), ``run_kept`` (1 if every frame-out that can be
+judged was kept), ``silent_frames``, the times (see ``judges.tracker_speed.times``), ``failed_at_frame`` (only if the
+tracker failed), ``frames``. For real sequences see ``frame_out.real``.
 
 Rows of suite ``stereo`` about events, see ``metrics.people`` for the classes of frames:
 
@@ -117,14 +117,14 @@ GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while 
 Rows of suite ``fish`` are defined in its modules: ``judge.chain_scores``, ``link_scores``, ``gap_scores``, ``motion``,
 ``timelines``; ``_at_once`` marks immediate answers; of suite ``harbour``: ``found``, ``alarms``, ``sizes`` ….
 
-Rows of suite ``follow``, formulas in ``metrics.following`` and ``scores.view_time``; about a loss: ``recovery_frames``
+Rows of suite ``follow``, formulas in ``metrics.following`` and ``judges.view_time``; about a loss: ``recovery_frames``
 (from leaving view to being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end);
 about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_per_minute``, ``centring_error``,
 ``effort``, ``jerkiness_per_s``, ``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, people's
 ``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``; of the tracker's answers ``in_view_tpr``,
 ``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then the times of the tracker,
 ``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
-Beside it lie ``summary.json``, ``comparisons.json`` (``scores.summary``), the report, ``estimates`` if asked for.
+Beside it lie ``summary.json``, ``comparisons.json`` (``statistics.summary``), the report, ``estimates`` if asked for.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Suites by name: each combines scenarios, presets, a judge and metrics. How it is shown: ``benchmarks.show.showing``.
 
-A suite's module registers it, ``register_suite(Suite(...))``. Code that runs, pools, compares or reports looks suites
-up here and names none.
+A suite's module registers it, ``register_suite(Suite(...))``. A run receives its suite; what pools, compares
+and reports looks it up by the name in rows.
 """
 
 from __future__ import annotations

@@ -576,7 +576,7 @@ def controller_scores(name: str, budget: ControllerBudget, failures: list[Failur
         episode_bank(budget.scenario, scene.presets[budget.preset], seeds, budget.cache)
         labelled = partial(_labelled_score, entry, dataclasses.replace(budget, seeds=seeds))
         try:
-            return dict(in_processes(labelled, settings.items(), budget.workers))
+            return dict(in_processes(labelled, settings.items(), budget.workers, modules=lambda each: budget.modules))
         except BrokenProcessPool:
             raise ChildProcessError(f"{name}: it ended a worker process; the same command continues") from None
 

@@ -31,7 +31,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -43,9 +43,6 @@ from scenarios.scenario import Scenario
 from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry
 from trackers.controllers.policy import load_policy, policy_path
 
-if TYPE_CHECKING:
-    pass
-
 Editions = dict[str, str]
 """Part of a row -> what made it."""
 _PACKAGES = {"numpy": "numpy", "numba": "numba", "opencv": "opencv-python-headless"}
@@ -56,7 +53,7 @@ _DIGITS = 10
 
 def scene_edition(scenario: Scenario, configuration: Any) -> str:
     """Return the edition of a configuration of a scenario."""
-    return _words(scenario.id, digest_of(configuration), own_code(type(scenario).__module__))
+    return _words(scenario.id, digest_of(configuration), own_code(scenario.stage.__module__))
 
 
 def preset_edition(scenario: str, preset: str) -> str:

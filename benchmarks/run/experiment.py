@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -13,8 +13,8 @@ from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, Row
 from benchmarks.contract.suite import Suite
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
-from benchmarks.run.editions import Editions
-from benchmarks.run.episodes import EpisodeSpec, editions_of
+from benchmarks.run.editions import Editions, controller_edition, judge_edition, package_versions, tracker_edition
+from benchmarks.run.episodes import EpisodeSpec, Steering
 from benchmarks.run.failures import earlier, read_failures, write_failures
 from benchmarks.run.jobs import Job, key_of
 from benchmarks.run.keeping import Keeper
@@ -62,37 +62,44 @@ class Experiment:
         return len(self.episodes) * len(self.trackers)
 
     @cached_property
-    def _episodes_by_key(self) -> dict[BlockKey, EpisodeSpec]:
-        return {key_of(self.suite, each, ""): each for each in self.episodes}
+    def _editions(self) -> dict[BlockKey, Editions]:
+        """``editions`` of all blocks, read at once: users may edit their code while a run goes on."""
+        judge = judge_edition(self.suite)
+        trackers = {name: tracker_edition(each) for name, each in self.trackers.items()}
+        steered: dict[Steering | None, Editions] = {None: {}}
+        found = {}
+        for episode in self.episodes:
+            if episode.steering is not None and episode.steering not in steered:
+                steered[episode.steering] = controller_edition(episode.steering.entry)
+            made = package_versions(episode.renderer) | {"scene": episode.edition, "judge": judge}
+            for name, tracker in trackers.items():
+                key = key_of(self.suite, episode, name)
+                found[key] = made | {"tracker": tracker} | steered[episode.steering]
+        return found
 
     def made_now(self, key: BlockKey) -> Editions | None:
         """Return the present ``editions`` of a block; None for the blocks of others."""
-        episode = self._episodes_by_key.get(replace(key, tracker=""))
-        if episode is None or key.tracker not in self.trackers:
-            return None
-        return editions_of(self.suite, episode, self.trackers[key.tracker])
+        return self._editions.get(key)
 
     def jobs(self, out: Path | None = None, have: set[BlockKey] | frozenset[BlockKey] = frozenset()) -> Iterator[Job]:
-        """Yield a job for each episode on a set path, and for each tracker in each episode in closed loop, without what
-        there is already, ``have``.
+        """Yield a job for each episode with pictures on a set path, else for each tracker in it, without what there is
+        already, ``have``.
 
         Args:
             out: folder of the rows; None for a trial, whose rows have no editions.
         """
         for episode in self.episodes:
             left = [name for name in self.trackers if key_of(self.suite, episode, name) not in have]
-            for group in [left] if episode.steering is None else [[name] for name in left]:
+            together = episode.steering is None and (episode.scenario is not None or bool(episode.sequence))
+            for group in [left] if together else [[name] for name in left]:
                 if group:
-                    trackers = {name: self.trackers[name] for name in group}
-                    made = (
-                        {}
-                        if out is None
-                        else {name: editions_of(self.suite, episode, each) for name, each in trackers.items()}
-                    )
+                    made = {}
+                    if out is not None:
+                        made = {name: self._editions[key_of(self.suite, episode, name)] for name in group}
                     yield Job(
                         suite=self.suite,
                         episode=episode,
-                        trackers=trackers,
+                        trackers={name: self.trackers[name] for name in group},
                         modules=self.modules,
                         repeats=self.repeats,
                         limit_s=self.limit_s,

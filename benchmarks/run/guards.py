@@ -175,7 +175,7 @@ class GuardedTracker(Guard):
         self._follows = self._follows or any(revised or ())
         if self.gap_method is None or self.reason is not None:
             return Ending(self.failed_at_frame, revised, decides_at=self.decides_at)
-        bridges = partial(GuardedGapMethod, self.gap_method, self, self._frames)
+        bridges = partial(GuardedGapMethod, self.gap_method, self, max(self._frames, 1))
         return Ending(self.failed_at_frame, revised, bridges, self.decides_at)
 
     def scores(self) -> Iterator[Score]:

@@ -41,7 +41,7 @@ class Provenance:
 
 
 def provenance(rows: Sequence[Row]) -> Provenance:
-    """Return the provenance of the rows of one condition, see ``suites.registry.Condition``."""
+    """Return the provenance of the rows of one condition, see ``contract.suite.Condition``."""
     seeds = sorted({row["seed"] for row in rows})
     frames = {row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}
     unit, named = _names(rows, seeds)

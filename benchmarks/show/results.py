@@ -73,11 +73,11 @@ class Results:
         return lists_table(read_rows(self.directory))
 
     def summary(self) -> pd.DataFrame:
-        """Return means with 95 % intervals, a line for each condition, tracker and metric, see ``scores.summary``."""
+        """Return means with 95 % intervals, a line for each condition, tracker and metric: ``statistics.summary``."""
         return self._read(SUMMARY_FILE_NAME)
 
     def comparisons(self) -> pd.DataFrame:
-        """Return paired differences of ours and each other tracker, see ``scores.summary``."""
+        """Return paired differences of ours and each other tracker, see ``statistics.summary``."""
         return self._read(COMPARISONS_FILE_NAME)
 
     def plot(self, metric: str) -> ShownFigure:

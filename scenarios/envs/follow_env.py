@@ -126,7 +126,7 @@ class _NoTracker:
 
 
 class _EnvTracker:
-    """An env's tracker as a tracker; its exceptions become RuntimeErrors that name it."""
+    """Runs an env's tracker in the loop; its exceptions become RuntimeErrors that name it."""
 
     def __init__(self, tracker: Any, seed: int, start: Start) -> None:
         """``tracker`` is a name, or an object, which is copied so that no state carries over between episodes."""

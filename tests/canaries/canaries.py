@@ -248,24 +248,24 @@ def _course(episode: Stage) -> Iterator[Any]:
         yield episode.world.poses, episode._T_world_camera
 
 
-def digest_of_tracker(tracker: TrackerSpec) -> str:
+def digest_of_tracker(spec: TrackerSpec) -> str:
     """Return the digest of a tracker's answers on what its suite has to watch.
 
     Raises:
         ValueError: if it never answers, so that its digest tells nothing.
     """
-    judging = suite(next(name for name in WATCHED if name in tracker.suites))
+    judging = suite(next(name for name in WATCHED if name in spec.suites))
     stored = WATCHED[judging.name]
     episode = _Again(stored)
-    rng = tracker_stream(EPISODES[stored], tracker.name)
-    tracker = tracker.create(episode, catalog.scenario(stored), rng, many=judging.follows_many)
+    rng = tracker_stream(EPISODES[stored], spec.name)
+    tracker = spec.create(episode, catalog.scenario(stored), rng, many=judging.follows_many)
     if stored == "harbour":
         answers = list(_in_the_drawn_harbour(tracker))
     else:
         loop = Loop(episode, [tracker])
         answers = [loop.answers[0] for _ in loop.frames(count=WATCHED_FRAMES[stored])]
     bridges = isinstance(tracker, ManyLoopTracker) and tracker.gap_method() is not None
-    check("tracker", bridges or any(map(_says_something, answers)), "one that answers", repr(tracker.name))
+    check("tracker", bridges or any(map(_says_something, answers)), "one that answers", repr(spec.name))
     return digest([answers, *_hindsight(tracker)])
 
 

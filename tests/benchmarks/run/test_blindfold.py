@@ -99,20 +99,20 @@ def test_no_picture_and_no_reading_of_the_light_reach_it() -> None:
     assert spy.told_at_s == [frame.observation.time_s for frame in frames if is_told(frame)]
 
 
-@pytest.mark.parametrize("entrant", BLIND, ids=lambda spec: spec.name)
+@pytest.mark.parametrize("spec", BLIND, ids=lambda spec: spec.name)
 def test_noise_in_the_picture_changes_no_answer(spec: TrackerSpec) -> None:
     rng = np.random.default_rng(2)
     assert np.array_equal(answers(spec, [with_noise(frame, rng) for frame in FRAMES]), answers(spec, FRAMES))
 
 
-@pytest.mark.parametrize("entrant", BLIND, ids=lambda spec: spec.name)
+@pytest.mark.parametrize("spec", BLIND, ids=lambda spec: spec.name)
 def test_no_truth_reaches_it_between_exits(spec: TrackerSpec) -> None:
     rng = np.random.default_rng(3)
     frames = [frame if is_told(frame) else scrambled(frame, rng) for frame in FRAMES]
     assert np.array_equal(answers(spec, frames), answers(spec, FRAMES))
 
 
-@pytest.mark.parametrize("entrant", CARRYING, ids=lambda spec: spec.name)
+@pytest.mark.parametrize("spec", CARRYING, ids=lambda spec: spec.name)
 def test_the_state_at_the_exit_reaches_it(spec: TrackerSpec) -> None:
     said = answers(spec, FRAMES)
     for frame in FRAMES[1:]:
