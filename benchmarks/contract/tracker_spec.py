@@ -17,7 +17,7 @@ class TrackerSpec(ABC):
     """What is known of a tracker before it runs; workers receive it.
 
     Attributes:
-        name, role, summary, suites: see ``trackers.registry.TrackerEntry``; one that names no suite has the default one.
+        name, role, summary, suites: see ``trackers.registry.TrackerEntry``; without a suite, the default one.
         parameters: its settings.
         module: where it is defined. edition: of its answers, see ``registry.TrackerEntry``.
         reproducible: False if no seed reaches the method's own random numbers; it then runs several times.
