@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -62,24 +62,30 @@ class Experiment:
         return len(self.episodes) * len(self.trackers)
 
     @cached_property
-    def _editions(self) -> dict[BlockKey, Editions]:
-        """``editions`` of all blocks, read at once: users may edit their code while a run goes on."""
-        judge = judge_edition(self.suite)
-        trackers = {name: tracker_edition(each) for name, each in self.trackers.items()}
-        steered: dict[Steering | None, Editions] = {None: {}}
-        found = {}
-        for episode in self.episodes:
-            if episode.steering is not None and episode.steering not in steered:
-                steered[episode.steering] = controller_edition(episode.steering.entry)
-            made = package_versions(episode.renderer) | {"scene": episode.edition, "judge": judge}
-            for name, tracker in trackers.items():
-                key = key_of(self.suite, episode, name)
-                found[key] = made | {"tracker": tracker} | steered[episode.steering]
-        return found
+    def _code(self) -> tuple[str, dict[str, str], dict[Steering, Editions]]:
+        """Editions of judge, trackers and, as they are met, controllers: users may edit their code during a run."""
+        return judge_edition(self.suite), {name: tracker_edition(each) for name, each in self.trackers.items()}, {}
+
+    def _editions(self, episode: EpisodeSpec, tracker: str) -> Editions:
+        judge, trackers, controllers = self._code
+        packages = package_versions(episode.renderer)
+        made = packages | {"scene": episode.edition, "judge": judge, "tracker": trackers[tracker]}
+        if episode.steering is None:
+            return made
+        if episode.steering not in controllers:
+            controllers[episode.steering] = controller_edition(episode.steering.entry)
+        return made | controllers[episode.steering]
+
+    @cached_property
+    def _episodes_by_key(self) -> dict[BlockKey, EpisodeSpec]:
+        return {key_of(self.suite, each, ""): each for each in self.episodes}
 
     def made_now(self, key: BlockKey) -> Editions | None:
         """Return the present ``editions`` of a block; None for the blocks of others."""
-        return self._editions.get(key)
+        episode = self._episodes_by_key.get(replace(key, tracker=""))
+        if episode is None or key.tracker not in self.trackers:
+            return None
+        return self._editions(episode, key.tracker)
 
     def jobs(self, out: Path | None = None, have: set[BlockKey] | frozenset[BlockKey] = frozenset()) -> Iterator[Job]:
         """Yield a job for each episode with pictures on a set path, else for each tracker in it, without what there is
@@ -95,7 +101,7 @@ class Experiment:
                 if group:
                     made = {}
                     if out is not None:
-                        made = {name: self._editions[key_of(self.suite, episode, name)] for name in group}
+                        made = {name: self._editions(episode, name) for name in group}
                     yield Job(
                         suite=self.suite,
                         episode=episode,
