@@ -14,7 +14,7 @@ from benchmarks.contract.suite import Suite
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.editions import Editions, controller_edition, judge_edition, package_versions, tracker_edition
-from benchmarks.run.episodes import EpisodeSpec, Steering
+from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.failures import earlier, read_failures, write_failures
 from benchmarks.run.jobs import Job, key_of
 from benchmarks.run.keeping import Keeper
@@ -62,7 +62,7 @@ class Experiment:
         return len(self.episodes) * len(self.trackers)
 
     @cached_property
-    def _code(self) -> tuple[str, dict[str, str], dict[Steering, Editions]]:
+    def _code(self) -> tuple[str, dict[str, str], dict[str, Editions]]:
         """Editions of judge, trackers and, as they are met, controllers: users may edit their code during a run."""
         return judge_edition(self.suite), {name: tracker_edition(each) for name, each in self.trackers.items()}, {}
 
@@ -72,9 +72,9 @@ class Experiment:
         made = packages | {"scene": episode.edition, "judge": judge, "tracker": trackers[tracker]}
         if episode.steering is None:
             return made
-        if episode.steering not in controllers:
-            controllers[episode.steering] = controller_edition(episode.steering.entry)
-        return made | controllers[episode.steering]
+        if episode.steering.name not in controllers:
+            controllers[episode.steering.name] = controller_edition(episode.steering.entry)
+        return made | controllers[episode.steering.name]
 
     @cached_property
     def _episodes_by_key(self) -> dict[BlockKey, EpisodeSpec]:
