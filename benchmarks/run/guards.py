@@ -171,7 +171,9 @@ class GuardedTracker(Guard):
 
     def ending(self) -> Ending:
         """Return what is known of the tracker after the last frame; call once. It revises its answers here."""
-        revised = self.call(self._frames, "revision", self._revised, None) if self._many else None
+        # On tracks there are no frames: nothing was answered that it could revise.
+        revises = self._many and self._frames > 0
+        revised = self.call(self._frames, "revision", self._revised, None) if revises else None
         self._follows = self._follows or any(revised or ())
         if self.gap_method is None or self.reason is not None:
             return Ending(self.failed_at_frame, revised, decides_at=self.decides_at)
