@@ -156,10 +156,6 @@ class TrackerEntry(MethodEntry):
         """See ``MethodEntry``."""
         return self.tracker.Parameters  # type: ignore[attr-defined, no-any-return]
 
-    def available(self) -> bool:
-        """Return whether all that it needs is installed."""
-        return not self.missing()
-
     @property
     def follows_many(self) -> bool:
         """Whether the tracker is a ``MultiTracker``."""

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from benchmarks.contract import suite as registry
 from benchmarks.contract.judging import USUAL_RATE_HZ, check_no_layout
@@ -24,7 +24,7 @@ from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import DEFAULT, Suite
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
-from benchmarks.run.episodes import EpisodeSpec
+from benchmarks.run.episodes import Grid
 from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.keeping import Keeper
 from benchmarks.run.outcome import Outcome, TrackerWarning
@@ -203,7 +203,12 @@ def _experiments(
         names: Any = {"controllers": each.controllers or None, "link": link, "renderer": renderer}
         made = experiment_on(wanted, each.scenario, each.presets, each.trackers, seeds, **names, **how)
         _check_usable(made.trackers)
-        experiments.append(made if data is None else replace(made, episodes=_stored_episodes(data, made.episodes)))
+        if data is not None:
+            # Here, since it imports the packages of the extra.
+            from benchmarks.data.sets.benchmark import stored_specs
+
+            made = replace(made, episodes=stored_specs(data, cast(Grid, made.episodes)))
+        experiments.append(made)
     return experiments
 
 
@@ -250,14 +255,6 @@ def _damage_told(data: str | None) -> AbstractContextManager[None]:
     from benchmarks.data.sets.verifying import damage_told
 
     return damage_told(place_of(data)[1], "data")
-
-
-def _stored_episodes(data: str, episodes: Sequence[EpisodeSpec]) -> list[EpisodeSpec]:
-    """Return the stored episodes of a data set in place of rendered ones."""
-    # Here, since it imports the packages of the extra.
-    from benchmarks.data.sets.benchmark import stored_specs
-
-    return stored_specs(data, episodes)
 
 
 def _keeper() -> Keeper:

@@ -8,13 +8,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
-from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, Row
+from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, Row, read_blocks
 from benchmarks.contract.suite import Suite
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
-from benchmarks.run.editions import Editions, controller_edition, judge_edition, package_versions, tracker_edition
-from benchmarks.run.episodes import EpisodeSpec
+from benchmarks.run.editions import Editions
+from benchmarks.run.episodes import EpisodeSpec, editions_of
 from benchmarks.run.failures import earlier, read_failures, write_failures
 from benchmarks.run.jobs import Job, key_of
 from benchmarks.run.keeping import Keeper
@@ -62,19 +63,16 @@ class Experiment:
         return len(self.episodes) * len(self.trackers)
 
     @cached_property
-    def _code(self) -> tuple[str, dict[str, str], dict[str, Editions]]:
-        """Editions of judge, trackers and, as they are met, controllers: users may edit their code during a run."""
-        return judge_edition(self.suite), {name: tracker_edition(each) for name, each in self.trackers.items()}, {}
+    def _known(self) -> dict[tuple[Any, ...], Editions]:
+        return {}
 
     def _editions(self, episode: EpisodeSpec, tracker: str) -> Editions:
-        judge, trackers, controllers = self._code
-        packages = package_versions(episode.renderer)
-        made = packages | {"scene": episode.edition, "judge": judge, "tracker": trackers[tracker]}
-        if episode.steering is None:
-            return made
-        if episode.steering.name not in controllers:
-            controllers[episode.steering.name] = controller_edition(episode.steering.entry)
-        return made | controllers[episode.steering.name]
+        """Read once for each kind of episode, whatever its seed: users may edit their code during a run."""
+        which = episode.seed if episode.scenario is None else None
+        kind = (episode.preset, which, episode.steering and episode.steering.name, tracker)
+        if kind not in self._known:
+            self._known[kind] = editions_of(self.suite, episode, self.trackers[tracker])
+        return self._known[kind]
 
     @cached_property
     def _episodes_by_key(self) -> dict[BlockKey, EpisodeSpec]:
@@ -189,7 +187,8 @@ def _kept(experiment: Experiment, out: Path) -> tuple[set[BlockKey], list[str]]:
         episode = real.get((key.preset, key.seed))
         return episode is None or row.get("editions", {}).get("scene") != episode.edition
 
-    if count := sum(bool(each.sequence) for each in real.values()):
+    kept = read_blocks(out) if any(each.sequence for each in real.values()) else {}
+    if count := len({(key.preset, key.seed) for key in kept if key.suite == experiment.suite.name} & real.keys()):
         # All of their pictures are read, which takes minutes for large sets.
         print(f"note: comparing {counted(count, 'sequence')} with their rows …", file=sys.stderr, flush=True)
     seeds = None if real else {each.seed for each in experiment.episodes}

@@ -12,10 +12,9 @@ import cv2
 
 from benchmarks.contract.rows import REAL, BlockKey
 from benchmarks.run.own_inputs import COPY_IT
+from benchmarks.run.own_modules import is_users
 from trackers.atomic_file import write_atomic
 
-_ROOT = Path(__file__).parents[2]
-_PACKAGES = ("benchmarks", "scenarios", "sim", "trackers")
 ENDED_PROCESS = "ended its process (killed, crashed or stuck in compiled code)"
 """Reason of a failure that only the next attempt, in another process, can tell."""
 _LONGEST = 300
@@ -73,12 +72,8 @@ def reason_of(error: BaseException) -> str:
 def place_of(error: BaseException) -> str:
     """Return the innermost file and line in an error's traceback that are a user's own; empty if none are."""
     frames = traceback.extract_tb(error.__traceback__)
-    own = [each for each in frames if "site-packages" not in each.filename and not _is_ours(Path(each.filename))]
+    own = [each for each in frames if is_users(each.filename)]
     return f"{Path(own[-1].filename).name}, line {own[-1].lineno}" if own else ""
-
-
-def _is_ours(file: Path) -> bool:
-    return any(file.is_relative_to(_ROOT / package) for package in _PACKAGES)
 
 
 _EARLIER = "(in an earlier run, whose rows are kept; to run it again, choose another folder)"

@@ -48,7 +48,7 @@ class Job:
         limit_s: of CPU time of a tracker for one frame, see ``time_limit.at_most``.
         out: folder of the rows, where the worker keeps a note that explains a crash, and ``keeper`` all answers; None
             = no note.
-        editions: tracker → ``editions`` of its rows, from the start of the experiment.
+        editions: tracker → ``editions`` of its rows, read once for an experiment.
         keeper: keeps all answers; None = they are not kept.
         deadly: tracker that ended its process in this episode → frame.
     """

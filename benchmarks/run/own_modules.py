@@ -76,7 +76,7 @@ def _place_of(top: str) -> Path | None:
 def is_users(place: str) -> bool:
     """Return whether a source file or folder exists and is neither ours nor installed nor Python's own."""
     path = Path(place).resolve()
-    ours = any(path.is_relative_to(ROOT / top) for top in OURS)
+    ours = any(path.is_relative_to(ROOT / top) for top in (*OURS, "tools"))
     installed = path.is_relative_to(_PYTHON) or not _INSTALLED.isdisjoint(path.parts)
     return place != "" and path.exists() and not ours and not installed
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -55,6 +56,17 @@ class Registered(TrackerSpec):
         """See ``TrackerSpec``."""
         return self.entry.missing()
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        # By name: a class that no module holds, e.g. one made in a loop, would travel with all that it refers to.
+        if self.module == "__main__":
+            return super().__reduce_ex__(protocol)
+        return _registered_in, (self.module, self.name, self.parameters)
+
+
+def _registered_in(module: str, name: str, parameters: Any) -> Registered:
+    importlib.import_module(module)
+    return replace(registered(registry.entry(name)), parameters=parameters)
+
 
 def registered(entry: registry.TrackerEntry, **values: Any) -> Registered:
     """Return a tracker of the registry; with ``values`` of its parameters, if any are given."""
@@ -100,11 +112,6 @@ def tracker_named(name: str, **values: Any) -> TrackerSpec:
         unknown = f"{registry.OWN_NEEDS_MODULE} (--modules; in Python modules=)"
         check_choice("tracker", name, known, why=suggestion(name, known) or unknown)
     return known[name]
-
-
-def steering_in(suite: Suite, scenario: Scenario, controller: str, link: str = "prompt") -> Steering:
-    """Return how a controller steers in a suite: through a link where controllers compete, else as written."""
-    return Steering(controller, scenario.carrier.name, link if suite.judges_controllers else None)
 
 
 def default_controllers(scenario: Scenario, *, variants: bool = False) -> tuple[str, ...]:
@@ -231,7 +238,9 @@ def _steering(
     if controllers is None:
         steered = preset.closed_loop and suite.controller is not None
         controllers = [str(suite.controller)] if steered else [SET_PATH]
-    return [None if name == SET_PATH else steering_in(suite, scenario, name, link) for name in controllers]
+    # Controllers that compete are tuned, and steer through a link.
+    how = (scenario.carrier.name, link if suite.judges_controllers else None)
+    return [None if name == SET_PATH else Steering(name, *how) for name in controllers]
 
 
 def _trackers_named(
@@ -308,7 +317,8 @@ def choices(suite: Suite, selection: Selection, *, variants: bool, absent: bool 
     """
     scenes = _scenes(suite, selection.scenarios, selection.presets)
     several = len(scenes) > 1
-    tracking = _shared(selection.trackers, [partial(_tracks, suite, scene) for scene in scenes] if several else [])
+    among = [trackers_in(suite, scene).__contains__ for scene in scenes] if several else []
+    tracking = _shared(selection.trackers, among)
     driving = _shared(selection.controllers, [partial(_steers, scene) for scene in scenes] if several else [])
     found = []
     for (scene, shown), watching, commanding in zip(scenes.items(), tracking, driving, strict=True):
@@ -361,10 +371,6 @@ def _shared(names: Sequence[str], known_by: Sequence[Callable[[str], bool]]) -> 
         for share in knowing or shares[:1]:
             share.append(name)
     return [tuple(share) for share in shares]
-
-
-def _tracks(suite: Suite, scene: Scene, name: str) -> bool:
-    return name in trackers_in(suite, scene)
 
 
 def _steers(scene: Scene, name: str) -> bool:

@@ -55,7 +55,7 @@ def names() -> list[str]:
     Trackers of a site, which start with its survey, have ``test_site_fuzz``.
     """
     own = {name: entry for name, entry in entries().items() if entry.tracker.__module__.startswith("trackers.")}
-    return [name for name, entry in own.items() if entry.available() and not hasattr(entry.tracker, "survey")]
+    return [name for name, entry in own.items() if not entry.missing() and not hasattr(entry.tracker, "survey")]
 
 
 def is_stereo(entry: TrackerEntry) -> list[bool]:

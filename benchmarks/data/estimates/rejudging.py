@@ -26,7 +26,7 @@ from benchmarks.data.estimates.columns import EXTRAPOLATED, INTERPOLATED, Values
 from benchmarks.data.sets.benchmark import benchmark_of, stored_specs
 from benchmarks.judges.tracker_speed import times
 from benchmarks.run.editions import judge_edition, preset_edition
-from benchmarks.run.episodes import EpisodeSpec, simulated
+from benchmarks.run.episodes import simulated
 from benchmarks.run.experiment import Progress
 from benchmarks.run.guards import FAILED_AT
 from benchmarks.run.jobs import CONTROLLER_FAILED_AT, block_of
@@ -139,9 +139,8 @@ def _judged(paths: Sequence[Path], data: str | None, modules: tuple[str, ...]) -
     key, frame_count = blocks[0].facts.key, blocks[0].facts.frame_count
     judging = suite(key.suite)
     how: Any = {"renderer": check_renderer(key.renderer), "controller": key.controller or None}
-    spec: EpisodeSpec = simulated(key.scenario, key.preset, key.seed, **how)
-    if data is not None:
-        (spec,) = stored_specs(data, [spec])
+    rendered = simulated(key.scenario, key.preset, key.seed, **how)
+    (spec,) = [rendered] if data is None else stored_specs(data, [rendered])
     episode = spec.open(judging.truth)
     try:
         check(str(paths[0]), frame_count == episode.frame_count, f"{episode.frame_count} frames", frame_count)

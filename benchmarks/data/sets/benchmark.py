@@ -56,7 +56,6 @@ class Stored(Simulated):
         return stored_episode(self.url, self.seed)
 
 
-def stored_specs(url: str, episodes: Sequence[EpisodeSpec]) -> list[EpisodeSpec]:
+def stored_specs(url: str, rendered: Sequence[Simulated]) -> list[EpisodeSpec]:
     """Return the stored episodes of a data set in place of rendered ones."""
-    rendered = [each for each in episodes if isinstance(each, Simulated)]
     return [Stored(**{each.name: getattr(one, each.name) for each in fields(one)}, url=url) for one in rendered]
