@@ -77,13 +77,15 @@ SUCCESSORS: Mapping[str, str] = {
 
 
 def register(entry: Entry) -> None:
-    """Add a scenario, and its env to Gymnasium. Raises ValueError if another scenario has its id."""
+    """Add a scenario, and its env to Gymnasium. Raises ValueError if another scenario has its id or its env's."""
     global _ENTRIES
     if entry not in _ENTRIES:
         if entry.id in names():
             raise ValueError(f"scenario: expected an id that is free, got {entry.id!r}")
-        _ENTRIES = (*_ENTRIES, entry)
+        if entry.env_id in envs():
+            raise ValueError(f"env_id: expected an id that is free, got {entry.env_id!r}")
         _register_env(entry)
+        _ENTRIES = (*_ENTRIES, entry)
 
 
 def _register_env(entry: Entry) -> None:

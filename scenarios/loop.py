@@ -156,9 +156,10 @@ class Loop:
         """Advance by one frame and collect the answers. ``command`` is None before frame 0 and on a set path."""
         self.obeyed = command if command is None or self._link is None else self._link.send(command)
         self.frame = self.episode.step(self.obeyed)
-        if self._begun:
+        if self._begun or not self._trackers:
             self.answers = [each.update(self.frame) for each in self._trackers]
         else:
+            # It may render hundreds of pictures of the background.
             start = self.episode.start
             self.answers = [each.initialise(self.frame, start) for each in self._trackers]
             self._begun = True

@@ -64,6 +64,7 @@ class Objects:
         self.size_m = np.array([body.mesh.size_m for body in bodies], float) if size_m is None else size_m
         self.instance_id = np.array([body.index for body in bodies])
         self._outline = outline([body.mesh for body in bodies])
+        self._bounds_m = np.array([body.mesh.bounds_m for body in bodies])
 
     def _set_names(self, names: tuple[str, ...], kinds: tuple[str, ...]) -> None:
         self.names, self.kinds = names, kinds
@@ -81,7 +82,7 @@ class Objects:
 
     def bounds_m(self) -> NDArray[np.float64]:
         """Return ``Truth.bounds_m`` (N, 2, 3)."""
-        return np.array([body.mesh.bounds_m for body in self.bodies])
+        return self._bounds_m
 
     def labels(
         self,
@@ -130,7 +131,10 @@ class JointedObjects(Objects):
         size_m: NDArray[np.float64],
         shapes: Sequence[JointedShape] = (),
     ) -> None:
-        """``shapes``: what labels take for the objects; left out: all of their parts."""
+        """``shapes``: what labels take for the objects; left out: all of their parts.
+
+        The parts are the world's last bodies, object by object: none is added later.
+        """
         self.world, self.parts, self.size_m = world, parts, size_m
         self._set_names(tuple(names), tuple(kinds))
         self.instance_id = np.array([bodies[0].index for bodies in parts])

@@ -256,6 +256,7 @@ class Scenario(Generic[_E]):
                 closed.
         """
         check("truth", truth in ("all", "target"), "'all' or 'target'", truth)
+        check("kept", kept is None or self.new_world is not None, f"none, as {self.id} keeps no worlds", type(kept))
         configuration = self.configuration(preset)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
         return self.stage(Setup(self, configuration, self._own(seed), renderer, looped, truth == "all", kept))

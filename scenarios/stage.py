@@ -130,7 +130,8 @@ class Stage(ABC):
         self._in_full[self._target] = True
         self._standing = StandingObjects(self.world, standing if setup.covers_all else ())
         self._exits = Exits(camera.model, len(objects.names))
-        self._head_exits = self._exits if head is None else Exits(head.camera, len(objects.names))
+        if head is not None:
+            self._head_exits = Exits(head.camera, len(objects.names))
         self._frame = -1
         self._background: tuple[Observation, ...] | None = None
         self._move_to(0)
@@ -166,12 +167,12 @@ class Stage(ABC):
         return self._camera.take(self._shader, self._T_world_camera, frame)
 
     def _ego(self) -> EgoPose | None:
-        """Return the measured pose of the camera; here without errors."""
+        """Return the measured pose of the camera, which trackers receive; here the true one, without errors."""
         return self._measured(self._T_world_camera)
 
     def _measured(self, T_world_camera: NDArray[np.float64]) -> EgoPose:
         """Return a pose in the carrier's navigation frame."""
-        return EgoPose(T_world_camera)
+        return EgoPose(T_world_camera.copy())
 
     def _empty_pictures(self) -> Sequence[Observation]:
         """Return pictures without targets, for ``Start``; bodies may be left anywhere."""

@@ -21,11 +21,12 @@ GENERAL = tuple(f"trackers/controllers/{name}.py" for name in ("catalogue", "pol
 LISTS = {
     "scenarios/catalog.py": ("_ENTRIES", "SUCCESSORS"),
     "benchmarks/contract/suite.py": ("_MODULES",),
-    "benchmarks/show/showing.py": ("_PLACES",),
+    "benchmarks/contract/rows.py": ("EVENT_COLUMNS",),
+    "benchmarks/show/showing.py": ("_SHOWN",),
     "trackers/registry.py": ("_MODULES",),
     "trackers/controllers/catalogue.py": ("_MODULES",),
 }
-"""The one list of each registry, and that of what took the place of deleted ids."""
+"""The one list of each registry, that of what took the place of deleted ids, and that of columns of rows."""
 
 
 SCENES = tuple(entry for entry in catalog.entries() if entry.place.startswith("scenarios."))
@@ -39,8 +40,13 @@ def own_rooms() -> tuple[str, ...]:
     modules = [*scenes, *SUITES.values(), *tracker_registry._MODULES]
     modules += [f"trackers.controllers.{module}" for named in catalogue._MODULES.values() for module in named.values()]
     paths = [Path(*module.split(".")) for module in modules]
-    shown = [f"benchmarks/show/{name.replace('-', '_')}/" for name in SUITES]
-    return "benchmarks/papers/", *shown, *{f"{path.parent}/" if len(path.parts) > 2 else f"{path}.py" for path in paths}
+    shown = ["benchmarks/show/suites/", *(f"benchmarks/show/video/{name}.py" for name in ("fish", "harbour", "stereo"))]
+    return (
+        "benchmarks/papers/",
+        "tools/learn/",
+        *shown,
+        *{f"{path.parent}/" if len(path.parts) > 2 else f"{path}.py" for path in paths},
+    )
 
 
 @cache
@@ -110,7 +116,7 @@ def named_in(place: str, source: str) -> list[str]:
 
 
 def general_modules() -> list[str]:
-    packages = ("sim", "trackers", "scenarios", "benchmarks")
+    packages = ("sim", "trackers", "scenarios", "benchmarks", "tools")
     places = [path.relative_to(ROOT).as_posix() for name in packages for path in sorted((ROOT / name).rglob("*.py"))]
     return [place for place in places if place in GENERAL or not place.startswith(own_rooms())]
 
@@ -160,6 +166,8 @@ def test_what_names_nothing_passes() -> None:
 
 @pytest.mark.parametrize("place", LISTS)
 def test_a_list_of_a_registry_is_one(place: str) -> None:
+    tree = ast.parse((ROOT / place).read_text())
+    assert all(len(without_list(tree, name).body) == len(tree.body) - 1 for name in LISTS[place])
     empty = "".join(f"{name} = ()\n" for name in LISTS[place])
     for name in LISTS[place]:
         full = empty.replace(f"{name} = ()", f"{name} = ('road-town', 'benchmarks.judges.follow.suite')")

@@ -257,7 +257,7 @@ def register_variant(name: str, of: str, *, summary: str, **overrides: Any) -> N
 
 
 def entries() -> dict[str, TrackerEntry]:
-    """Return all trackers by name: ours in the order of ``_MODULES``, then others in order of registration."""
+    """Return all trackers by name: those of our classes in the order of ``_MODULES``, then others as registered."""
     order = {module: place for place, module in enumerate(_MODULES)}
     for module in _MODULES:
         importlib.import_module(module)

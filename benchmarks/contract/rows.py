@@ -190,7 +190,7 @@ EVENT_COLUMNS = ("event", "frame_out")
 
 def event_of(row: Mapping[str, Any]) -> dict[str, Any] | None:
     """Return the attributes of a row's event; None for rows about the whole episode."""
-    return row.get("frame_out") or row.get("event")
+    return next((row[name] for name in EVENT_COLUMNS if row.get(name)), None)
 
 
 @dataclass(frozen=True, slots=True)

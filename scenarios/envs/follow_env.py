@@ -133,10 +133,8 @@ class _EnvTracker:
         self._seed = seed
         if isinstance(tracker, str):
             rng = tracker_stream(seed, tracker)
-            self._tracker, self._name = (
-                registry.entry(tracker).create_for_one(rng, start.background, start.site),
-                tracker,
-            )
+            self._tracker = registry.entry(tracker).create_for_one(rng, start.background, start.site)
+            self._name = tracker
         else:
             self._tracker, self._name = copy.deepcopy(tracker), type(tracker).__name__
 
@@ -195,14 +193,14 @@ class FollowEnv(gym.Env, EzPickle):
         # Videos and windows play as fast as the episode's time passes, where the preset says how fast that is.
         rate_hz = getattr(self.settings.configuration({}), "rate_hz", self.metadata["render_fps"])
         self.metadata = {**self.metadata, "render_fps": rate_hz}
-        self.carrier: Carrier = catalog.scenario(scenario).carrier
+        followed = catalog.scenario(scenario)
+        self.carrier: Carrier = followed.carrier
         self.render_mode = render_mode
         self.observation_space = self._observation_space()
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_count(self.settings, self.carrier),), np.float32)
-        keeper = catalog.scenario(scenario)
         self._bank: WorldBank | None = None
-        if keeper.new_world is not None:
-            self._bank = WorldBank(keeper, self.settings.worlds, self.settings.episodes_per_world)
+        if followed.new_world is not None:
+            self._bank = WorldBank(followed, self.settings.worlds, self.settings.episodes_per_world)
         self._run: _Run | None = None
         # A missing screen is refused here, before anything runs.
         self._window = Window(self.metadata["render_fps"]) if render_mode == "human" else None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenarios.paper_sheet.sheet import LOWER_EDGE_M, Rooms, sheet_mesh
 from scenarios.scenario import check_length, check_size
-from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera
+from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M
 from scenarios.stereo_follow.floor_plan import Area
 from scenarios.stereo_follow.panels import SHINING, Panel, add_panel, bright_area, grained, new_panel, panel, plain
 from sim.checks import check_types
@@ -86,8 +86,6 @@ class CarriedSheetScene:
     place, plan = "corridor", _PLAN
 
     def __init__(self, preset: CarriedSheet, seed: int) -> None:
-        self.frame_count, self.rate_hz = preset.frame_count, preset.rate_hz
-        self.camera = camera(preset.width_px, preset.height_px)
         self._way = list(_way(preset.frame_count))
         sheet_m = [place_m + _SHEET_AHEAD_M * _ahead(heading_rad) for place_m, heading_rad in self._way]
         self._speed_mps = preset.rate_hz * np.linalg.norm(np.gradient(sheet_m, axis=0), axis=1)

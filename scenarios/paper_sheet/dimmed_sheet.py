@@ -8,7 +8,6 @@ import numpy as np
 
 from scenarios.paper_sheet.sheet import LOWER_EDGE_M, Rooms, illuminance_on_sheet_lx, sheet_mesh
 from scenarios.scenario import check_size
-from scenarios.stereo_follow.camera import camera
 from scenarios.stereo_follow.floor_plan import Area
 from scenarios.stereo_follow.panels import add_panel, grained, new_panel
 from sim.checks import check, check_types
@@ -76,9 +75,7 @@ class DimmedSheetScene:
 
     def __init__(self, preset: DimmedSheet, seed: int) -> None:
         self._illuminances_lx = preset.illuminances_lx
-        self.frame_count, self.rate_hz = preset.frame_count, preset.rate_hz
         self.settling_steps = _SETTLING_FRAMES
-        self.camera = camera(preset.width_px, preset.height_px)
         self.place, self.plan = "room", Rooms({"room": _ROOM_AREA}, ())
         rng = generator(seed, "sheet")
         self.place_m = np.array([rng.uniform(1.1, 1.6), rng.uniform(-0.25, 0.25)])

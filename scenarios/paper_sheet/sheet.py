@@ -41,9 +41,7 @@ class SheetScene(Protocol):
     """A world with a sheet, and the camera's path in it.
 
     Attributes:
-        frame_count, rate_hz: number of frames, and frames per second.
         settling_steps: steps of the camera's loops before each picture, in addition to the picture's own step.
-        camera: the model of both cameras.
         world, sheet: the bodies, and the target's body.
         shader: the current light.
         place_m, heading_rad: of the camera now: (2,) and about the vertical.
@@ -52,10 +50,7 @@ class SheetScene(Protocol):
         plan: its walls.
     """
 
-    frame_count: int
-    rate_hz: float
     settling_steps: int
-    camera: CameraModel
     world: World
     sheet: Body
     shader: LampShader

@@ -57,8 +57,9 @@ class RoadTownEpisode(Stage):
             setup,
             Objects(world, cars, kinds=[look.model for look in plan.looks], size_m=plan.sizes_m),
             SceneCamera(setup, world, plan.camera),
-            standing=parked_cars(world),
+            standing=parked_cars(world) if setup.covers_all else (),
         )
+        self._remember_poses()
 
     @property
     def preset(self) -> RoadTown:
@@ -74,12 +75,14 @@ class RoadTownEpisode(Stage):
         self._helicopter.obey(command, self._frame)
 
     def _move_to(self, frame: int) -> None:
-        # Before the first frame, all poses are those of frame 0.
-        self._T_world_camera_before = self._T_world_camera
-        self._body_poses_before = self.world.poses.copy() if self._setup.covers_all else _NO_POSES
         motion = self.plan.motion
         self._objects.move(motion.T_world_car[frame], motion.speed_mps[frame])
         self._T_world_camera = self._set_path[frame] if self._helicopter is None else self._helicopter.pose(frame)
+
+    def _remember_poses(self) -> None:
+        """Keep all poses for the next picture; before the first one they are those of frame 0."""
+        self._T_world_camera_before = self._T_world_camera
+        self._body_poses_before = self.world.poses.copy() if self._setup.covers_all else _NO_POSES
 
     def _capture(self, frame: int) -> Capture[Any]:
         camera, T_world_camera = self.plan.camera, self._T_world_camera
@@ -97,6 +100,7 @@ class RoadTownEpisode(Stage):
             flow_px = backward_flow(
                 capture, plan.camera, self._T_world_camera, self._T_world_camera_before, poses, self._body_poses_before
             )
+        self._remember_poses()
         return {
             "on_road": bool(self._on_road[frame]),
             "turning": plan.turning(frame),

@@ -126,7 +126,9 @@ class StereoFollowEpisode(StereoStage):
         people, pose = self._objects, self._T_world_camera
         distance_m = np.linalg.norm((people.T_world_object[:, :3, 3] - pose[:3, 3])[:, :2], axis=1)
         is_close = (distance_m < _NEAR_M) & (np.arange(len(distance_m)) != TARGET)
-        seen = labels if self._setup.covers_all else people.labels(self._camera.model, pose, capture, is_close)
+        seen = labels
+        if is_close.any() and not self._setup.covers_all:
+            seen = people.labels(self._camera.model, pose, capture, is_close)
         lux = illuminance_lx(self._shader, people.chests_m(), pose[:3, 3])
         return {
             **self._pair_truth(capture, self.plan.places[self._frame], lux),

@@ -343,7 +343,7 @@ def test_no_judge_and_no_tracker_names_a_field_that_is_not_judged() -> None:
     fields = {name for each in LABELLED for name, m in meanings(catalog.scenario(each).truth).items() if not m.judged}
     assert {"bounds_m", "glare_fraction", "standing_id"} <= fields
     word = re.compile(rf"\b({'|'.join(sorted(fields))})\b")
-    judging = ("benchmarks/judges", "benchmarks/judges", "benchmarks/run", "benchmarks/papers", "benchmarks/learning")
-    for folder in (*judging, "trackers", "scenarios/envs"):
+    rooms = ("contract", "statistics", "judges", "run", "papers", "learning")
+    for folder in (*(f"benchmarks/{room}" for room in rooms), "trackers", "scenarios/envs"):
         for path in (root / folder).rglob("*.py"):
             assert not word.search(path.read_text(encoding="utf-8")), path

@@ -170,8 +170,9 @@ def _load(carrier: str, name: str) -> None:
 
 def steers_instead(name: str) -> str:
     """Return which carriers a controller of this name steers, as a clause of an error; empty for an unknown one."""
-    registered = {*_ENTRIES, *((carrier, ours) for carrier, named in _MODULES.items() for ours in named)}
-    carriers = sorted({carrier for carrier, known in registered if known in (name, name.removesuffix(_AS_WRITTEN))})
+    for carrier in _MODULES:
+        _load(carrier, name)
+    carriers = sorted(carrier for carrier, known in _ENTRIES if known == name)
     return f", which steers a {' or a '.join(carriers)}" if carriers else ""
 
 

@@ -1,4 +1,4 @@
-"""The two G-buffers of a building with people, by the rule of ``tests/sim/test_pybullet_renderer``."""
+"""The two G-buffers of a building with people, by the rule of ``tests/sim/render/test_pybullet_renderer``."""
 
 from __future__ import annotations
 
