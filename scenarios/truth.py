@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 VisibilityState = Literal["in", "partial", "occluded", "out", "absent"]
+INSIDE: tuple[VisibilityState, ...] = ("in", "partial", "occluded")
+"""States of objects that are in the picture, whatever stands before them."""
 Side = Literal["left", "right", "top", "bottom"]
 TruthExtent = Literal["all", "target"]
 """How much truth an episode's frames hold, see ``Truth``."""

@@ -187,7 +187,7 @@ NO_VALUES = "no values take the place of the written ones"
 
 @dataclass(frozen=True)
 class FreshScores:
-    """Scores on fresh episodes, see ``tracker_tuning.score_of``.
+    """Scores on fresh episodes, see ``score_of``.
 
     Attributes:
         seeds: of the episodes. written, tuned: score of the written values and of the tuned ones.
@@ -344,7 +344,7 @@ def tune(name: str, budget: Budget, progress: Progress, studies: Path | None = N
     luck: it replaces the defaults only if it is better on the episodes of the check too.
 
     Args:
-        studies: see ``benchmarks.learning.search``.
+        studies: see ``search``.
 
     Raises:
         ValueError: without Optuna, or for a tracker without tunable parameters.

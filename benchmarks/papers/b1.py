@@ -14,7 +14,7 @@ from benchmarks.contract.rows import LAST_METRIC, Row
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, Values, photograph
 from benchmarks.papers.experiment import Plots, TextTable
 from benchmarks.show.palette import line_styles
-from benchmarks.show.plots import drawn_as, new_figure, svg
+from benchmarks.show.plots import Plot, drawn_as, new_figure, svg
 from benchmarks.show.video.drawing import picture_sheet
 from scenarios.scenario import RendererName
 from trackers.kernels.boxes import box_centre, box_size
@@ -110,7 +110,7 @@ class DimmedLamp(CameraExperiment):
         )
         self.write_figure(out, picture_sheet(cells), seeds.start, renderer, "figure 2", caption)
         own = [row for row in rows if row["renderer"] == renderer]
-        plots = {f"Condition {name}": _plot(own, name) for name in CONDITIONS}
+        plots = [Plot(f"Condition {name}", "", _plot(own, name)) for name in CONDITIONS]
         return Plots("The paper's figure 3, in this world: means over the seeds", plots)
 
 

@@ -13,7 +13,7 @@ from benchmarks.contract.rows import LAST_METRIC, Row
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, Values, photograph
 from benchmarks.papers.experiment import Plots
 from benchmarks.show.palette import GRID, line_styles
-from benchmarks.show.plots import count_frames, drawn_as, new_figure, svg
+from benchmarks.show.plots import Plot, count_frames, drawn_as, new_figure, svg
 from benchmarks.show.video.drawing import picture_sheet
 from scenarios.scenario import RendererName
 from trackers.light_adaptive_stereo.light_change import LightTrend
@@ -53,7 +53,7 @@ class Drive(CameraExperiment):
         caption = f"The camera's pictures during the drive, with the measured rectangle; seed {seed}."
         self.write_figure(out, sheet, seed, renderer, "figure 5", caption)
         own = {r["metric"]: r["value"] for r in rows if (r["renderer"], r["seed"]) == (renderer, seed)}
-        plots = {"Colour of the sheet (grey: D_l < 0)": _plot_colour(own), "D_l": _plot_trend(own)}
+        plots = [Plot("Colour of the sheet (grey: D_l < 0)", "", _plot_colour(own)), Plot("D_l", "", _plot_trend(own))]
         return Plots(f"The paper's figures 6 and 7, in this world: seed {seed}", plots)
 
 

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,9 @@ from benchmarks.show.pictures import write_picture
 from benchmarks.statistics.bootstrap import bootstrap_interval
 from benchmarks.statistics.summary import paired
 from scenarios.scenario import RendererName
+
+if TYPE_CHECKING:
+    from benchmarks.show.plots import Plot
 
 NAMES = ("A2", "A3", "B1", "B2", "B3", "C", "D")
 _OF_A_CAMERA = {"B1": "b1:DimmedLamp", "B2": "b2:Drive"}
@@ -149,10 +152,10 @@ class TextTable(NamedTuple):
 
 
 class Plots(NamedTuple):
-    """Plots under one title: heading → SVG."""
+    """Plots under one title."""
 
     title: str
-    svgs: Mapping[str, str]
+    plots: Sequence[Plot]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

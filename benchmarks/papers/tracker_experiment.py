@@ -162,7 +162,7 @@ class TrackerExperiment(PaperExperiment):
             keep_event_picture(out, condition, drawn, self.trackers, showing.event_picture)
         styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
         plots = [plot_of(chart, styles) for chart in showing.charts(drawn)]
-        return Plots("What the paper does not show", {f"{plot.title} {plot.words}": plot.svg for plot in plots})
+        return Plots("What the paper does not show", plots) if plots else None
 
     def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:
         """Run one episode with each method; show the observed frame inside the larger view."""

@@ -22,8 +22,8 @@ FEWEST = 3
 RECOVERY_FRAMES = 45
 """Length of the recovery curve."""
 
-Scale = Literal["frames", "share", "log", "linear"]
-"""``frames``: whole numbers from 0 on; ``share``: 0 to 1, labelled in per cent; ``log``: labelled in plain numbers."""
+Scale = Literal["share", "log", "linear"]
+"""``share``: 0 to 1, labelled in per cent; ``log``: labelled in plain numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class CurveChart:
     Attributes:
         title, words: text above and below the figure.
         curves: by tracker.
-        x_label, y_label, x_scale, y_scale: of the axes.
+        x_label, y_label, x_scale, y_scale: of the axes; ``frames`` are whole numbers from 0 to the last one.
         steps: whether a value holds until the next one.
         shaded: part of the x axis from 0 on, and what it means.
         rule: a value on the y axis with a line of its own, and what it means.
@@ -54,7 +54,7 @@ class CurveChart:
     curves: Mapping[str, Curve]
     x_label: str
     y_label: str
-    x_scale: Scale = "frames"
+    x_scale: Scale | Literal["frames"] = "frames"
     y_scale: Scale = "share"
     steps: bool = False
     shaded: tuple[float, str] | None = None

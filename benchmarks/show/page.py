@@ -49,23 +49,21 @@ Entries = list[dict[str, Any]]
 
 @dataclass(frozen=True, slots=True)
 class _Results:
-    """The results of one condition: rows by tracker or pair, entries of the summary and of the comparisons."""
+    """The results of one condition: rows by tracker or pair, entries of the summary and of the comparisons, line styles
+    of trackers or controllers.
+    """
 
     condition: Condition
     rows: Mapping[str, list[Row]]
     summary: Entries
     comparisons: Entries
     suite: Suite
+    styles: dict[str, LineStyle]
 
     @property
     def is_real(self) -> bool:
         """Whether rows are of real sequences or recordings."""
         return self.condition[1] == REAL
-
-    @property
-    def styles(self) -> dict[str, LineStyle]:
-        """The line style of each tracker or controller."""
-        return line_styles(tables.names_and_roles(self.suite, self.summary))
 
     def charts(self) -> list[Chart]:
         """Return the charts of the suite, and how fast trackers are."""
@@ -166,7 +164,9 @@ def _by_condition(
         mine, compared = (
             [entry for entry in some if condition_of(entry) == condition] for some in (summary, comparisons)
         )
-        yield _Results(condition, by_name, mine, compared, suite(condition[0]).showing(metrics))
+        judging = suite(condition[0]).showing(metrics)
+        styles = line_styles(tables.names_and_roles(judging, mine))
+        yield _Results(condition, by_name, mine, compared, judging, styles)
 
 
 def _draw_pictures(directory: Path, results: Sequence[_Results]) -> None:

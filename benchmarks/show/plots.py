@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -119,7 +119,10 @@ def _draw(chart: Chart, styles: Styles) -> ShownFigure:
         figure, axes = new_figure(chart.x_label, chart.y_label)
         handles = [_draw_curve(axes, chart, name, styles[name]) for name in styles if name in chart.curves]
         _annotate(axes, chart)
-        _scale(axes, "x", chart.x_scale, np.concatenate([curve.x for curve in chart.curves.values()]))
+        if chart.x_scale == "frames":
+            count_frames(axes, max(curve.x.max(initial=0.0) for curve in chart.curves.values()))
+        else:
+            _scale(axes, "x", chart.x_scale)
         _scale(axes, "y", chart.y_scale)
     if handles:
         lines = -(-len(handles) // _ENTRIES_A_LINE)
@@ -180,8 +183,8 @@ def _draw_dot(axes: Axes, value: Interval, y: float, colour: str) -> None:
     axes.plot([value.mean], [y], "o", color=colour, markersize=5, markeredgewidth=0)
 
 
-def _scale(axes: Axes, which: str, scale: Scale, values: Iterable[float] = ()) -> None:
-    """Set scale, limits and labels of the axis ``x`` or ``y``; one of frames ends with the last of ``values``."""
+def _scale(axes: Axes, which: str, scale: Scale) -> None:
+    """Set scale, limits and labels of the axis ``x`` or ``y``."""
     axis: Axis = getattr(axes, f"{which}axis")
     if scale == "share":
         axes.set(**{f"{which}lim": (-0.01, 1.01)})
@@ -189,8 +192,6 @@ def _scale(axes: Axes, which: str, scale: Scale, values: Iterable[float] = ()) -
     elif scale == "log":
         axes.set(**{f"{which}scale": "log"})
         in_plain_numbers(axis)
-    elif scale == "frames":
-        count_frames(axes, max(values))
 
 
 def count_frames(axes: Axes, end: float) -> None:

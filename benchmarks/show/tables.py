@@ -184,10 +184,12 @@ def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], am
     for entry in entries:
         by_names.setdefault(suite.names_of(entry), {})[entry["metric"]] = entry
     top = {metric.name: _top(metric, among) for metric in metrics}
+    rivals = [entry for entry in among if entry["role"] not in UNRANKED_ROLES]
+    ranks = {m.name: [rank(m, entry) for entry in rivals if entry["metric"] == m.name] for m in metrics}
     lines = []
     for names, own in by_names.items():
         role = next(iter(own.values()))["role"]
-        cells = tuple(_cell(metric, own.get(metric.name), top[metric.name], among) for metric in metrics)
+        cells = tuple(_cell(metric, own.get(metric.name), top[metric.name], ranks[metric.name]) for metric in metrics)
         lines.append(Line(names, role, cells))
     lines.sort(
         key=lambda line: [
@@ -212,14 +214,14 @@ def column_of(metric: Metric) -> Column:
     return Column(metric.name, " ".join(words), unit_sign(metric.unit), goal, metric.summary)
 
 
-def _cell(metric: Metric, entry: Entry | None, top: float, entries: Sequence[Entry]) -> Cell:
+def _cell(metric: Metric, entry: Entry | None, top: float, ranks: Sequence[float]) -> Cell:
+    """Return a cell; the best of those that are ranked, if there are several of these, is marked."""
     if entry is None or entry["mean"] is None:
         return Cell(NO_NUMBER)
     text = number_text(entry["mean"], metric.unit)
     low, high = entry["ci_low"], entry["ci_high"]
-    rivals = [e for e in entries if e["metric"] == metric.name and e["role"] not in UNRANKED_ROLES]
-    best = min((rank(metric, rival) for rival in rivals), default=None)
-    mark = "best" if best == rank(metric, entry) and len(rivals) > 1 and entry in rivals else ""
+    ranked = len(ranks) > 1 and entry["role"] not in UNRANKED_ROLES
+    mark = "best" if ranked and rank(metric, entry) == min(ranks) else ""
     if low is None or high is None or top <= 0:
         return Cell(text, mark=mark)
     left, right, dot = (max(0.0, min(100.0, 100.0 * v / top)) for v in (low, high, entry["mean"]))

@@ -32,13 +32,18 @@ class RatioOfMeans(Mean):
 
     formula = "mean of {0} / mean of {1}"
 
+    def __init__(self, *quantities: Quantity, kind: str | None = None, high: float = inf) -> None:
+        """``high``: the greatest value there is; 1 for a part of a whole."""
+        super().__init__(*quantities, kind=kind)
+        self._high = high
+
     def finish(self, means: NDArray[np.float64]) -> NDArray[np.float64]:
         """See ``Mean``."""
         return means[..., 0] / means[..., 1]
 
     def range(self) -> tuple[float, float]:
         """See ``Statistic``."""
-        return 0.0, inf
+        return 0.0, self._high
 
 
 class BestPrecision(Mean):

@@ -146,9 +146,17 @@ _Format = TypeVar("_Format", bound=type[Exporter])
 
 
 def export_format(name: str) -> Callable[[_Format], _Format]:
-    """Return a decorator that registers an ``Exporter`` under a name."""
+    """Return a decorator that registers an ``Exporter`` under a name.
+
+    Raises:
+        ValueError: for a name that is taken, or a class without a docstring, which is the format's README.
+    """
 
     def register(exporter: _Format) -> _Format:
+        ours = exporter.__module__.startswith(f"{__package__}.")
+        known = _FORMATS if ours else formats()
+        check("format", name not in known, "a name that no format has", repr(name))
+        check("format", bool(exporter.__doc__), f"a docstring of class {exporter.__name__}, for its README", "none")
         _FORMATS[name] = exporter
         return exporter
 
@@ -157,9 +165,8 @@ def export_format(name: str) -> Callable[[_Format], _Format]:
 
 def formats() -> dict[str, type[Exporter]]:
     """Return all formats by name, in order."""
-    place = __name__.rpartition(".")[0]
-    for module in pkgutil.iter_modules(importlib.import_module(place).__path__):
-        importlib.import_module(f"{place}.{module.name}")
+    for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
+        importlib.import_module(f"{__package__}.{module.name}")
     return dict(sorted(_FORMATS.items()))
 
 

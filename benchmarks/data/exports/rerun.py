@@ -23,7 +23,7 @@ from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.show.video import marks
 from scenarios.scenario import Frame
-from scenarios.truth import Truth, meanings
+from scenarios.truth import INSIDE, Truth, meanings
 from trackers.types import CameraModel
 
 if TYPE_CHECKING:
@@ -34,7 +34,6 @@ _RIGHT = "right_"
 _MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg"}
 _GROUND = (40, 42, 48)
 """Colour of what is no object."""
-_INSIDE = ("in", "partial", "occluded")
 RECORDING = "recording.rrd"
 
 
@@ -101,7 +100,7 @@ class Rerun(Exporter):
 
     def _write_boxes(self, instances: Sequence[Instance]) -> None:
         visible = [(each, each.visible_xyxy) for each in instances]
-        amodal = [(each, each.box_xyxy) for each in instances if each.state in _INSIDE]
+        amodal = [(each, each.box_xyxy) for each in instances if each.state in INSIDE]
         for name, boxed, colour in (("visible", visible, marks.TRUTH), ("amodal", amodal, marks.ESTIMATE)):
             known = [(each, box) for each, box in boxed if np.isfinite(box).all()]
             drawn = self._sdk.Boxes2D(

@@ -13,7 +13,7 @@ from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.show.video import marks
 from benchmarks.show.video.drawing import picture_sheet
 from scenarios import catalog
-from scenarios.truth import Truth, meanings
+from scenarios.truth import INSIDE, Truth, meanings
 from sim.checks import check
 
 LEGEND = "visible boxes blue, amodal ones orange at their corners, those of what is parked or moored pink"
@@ -25,7 +25,6 @@ _LABELLED_FROM_PX = 26.0
 """Width of a box from which on an object has corners and a label; the target always has."""
 _THICK_FROM_PX = 40.0
 """Width from which on the visible box of the target is drawn thick; it would cover a smaller object."""
-_INSIDE = ("in", "partial", "occluded")
 Cell = tuple[str, Rgb]
 """A title and a picture."""
 
@@ -118,7 +117,7 @@ def draw_boxes(image: Rgb, zoom: float, truth: Truth, visible_xyxy: NDArray[np.f
     is_target = np.array([name == target for name in truth.names])
     # Corners of a few pixels would hide what they are about.
     is_large = is_target | (widths >= _LABELLED_FROM_PX)
-    inside = np.isin(truth.state, _INSIDE)
+    inside = np.isin(truth.state, INSIDE)
     for k in np.flatnonzero(inside & is_large):
         marks.draw_corners(image, truth.box_xyxy[k] * zoom, marks.ESTIMATE, 1)
     for k in np.flatnonzero(inside):

@@ -11,7 +11,7 @@ import pyarrow.compute as pc
 
 from benchmarks.data.sets.data_set import DataSet
 from scenarios import catalog
-from scenarios.truth import VisibilityState
+from scenarios.truth import INSIDE, VisibilityState
 from sim.checks import check
 
 STATES: tuple[str, ...] = get_args(VisibilityState)
@@ -19,7 +19,6 @@ TARGET, OTHERS, STANDING = "target", "other objects", "standing about"
 """Groups of objects: the one that a tracker of a single target is started on, all others that the scene asks about, and
 what is parked or moored.
 """
-_SEEN = ("in", "partial", "occluded")
 _OBJECT = ["seed", "index"]
 
 
@@ -61,7 +60,7 @@ def statistics(data: DataSet) -> Statistics:
             {
                 "group": objects["group"],
                 "side_px": objects["side_px"],
-                "visible_fraction": objects["visible_fraction"].where(objects["state"].isin(_SEEN)),
+                "visible_fraction": objects["visible_fraction"].where(objects["state"].isin(INSIDE)),
             }
         ),
     )
@@ -95,6 +94,6 @@ def _frame_outs(objects: pd.DataFrame) -> pd.DataFrame:
     begins = (rows[[*_OBJECT, "state"]] != rows[[*_OBJECT, "state"]].shift()).any(axis=1)
     runs = rows[begins].assign(frames=rows.groupby(begins.cumsum()).size().to_numpy())
     before, after = runs.shift(), runs.shift(-1)
-    was_seen = (runs[_OBJECT] == before[_OBJECT]).all(axis=1) & before["state"].isin(_SEEN)
+    was_seen = (runs[_OBJECT] == before[_OBJECT]).all(axis=1) & before["state"].isin(INSIDE)
     ends = (runs[_OBJECT] != after[_OBJECT]).any(axis=1) | (after["state"] == "absent")
     return runs.assign(unfinished=ends)[(runs["state"] == "out") & was_seen][["group", "frames", "unfinished"]]

@@ -131,7 +131,7 @@ def _time_to_detect(words: str) -> Metric:
 def _alarm_metrics() -> Iterator[Metric]:
     for cause, quantity in _OF_CAUSES.items():
         yield Metric(quantity.name, f"false alarms{_CAUSE_WORDS[cause]}", "1/h", "lower", Mean(quantity))
-    by_tide = RatioOfMeans(_OF_CAUSES["tide"], _OF_CAUSES[""])
+    by_tide = RatioOfMeans(_OF_CAUSES["tide"], _OF_CAUSES[""], high=1.0)
     yield _rate("tide_share", "of all false alarms those by moored boats", by_tide, "lower")
     tracks = Quantity("false_tracks_per_frame", 0, inf, "every frame", OWN, (alarms.alarm_scores,))
     yield Metric(tracks.name, "tracks on nothing on a frame", "1", "lower", Mean(tracks))

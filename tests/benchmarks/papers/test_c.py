@@ -93,4 +93,4 @@ def test_ours_stands_beside_it_without_a_verdict_and_curves_are_drawn(tmp_path: 
     curves = [row(EXPERIMENT, name, "gap_error_by_frame_px", curve) for name in EXPERIMENT.trackers]
     plots = EXPERIMENT.show(tmp_path, [*rows, *curves], range(1), "raster")
     assert plots is not None
-    assert [heading.split("?")[0] for heading in plots.svgs] == ["How far off is a lost fish"]
+    assert [plot.title for plot in plots.plots] == ["How far off is a lost fish?"]

@@ -138,4 +138,4 @@ def test_both_methods_have_their_figures(tmp_path: Path) -> None:
     visit = {"contrast_to_noise": 30.0, "first_frame": 5, "length_frames": 3}
     found = [each | {"metric": "found", "event": each["event"] | visit} for each in both]
     plots = EXPERIMENT.show(tmp_path, [each | {"editions": {}} for each in [*both, *found]], range(1), "raster")
-    assert [heading.split("?")[0] for heading in plots.svgs] == ["What contrast does it take"]
+    assert [plot.title for plot in plots.plots] == ["What contrast does it take?"]
