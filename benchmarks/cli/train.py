@@ -23,7 +23,6 @@ from benchmarks.cli.arguments import (
     seed_range,
 )
 from benchmarks.contract.text import counted
-from benchmarks.learning.judging import Judging
 from benchmarks.learning.model_check import as_table, model_check
 from benchmarks.learning.tracker_errors import make_error_model, save_error_model
 from benchmarks.learning.training import (
@@ -32,12 +31,12 @@ from benchmarks.learning.training import (
     Corrects,
     Standing,
     Training,
+    judging_command,
     needs_stable_baselines,
     train,
 )
 from benchmarks.run.experiment import Progress
 from benchmarks.run.result_folder import make_folder
-from benchmarks.run.workers import cores
 from benchmarks.show.progress import progress_bar
 from scenarios import catalog
 from scenarios.envs.actions import check_values
@@ -59,8 +58,8 @@ class Train(WithModules):
 
     By default training is without pictures: a fitted model of the tracker's errors replaces picture and tracker.
     On the way it prints the mean reward of the latest episodes, the share of time with the target in view, and steps a
-    second; at the end the command that scores the policy with pictures, and how many minutes that takes. OUT gets
-    policy.json and policy.safetensors (no pickle), checkpoints, and curves for TensorBoard.
+    second; at the end the command that scores the policy with pictures. OUT gets policy.json and policy.safetensors (no
+    pickle), a checkpoint, and curves for TensorBoard.
 
     Attributes:
         env: env id, see `frameout list`.
@@ -151,10 +150,7 @@ class Train(WithModules):
             )
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
             path = train(training, out, _Told(progress))
-        judging = Judging(training, path)
-        print(f"policy: {path}\njudge it beside {judging.controller}, with pictures:\n{judging.command}", flush=True)
-        print("measuring how long that takes …", file=sys.stderr)
-        print(f"it takes about {judging.minutes()} min on {cores(None)} idle cores")
+        print(f"policy: {path}\njudge it beside a controller, with pictures:\n{judging_command(training, path)}")
         return 0
 
     def _fit_model(self, settings: FollowSettings, runs: Path) -> int:

@@ -4,27 +4,29 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import io
 import json
-import secrets
-import shutil
+import shlex
 import signal
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
+from benchmarks.contract.suite import controllers_suite
 from benchmarks.run.own_modules import load_modules
+from benchmarks.run.packages import check_packages
 from benchmarks.run.workers import cores
 from scenarios import catalog
 from scenarios.envs.pictureless.error_model import error_model
 from scenarios.envs.pictureless.vector_env import Starts
 from scenarios.envs.reward import Reward
 from sim.checks import check
+from trackers.atomic_file import write_atomic
 from trackers.belief.features import FEATURES
 from trackers.controllers.catalogue import controller_entry, our_controller
 from trackers.controllers.policy import Policy, save_policy
@@ -86,7 +88,6 @@ class Training:
 
     def __post_init__(self) -> None:
         catalog.check_env(self.env)
-        check("algorithm", self.algorithm in ("ppo", "sac"), "ppo or sac", repr(self.algorithm))
         for name in ("steps", "episodes", "episode_steps"):
             value = getattr(self, name)
             check(name, value is None or value >= 1, "a whole number >= 1", value)
@@ -150,128 +151,56 @@ class Training:
         return {"preset": self.preset_name, "tracker": self.tracker_name, "reward": self.reward, **steering}
 
 
-class StopSignals:
-    """A context in which SIGINT and SIGTERM raise KeyboardInterrupt; held signals raise it upon release."""
-
-    def __init__(self) -> None:
-        self._held = self._came = False
-        self._before: dict[signal.Signals, Any] = {}
-
-    def __enter__(self) -> StopSignals:
-        for number in (signal.SIGINT, signal.SIGTERM):
-            self._before[number] = signal.signal(number, self._take)
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-
-    def hold(self) -> None:
-        """Hold signals from now on."""
-        self._held = True
-
-    def release(self) -> None:
-        """Raise KeyboardInterrupt for a held signal; later signals raise it at once."""
-        self._held = False
-        if self._came:
-            raise KeyboardInterrupt
-
-    def _take(self, *_: object) -> None:
-        self._came = True
-        if not self._held:
-            raise KeyboardInterrupt
-
-
-_FOLDER, _OLD = "checkpoint", ".checkpoint.old"
+CHECKPOINT = "checkpoint.pt"
+"""File of a training's folder from which the same command continues."""
 _REPLAYED = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
-_OPTIMISER = "optimizer"
 
 
 def save_checkpoint(model: Any, out: Path, settings: dict[str, Any]) -> None:
     """Write a model's state atomically: a killed run leaves the previous checkpoint."""
-    from safetensors.torch import save
+    import torch
 
-    for left_over in out.glob(f".{_FOLDER}.new.*"):
-        shutil.rmtree(left_over, ignore_errors=True)
-    beside = out / f".{_FOLDER}.new.{secrets.token_hex(8)}"
-    beside.mkdir(parents=True)
-    # save_file does not raise OSError on a full disk.
-    (beside / "tensors.safetensors").write_bytes(save(_tensors(model)))
-    state = {"settings": settings, "steps": model.num_timesteps, "updates": model._n_updates}
+    state = {
+        "settings": settings,
+        "steps": model.num_timesteps,
+        "updates": model._n_updates,
+        "parameters": model.get_parameters(),
+    }
+    if isinstance(getattr(model, "log_ent_coef", None), torch.Tensor):
+        state["log_ent_coef"] = model.log_ent_coef.detach()
     buffer = getattr(model, "replay_buffer", None)
     if buffer is not None:
-        filled = buffer.buffer_size if buffer.full else buffer.pos
-        np.savez(beside / "replay.npz", **{name: getattr(buffer, name)[:filled] for name in _REPLAYED})
-        state |= {"replay_position": int(buffer.pos), "replay_full": bool(buffer.full)}
-    (beside / "state.json").write_text(json.dumps(state) + "\n")
-    place, old = out / _FOLDER, out / _OLD
-    if place.exists():
-        shutil.rmtree(old, ignore_errors=True)
-        place.rename(old)
-    beside.rename(place)
-    shutil.rmtree(old, ignore_errors=True)
+        state["replay"] = {name: torch.from_numpy(getattr(buffer, name)[: buffer.size()]) for name in _REPLAYED}
+        state["replay_position"] = (int(buffer.pos), bool(buffer.full))
+    # Not into the file itself: torch does not raise OSError on a full disk.
+    content = io.BytesIO()
+    torch.save(state, content)
+    out.mkdir(parents=True, exist_ok=True)
+    write_atomic(out / CHECKPOINT, content.getvalue())
 
 
-def checkpointed_settings(out: Path) -> dict[str, Any] | None:
-    """Return the settings of the checkpoint in a folder, None if there is none."""
-    state = _latest(out) / "state.json"
-    if not state.is_file():
-        return None
-    settings: dict[str, Any] = json.loads(state.read_text())["settings"]
-    return settings
+def read_checkpoint(out: Path) -> dict[str, Any] | None:
+    """Return what ``save_checkpoint`` wrote in a folder, None if there is nothing. No code of the file is run."""
+    import torch
+
+    path = out / CHECKPOINT
+    state: dict[str, Any] | None = torch.load(path, weights_only=True) if path.is_file() else None
+    return state
 
 
-def checkpointed_steps(out: Path) -> int:
-    """Return the number of steps before the checkpoint in a folder."""
-    return int(json.loads((_latest(out) / "state.json").read_text())["steps"])
-
-
-def load_checkpoint(model: Any, out: Path) -> None:
-    """Load the checkpoint in a folder into a fresh model of the same settings."""
-    from safetensors.torch import load_file
-
-    folder = _latest(out)
-    state = json.loads((folder / "state.json").read_text())
-    parameters = model.get_parameters()
-    for name, tensor in load_file(folder / "tensors.safetensors").items():
-        group, *keys = name.split("/")
-        if group == "log_ent_coef":
-            model.log_ent_coef.data.copy_(tensor)
-        elif _OPTIMISER in group:
-            # The optimiser is fresh: its groups come from the settings.
-            parameters[group]["state"].setdefault(int(keys[0]), {})[keys[1]] = tensor
-        else:
-            parameters[group][keys[0]] = tensor
-    model.set_parameters(parameters)
+def _restore(model: Any, state: dict[str, Any]) -> None:
+    """Set a fresh model of the same settings to a checkpoint."""
+    model.set_parameters(state["parameters"])
     model.num_timesteps, model._n_updates = state["steps"], state["updates"]
-    buffer = getattr(model, "replay_buffer", None)
-    if buffer is not None:
-        with np.load(folder / "replay.npz", allow_pickle=False) as arrays:
-            for name in _REPLAYED:
-                getattr(buffer, name)[: len(arrays[name])] = arrays[name]
-        buffer.pos, buffer.full = state["replay_position"], state["replay_full"]
+    if "log_ent_coef" in state:
+        model.log_ent_coef.data.copy_(state["log_ent_coef"])
+    if "replay" in state:
+        buffer = model.replay_buffer
+        for name, values in state["replay"].items():
+            getattr(buffer, name)[: len(values)] = values.numpy()
+        buffer.pos, buffer.full = state["replay_position"]
 
 
-def _latest(out: Path) -> Path:
-    """Return the folder of the checkpoint; the previous one after a kill between the two renames."""
-    return out / _FOLDER if (out / _FOLDER).exists() else out / _OLD
-
-
-def _tensors(model: Any) -> dict[str, Any]:
-    """Return all tensors of a model by ``group/name``, those of optimisers by ``group/number/name``."""
-    tensors: dict[str, Any] = {}
-    for group, content in model.get_parameters().items():
-        if _OPTIMISER in group:
-            for number, values in content["state"].items():
-                tensors |= {f"{group}/{number}/{name}": value for name, value in values.items()}
-        else:
-            tensors |= {f"{group}/{name}": value for name, value in content.items()}
-    if getattr(model, "log_ent_coef", None) is not None:
-        tensors["log_ent_coef"] = model.log_ent_coef
-    return {name: tensor.detach().clone().contiguous() for name, tensor in tensors.items()}
-
-
-_INSTALL = "pip install 'frameout[train]'"
 _HIDDEN = (128, 64)
 _FIRST_SHARE = 0.01
 """Initial scale of the last layer, so that corrections start near zero."""
@@ -320,19 +249,20 @@ def train(training: Training, out: Path, report: Report) -> Path:
     torch.set_num_threads(1)
     settings = json.loads(json.dumps(training.resolved))
     learnt_from = settings | {"error_model": _error_model_hash(training)}
-    before = checkpointed_settings(out)
+    before = read_checkpoint(out)
     if before is not None:
-        changed = sorted(name for name in learnt_from if name != "steps" and before.get(name) != learnt_from[name])
+        kept = before["settings"]
+        changed = sorted(name for name in learnt_from if name != "steps" and kept.get(name) != learnt_from[name])
         check("out", not changed, f"a folder of the same training, or a new one (other: {', '.join(changed)})", out)
     # A resumed training draws new episodes and actions.
-    seed = training.seed if before is None else training.seed + checkpointed_steps(out)
+    seed = training.seed if before is None else training.seed + before["steps"]
     envs = _envs(training, seed)
     try:
         model = _model(training, envs, out, seed)
         if before is None:
             _start_small(model)
         else:
-            load_checkpoint(model, out)
+            _restore(model, before)
         started = time.perf_counter()
         left = training.steps - model.num_timesteps
         if left > 0:
@@ -449,26 +379,34 @@ def _start_small(model: Any) -> None:
 
 
 def _learn(model: Any, left: int, out: Path, settings: dict[str, Any], report: Report) -> None:
-    """Train the remaining steps; write a checkpoint at the end or upon an interrupt."""
-    with StopSignals() as signals:
-        keep = _callback(model.num_timesteps, left, out, settings, report, signals)
-        try:
-            model.learn(left, callback=keep, reset_num_timesteps=False, tb_log_name="training")
-        except KeyboardInterrupt:
-            # Nothing was learnt from the steps of the rollout under way.
-            model.num_timesteps = keep.learnt_steps
-            save_checkpoint(model, out, settings)
-            raise
-        save_checkpoint(model, out, settings)
+    """Train the remaining steps; write a checkpoint every minute and at the end, be it upon SIGINT or SIGTERM."""
+    keep = _callback(model.num_timesteps, left, out, settings, report)
+    before = {number: signal.signal(number, keep.stop) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        model.learn(left, callback=keep, reset_num_timesteps=False, tb_log_name="training")
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if keep.stopped:
+        # Nothing was learnt from the steps of the rollout under way.
+        model.num_timesteps = keep.learnt_steps
+    save_checkpoint(model, out, settings)
+    if keep.stopped:
+        raise KeyboardInterrupt
 
 
-def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], report: Report, signals: StopSignals) -> Any:
+def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], report: Report) -> Any:
     from stable_baselines3.common.callbacks import BaseCallback
 
     class Keep(BaseCallback):
-        """Reports progress, writes a checkpoint every minute, and defers signals during an update of the weights."""
+        """Reports progress, writes a checkpoint every minute, and ends the training upon a signal."""
 
         learnt_steps = behind
+        stopped = False
+
+        def stop(self, *_: object) -> None:
+            """Handle a signal: the step or the update under way is the last one."""
+            self.stopped = True
 
         def _on_training_start(self) -> None:
             self.saved_s = self.begun_s = time.monotonic()
@@ -479,13 +417,11 @@ def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], repor
             if time.monotonic() - self.saved_s > _CHECKPOINT_S:
                 save_checkpoint(self.model, out, settings)
                 self.saved_s = time.monotonic()
-            signals.release()
 
         def _on_step(self) -> bool:
-            return True
+            return not self.stopped
 
         def _on_rollout_end(self) -> None:
-            signals.hold()
             # Stands beside rollout/ep_rew_mean in TensorBoard.
             self.logger.record("rollout/time_in_view", self.standing().time_in_view)
 
@@ -507,5 +443,21 @@ def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], repor
 
 def needs_stable_baselines() -> None:
     """Raise ValueError if stable-baselines3 or TensorBoard is not installed."""
-    installed = all(map(find_spec, ("stable_baselines3", "tensorboard")))
-    check("train", installed, f"stable-baselines3 to be installed ({_INSTALL})", "none")
+    check_packages(("stable_baselines3", "tensorboard"), "train")
+
+
+JUDGED = range(9_996, 10_000)
+"""Development episodes; a training without pictures reaches them only if it plans nearly all there are."""
+
+
+def judging_command(training: Training, policy: Path) -> str:
+    """Return the command, quoted for a shell, that judges a policy with pictures beside the controller it corrects.
+
+    One that steers alone is compared with ``centre``.
+    """
+    beside = "centre" if training.controller_name == "none" else training.controller_name
+    words = ["frameout", "bench", controllers_suite().name, "--scenario", training.scenario]
+    words += ["--preset", training.preset_name, "--trackers", training.tracker_name]
+    words += ["--controllers", f"policy:{policy}", beside]
+    words += ["--seeds", f"{JUDGED.start}:{JUDGED.stop}", "--out", str(policy.parent / "judged")]
+    return shlex.join([*words, *(("--modules", *training.modules) if training.modules else ())])

@@ -156,9 +156,10 @@ def test_without_stable_baselines_training_leaves_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("benchmarks.learning.training.find_spec", lambda name: None)
+    monkeypatch.setattr("benchmarks.run.packages.find_spec", lambda name: None)
     assert main(["train"]) == 2
-    assert "train: expected stable-baselines3 to be installed (pip install" in capsys.readouterr().err
+    told = "packages: expected stable_baselines3, tensorboard to be installed (pip install 'frameout[train]')"
+    assert told in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import os
+import re
+import shlex
 import signal
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,13 +15,17 @@ import pytest
 from numpy.typing import NDArray
 
 from benchmarks.cli.main import main
-from benchmarks.learning.training import Training, checkpointed_settings, save_checkpoint
+from benchmarks.contract.rows import read_rows
+from benchmarks.learning.training import CHECKPOINT, JUDGED, Training, judging_command, read_checkpoint, save_checkpoint
+from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from tests.benchmarks.no_room import no_room
-from trackers.controllers.catalogue import controller_entry
+from tests.scenarios.envs import stand_in
+from trackers.controllers.catalogue import controller_entry, controllers
 from trackers.controllers.policy import load_policy
 
 pytest.importorskip("stable_baselines3")
+import gymnasium as gym
 import torch
 
 from benchmarks.learning import training
@@ -42,6 +47,13 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def nothing(standing: Standing) -> None:
     pass
+
+
+def steps_before(out: Path) -> int:
+    """Return the number of steps before the checkpoint in a folder."""
+    state = read_checkpoint(out)
+    assert state is not None
+    return int(state["steps"])
 
 
 @dataclass
@@ -78,8 +90,7 @@ def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path
     assert any((a != b).any() for a, b in zip(begun[0].weights, first.weights, strict=True))
     assert first.base is not None
     assert first.base["controller"] == "reentry"
-    state = json.loads((tmp_path / "ppo" / "checkpoint" / "state.json").read_text())
-    assert state["steps"] == STEPS
+    assert steps_before(tmp_path / "ppo") == STEPS
     # All steps are done: the same call learns nothing, and weights come back from the checkpoint as they were.
     again = load_policy(str(train(TINY, tmp_path / "ppo", nothing)))
     assert len(begun) == 1
@@ -95,7 +106,7 @@ def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path
     # Two rounds of six epochs, one batch each.
     assert begun[1].optimiser_steps == {12.0}
     assert any((a != b).any() for a, b in zip(first.weights, more.weights, strict=True))
-    assert json.loads((tmp_path / "ppo" / "checkpoint" / "state.json").read_text())["steps"] == 2 * STEPS
+    assert steps_before(tmp_path / "ppo") == 2 * STEPS
     assert controller_entry(f"policy:{path}", "helicopter").create() is not None
     assert not [left.name for left in (tmp_path / "ppo").iterdir() if left.name.startswith(".")]
     with pytest.raises(ValueError, match=r"out: expected a folder of the same training, or a new one \(other: seed\)"):
@@ -114,8 +125,9 @@ def test_the_off_policy_method_goes_on_with_what_it_remembers(tmp_path: Path) ->
     first = load_policy(str(train(tiny, tmp_path / "sac", nothing)))
     assert first.base is None
     assert first.output == "tanh"
-    with np.load(tmp_path / "sac" / "checkpoint" / "replay.npz", allow_pickle=False) as kept:
-        assert len(kept["rewards"]) == 100
+    state = read_checkpoint(tmp_path / "sac")
+    assert state is not None
+    assert len(state["replay"]["rewards"]) == 100
     more = load_policy(str(train(replace(tiny, steps=800), tmp_path / "sac", nothing)))
     assert any((a != b).any() for a, b in zip(first.weights, more.weights, strict=True))
 
@@ -144,14 +156,13 @@ def test_a_training_that_is_interrupted_leaves_what_it_has_learnt(
     monkeypatch.setattr(owner, method, interrupts(getattr(owner, method), at))
     with pytest.raises(KeyboardInterrupt):
         train(TINY, tmp_path, nothing)
-    state = json.loads((tmp_path / "checkpoint" / "state.json").read_text())
-    assert state["steps"] == STEPS // 2
+    assert steps_before(tmp_path) == STEPS // 2
     assert not (tmp_path / "policy.json").exists()
     assert signal.getsignal(number) == before
     monkeypatch.undo()
     monkeypatch.chdir(tmp_path)
     train(TINY, tmp_path, nothing)
-    assert json.loads((tmp_path / "checkpoint" / "state.json").read_text())["steps"] == STEPS
+    assert steps_before(tmp_path) == STEPS
 
 
 def test_worlds_are_kept_where_that_is_possible_if_pictures_are_made() -> None:
@@ -180,15 +191,14 @@ def test_a_checkpoint_that_finds_no_room_is_told_in_one_line(
     assert main(words.split()) == 1
     out, err = capsys.readouterr()
     assert out == ""
-    assert err.splitlines()[-1] == "error: File too large; what was written before is kept"
-    assert checkpointed_settings(tmp_path / "full") is None
+    assert err.splitlines()[-1] == "error: full/checkpoint.pt: File too large; what was written before is kept"
+    assert not (tmp_path / "full" / CHECKPOINT).exists()
 
 
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
         ("env", "frameout/MoonFollow-v1", "env: expected one of frameout/RoadTownFollow-v2"),
-        ("algorithm", "es", "algorithm: expected ppo or sac, got 'es'"),
         ("steps", 0, "steps: expected a whole number >= 1, got 0"),
         ("seed", -1, "seed: expected a whole number >= 0, got -1"),
     ],
@@ -196,3 +206,85 @@ def test_a_checkpoint_that_finds_no_room_is_told_in_one_line(
 def test_what_is_wrong_is_named(name: str, value: object, expected: str) -> None:
     with pytest.raises(ValueError, match=expected):
         replace(TINY, **{name: value})  # type: ignore[arg-type]
+
+
+@pytest.mark.heavy
+def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_word(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In a world without a renderer, with one episode of the four, in a folder whose name a shell would split."""
+    place = f"{stand_in.__name__}:FLOWN"
+    scenes = (replace(each, place=place) if each.id == stand_in.FLOWN.id else each for each in catalog._ENTRIES)
+    monkeypatch.setattr(catalog, "_ENTRIES", tuple(scenes))
+    monkeypatch.setattr(training, "JUDGED", range(9_999, 10_000))
+    words = [
+        "train",
+        "frameout/RoadTownFollow-v2",
+        "--pictures",
+        "--preset",
+        "tiny",
+        "--tracker",
+        "fake_knowing",
+        "--steps",
+        "256",
+    ]
+    assert main([*words, "--envs", "1", "--out", "a folder"]) == 0
+    out, err = capsys.readouterr()
+    lines = re.findall(r"([\d,]+) steps: episode reward (\S+), in view (\d+)% of the time, ([\d,]+) steps/s", err)
+    assert lines[-1][0] == "256"
+    for _, reward, share, rate in lines:
+        assert -100.0 < float(reward) <= 59 * 1.2
+        assert 0 <= int(share) <= 100
+        assert int(rate.replace(",", "")) > 0
+    first, _, command = out.splitlines()
+    assert first == "policy: a folder/policy.json"
+    program, *named = shlex.split(command)
+    assert program == "frameout"
+    assert main([*named, "--workers", "0"]) == 0
+    rows = read_rows(tmp_path / "a folder" / "judged")
+    assert {row["controller"] for row in rows} == {"policy:a folder/policy.json", "reentry"}
+    assert {row["seed"] for row in rows} == {9_999}
+    assert (tmp_path / "a folder" / "judged" / "comparisons.json").is_file()
+
+
+def test_every_policy_is_judged_on_few_development_episodes_beside_a_controller_of_its_carrier() -> None:
+    assert 2 <= len(JUDGED) <= 8
+    assert JUDGED.stop <= 10_000
+    for controller, beside in (("none", "centre"), ("hold", "hold")):
+        for env in ("frameout/StereoFollow-v2", "frameout/HarbourFollow-v1"):
+            mine = Training(env, controller=controller, modules=("a.py",))
+            assert beside in controllers(catalog.scenario(mine.scenario).carrier.name)
+            command = judging_command(mine, Path("p.json"))
+            assert f" --controllers policy:p.json {beside} " in command
+            assert command.endswith("--modules a.py")
+
+
+def test_an_episode_s_reward_and_time_in_view_are_its_own_steps() -> None:
+    """Summed here from a second env with the same seed; the step that ends an episode begins the next.
+
+    The helicopter flies off, so that the target is out of view at the end and in view again at once.
+    """
+    options = {"pictures": False, "seeds": range(2), "preset": "quick", "max_episode_steps": 40}
+    ours = GymnasiumVecEnv(gym.make_vec(TINY.env, 3, **options), 4, 0.01)
+    theirs = gym.make_vec(TINY.env, 3, **options)
+    ours.reset()
+    theirs.reset(seed=4)
+    rewards, seen = np.zeros(3), np.zeros(3)
+    for step in range(1, 81):
+        actions = np.array([[1, 1, 0, 0]] * 3, np.float32)
+        *_, details = ours.step(actions)
+        _, reward, _, truncated, infos = theirs.step(actions)
+        rewards += reward
+        seen += infos["final_info"]["in_view"] if step % 40 == 0 else infos["in_view"]
+        assert truncated.all() == (step % 40 == 0)
+        for k in range(3):
+            if step % 40:
+                assert "episode" not in details[k]
+                continue
+            episode = details[k]["episode"]
+            assert episode["l"] == 40
+            assert episode["r"] == pytest.approx(rewards[k])
+            assert episode["in_view"] == pytest.approx(seen[k] / 40)
+            assert not infos["final_info"]["in_view"][k]
+            assert infos["in_view"][k]
+            rewards[k] = seen[k] = 0.0
