@@ -23,8 +23,7 @@ from benchmarks.cli.arguments import (
     seed_range,
 )
 from benchmarks.contract.text import counted
-from benchmarks.learning.model_check import as_table, model_check
-from benchmarks.learning.tracker_errors import make_error_model, save_error_model
+from benchmarks.learning.tracker_errors import make_error_model
 from benchmarks.learning.training import (
     EPISODES,
     Algorithm,
@@ -35,6 +34,7 @@ from benchmarks.learning.training import (
     needs_stable_baselines,
     train,
 )
+from benchmarks.learning.without_pictures import as_table, model_check
 from benchmarks.run.experiment import Progress
 from benchmarks.run.result_folder import make_folder
 from benchmarks.show.progress import progress_bar
@@ -156,8 +156,8 @@ class Train(WithModules):
     def _fit_model(self, settings: FollowSettings, runs: Path) -> int:
         seeds = development_seeds(self.fit_model, "fit_model")
         with progress_bar("episodes with pictures") as progress:
-            model = make_error_model(settings, seeds, runs, progress)
-        print(f"model of the errors of {settings.tracker}: {save_error_model(model)}")
+            path = make_error_model(settings, seeds, runs, progress)
+        print(f"model of the errors of {settings.tracker}: {path}")
         return 0
 
     def _check_model(self, settings: FollowSettings, runs: Path) -> int:

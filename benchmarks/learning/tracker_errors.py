@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
@@ -20,17 +19,7 @@ from benchmarks.run.selection import tracker_named
 from scenarios import catalog
 from scenarios.envs.follow_env import followed_episode
 from scenarios.envs.pictureless.bank import pictureless_of
-from scenarios.envs.pictureless.episode_state import (
-    ACROSS,
-    ALONG,
-    DENSEST_ACROSS,
-    DENSEST_ALONG,
-    DENSEST_SHARE,
-    LATENTS,
-    LENGTH,
-    PROBABILITY,
-    SPREAD,
-)
+from scenarios.envs.pictureless.episode_state import LATENTS
 from scenarios.envs.pictureless.error_model import (
     CONDITION_FRAMES,
     CUT,
@@ -64,40 +53,27 @@ _LEAST_SPREAD_M = 0.05
 _OFF_BORDER = 0.05
 
 
-@dataclass(frozen=True, eq=False)
-class TrackerErrors:
-    """Modes and errors on N frames.
-
-    Attributes:
-        condition, condition_frames, mode, unsure_frames: see ``ErrorModel``.
-        known, in_picture: whether there is an estimate, and whether it is in the picture.
-        error_m: (N, 2) of the place, along and across the axis; NaN without an estimate.
-        spread_m, share: (N, 1) of the posterior. densest_offset: (N, 2) over the spread.
-        probability: (N,). length: (N, 1) of the box over the target's length at that place.
-    """
-
-    condition: NDArray[np.int64]
-    condition_frames: NDArray[np.int64]
-    mode: NDArray[np.int64]
-    unsure_frames: NDArray[np.int64]
-    known: NDArray[np.bool_]
-    in_picture: NDArray[np.bool_]
-    error_m: NDArray[np.float64]
-    spread_m: NDArray[np.float64]
-    share: NDArray[np.float64]
-    densest_offset: NDArray[np.float64]
-    probability: NDArray[np.float64]
-    length: NDArray[np.float64]
-
-    @staticmethod
-    def joined(parts: Sequence[TrackerErrors]) -> TrackerErrors:
-        """Return the frames of all parts, concatenated."""
-        names = [field.name for field in dataclasses.fields(TrackerErrors)]
-        return TrackerErrors(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+ANSWERS = (
+    "along_m",
+    "across_m",
+    "spread_m",
+    "densest_along",
+    "densest_across",
+    "densest_share",
+    "probability",
+    "length",
+)
+"""Columns of the random quantities of an answer, in the order of the latents."""
 
 
-def errors_in(run: NDArray[np.void], carrier: Carrier, wrong_from_m: float) -> TrackerErrors:
-    """Return the errors in a run (T,) of dtype ``RUN`` after its first frame (T - 1 frames).
+def errors_in(run: NDArray[np.void], carrier: Carrier, wrong_from_m: float) -> pd.DataFrame:
+    """Return the modes and errors in a run (T,) of dtype ``RUN``, a line for each frame after the first.
+
+    Its columns ``condition``, ``condition_frames``, ``mode`` and ``unsure_frames`` are those of ``ErrorModel``;
+    ``known`` and ``in_picture`` are whether there is an estimate, and whether it is in the picture. Of the estimate,
+    NaN without one, are ``along_m`` and ``across_m``, its error along and across the axis, ``spread_m`` and
+    ``densest_share`` of the posterior, ``densest_along`` and ``densest_across`` over the spread, the ``probability``
+    of being in view, and the ``length`` of the box over the target's length at that place.
 
     Args:
         wrong_from_m: see ``TrackerRuns``.
@@ -113,30 +89,32 @@ def errors_in(run: NDArray[np.void], carrier: Carrier, wrong_from_m: float) -> T
     mode = np.where(sure, np.where(far < wrong_from_m, TRACKING, WRONG), LOST)
     visible = run["visible_fraction"] * ~run["out"]
     condition = np.where(visible >= PLAIN_SHARE, PLAIN, np.where(visible < UNSEEN_SHARE, UNSEEN, CUT))
-    unsure = _since(mode != TRACKING)
     axis_rad = _axes(run, carrier, mode)
     longest_m = np.maximum(run["size_m"][:, 0], run["size_m"][:, 2])
     unit_share = 0.5 * focal_px * longest_m / np.maximum(depth_m, 1e-3) / half_px[0]
     offset_m = np.column_stack([sighting["densest_x_m"] - sighting["x_m"], sighting["densest_y_m"] - sighting["y_m"]])
-    nothing = ~known[:, None]
-    spread_m = sighting["spread_m"][:, None]
     # The measured frame differs from the true one by a shift and a fraction of a degree: directions are equal.
-    densest = _turned(offset_m, axis_rad) / np.maximum(spread_m, _LEAST_SPREAD_M)
+    densest = _turned(offset_m, axis_rad) / np.maximum(sighting["spread_m"], _LEAST_SPREAD_M)[:, None]
     if carrier.looks == "ahead":
         densest = np.zeros_like(densest)
-    return TrackerErrors(
+    answers = (
+        np.clip(_turned(error_m, axis_rad), -_FARTHEST_M, _FARTHEST_M),
+        sighting["spread_m"],
+        densest,
+        sighting["densest_share"],
+        sighting["in_view_probability"],
+        sighting["length_share"] / unit_share,
+    )
+    answered = pd.DataFrame(np.column_stack(answers), columns=ANSWERS)
+    answered.loc[~known] = np.nan
+    inside = (np.abs(np.column_stack([sighting["picture_x"], sighting["picture_y"]])) < 1.0).all(axis=1)
+    return answered.assign(
         condition=condition,
-        condition_frames=_run_lengths(condition),
+        condition_frames=_frames_since(np.r_[True, condition[1:] != condition[:-1]]),
         mode=mode,
-        unsure_frames=unsure,
+        unsure_frames=_frames_since(np.r_[True, mode == TRACKING])[1:],
         known=known,
-        in_picture=known & (np.abs(np.column_stack([sighting["picture_x"], sighting["picture_y"]])) < 1.0).all(axis=1),
-        error_m=np.where(nothing, np.nan, np.clip(_turned(error_m, axis_rad), -_FARTHEST_M, _FARTHEST_M)),
-        spread_m=np.where(nothing, np.nan, spread_m),
-        share=np.where(nothing, np.nan, sighting["densest_share"][:, None]),
-        densest_offset=np.where(nothing, np.nan, densest),
-        probability=np.where(known, sighting["in_view_probability"], np.nan),
-        length=np.where(nothing, np.nan, (sighting["length_share"] / unit_share)[:, None]),
+        in_picture=known & inside,
     )
 
 
@@ -187,16 +165,10 @@ def _turned(vectors_m: NDArray[np.float64], axis_rad: NDArray[np.float64]) -> ND
     return np.column_stack([c * vectors_m[:, 0] + s * vectors_m[:, 1], c * vectors_m[:, 1] - s * vectors_m[:, 0]])
 
 
-def _since(flags: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Return the number of frames since a flag was set, 0 where it is not."""
-    places = np.arange(1, len(flags) + 1)
-    return places - np.maximum.accumulate(np.where(flags, 0, places))
-
-
-def _run_lengths(values: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the number of frames since each value changed, 0 on the first."""
-    places = np.arange(len(values))
-    return places - np.maximum.accumulate(np.where(np.r_[True, values[1:] != values[:-1]], places, 0))
+def _frames_since(marked: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return the number of frames since the latest mark of each; the first frame has one."""
+    places = np.arange(len(marked))
+    return places - np.maximum.accumulate(np.where(marked, places, 0))
 
 
 _FEWEST = 25
@@ -217,164 +189,128 @@ def fit(tracker: str, scenario: str, runs: Sequence[NDArray[np.void]], made: Map
     """
     check("runs", len(runs) > 0, "at least one", "none")
     settings, carrier = pictureless_of(scenario).runs, catalog.scenario(scenario).carrier
-    parts = [errors_in(run, carrier, settings.wrong_from_m) for run in runs]
-    every = TrackerErrors.joined(parts)
-    error, spread, share = _by_knot(every, every.error_m), _by_knot(every, every.spread_m), _by_knot(every, every.share)
+    every = pd.concat(
+        [errors_in(run, carrier, settings.wrong_from_m) for run in runs], keys=range(len(runs)), names=["run", "frame"]
+    )
+    knots = np.array(KNOT_FRAMES)
+    nearest = np.searchsorted(0.5 * (knots[1:] + knots[:-1]), every["unsure_frames"])
+    # The index of each frame's distribution: its condition while tracking, else the nearest knot.
+    every["slot"] = np.where(every["mode"] == TRACKING, every["condition"], nearest)
     return ErrorModel(
         tracker=tracker,
         scenario=scenario,
         made=dict(made),
-        rates=_rates(parts),
-        kept=_kept(parts),
-        error_m=np.moveaxis(error, -1, 0),
-        spread_m=spread[..., 0],
-        densest_share=share[..., 0],
-        densest_offset=np.moveaxis(_by_mode(every, every.densest_offset), -1, 0),
+        rates=_rates(every),
+        kept=_kept(every),
+        error_m=np.stack([_by_knot(every, column) for column in ("along_m", "across_m")]),
+        spread_m=_by_knot(every, "spread_m"),
+        densest_share=_by_knot(every, "densest_share"),
+        densest_offset=np.stack([_by_mode(every, column) for column in ("densest_along", "densest_across")]),
         probability=_probabilities(every),
-        length=_by_mode(every, every.length)[..., 0],
+        length=_by_mode(every, "length"),
         known_share=_known_shares(every),
-        looked_again=_looked_again(parts, settings.jump_m),
+        looked_again=_looked_again(every, settings.jump_m),
     )
 
 
-def _rates(parts: Sequence[TrackerErrors]) -> NDArray[np.float64]:
+def _rates(every: pd.DataFrame) -> NDArray[np.float64]:
+    # Mode and age are of the frame before; the condition is of this frame.
+    before = every.groupby("run")[["mode", "unsure_frames"]].shift().dropna().astype(int)
+    now = every.loc[before.index]
+    row = np.searchsorted(CONDITION_FRAMES, now["condition_frames"], side="right") - 1
+    is_long = (before["unsure_frames"] > LONG_LOST_FRAMES).to_numpy(int)
     counts = np.zeros((3, len(CONDITION_FRAMES), 2, 3, 3))
-    for run in parts:
-        row = np.searchsorted(CONDITION_FRAMES, run.condition_frames, side="right") - 1
-        is_long = (run.unsure_frames > LONG_LOST_FRAMES).astype(int)
-        # Mode and age are of the frame before; the condition is of this frame.
-        np.add.at(counts, (run.condition[1:], row[1:], is_long[:-1], run.mode[:-1], run.mode[1:]), 1.0)
-    overall = counts.sum(axis=(0, 1, 2)) + np.eye(3)
-    overall /= overall.sum(axis=-1, keepdims=True)
-    by_condition = counts.sum(axis=(1, 2)) + _SMOOTHING * overall
-    by_condition /= by_condition.sum(axis=-1, keepdims=True)
-    rates = counts + _SMOOTHING * by_condition[:, None, None]
-    return np.asarray(rates / rates.sum(axis=-1, keepdims=True))
+    np.add.at(counts, (now["condition"].array, row, is_long, before["mode"].array, now["mode"].array), 1.0)
+    overall = _shares(counts.sum(axis=(0, 1, 2)) + np.eye(3))
+    by_condition = _shares(counts.sum(axis=(1, 2)) + _SMOOTHING * overall)
+    return _shares(counts + _SMOOTHING * by_condition[:, None, None])
 
 
-def _slots(errors: TrackerErrors) -> NDArray[np.int64]:
-    """Return the distribution's index (N,) of each frame: its condition while tracking, else the nearest knot."""
-    knots = np.array(KNOT_FRAMES)
-    nearest = np.searchsorted(0.5 * (knots[1:] + knots[:-1]), errors.unsure_frames)
-    return np.where(errors.mode == TRACKING, errors.condition, nearest)
+def _shares(counts: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(counts / counts.sum(axis=-1, keepdims=True))
 
 
-def _by_knot(errors: TrackerErrors, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return quantiles (M, K, Q, V) of values (N, V) by mode and slot."""
-    slots, knots = _slots(errors), len(KNOT_FRAMES)
-    known = np.isfinite(values).all(axis=1)
-    out = np.zeros((3, knots, len(QUANTILE_Z), values.shape[1]))
-    for mode in range(3):
-        own = known & (errors.mode == mode)
-        for slot in range(knots):
-            # Too few values are pooled with those of ever more neighbours.
-            for reach in range(knots + 1):
-                chosen = values[own & (np.abs(slots - slot) <= reach)]
-                if len(chosen) >= _FEWEST:
-                    break
-            else:
-                chosen = values[own] if own.any() else values[known & (errors.mode == TRACKING)]
-            out[mode, slot] = np.quantile(chosen, _PROBABILITIES, axis=0) if len(chosen) else 0.0
+def _by_knot(every: pd.DataFrame, column: str) -> NDArray[np.float64]:
+    """Return quantiles (M, K, Q) of a column by mode and slot."""
+    known = every[every[column].notna()]
+    out = np.zeros((3, len(KNOT_FRAMES), len(QUANTILE_Z)))
+    for mode, slot in np.ndindex(out.shape[:2]):
+        own = known[known["mode"] == mode]
+        # Too few values are pooled with those of ever more neighbours.
+        apart = (own["slot"] - slot).abs()
+        pools = (own[apart <= reach] for reach in range(len(KNOT_FRAMES)))
+        chosen = next((pool for pool in pools if len(pool) >= _FEWEST), own)
+        out[mode, slot] = _quantiles(known[known["mode"] == TRACKING] if chosen.empty else chosen, column, 0.0)
     return out
 
 
-def _by_mode(errors: TrackerErrors, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return quantiles (M, Q, V) of values (N, V) by mode."""
-    known = np.isfinite(values).all(axis=1)
-    out = np.zeros((3, len(QUANTILE_Z), values.shape[1]))
-    for mode in range(3):
-        own = known & (errors.mode == mode)
-        chosen = values[own] if own.sum() >= _FEWEST else values[known]
-        out[mode] = np.quantile(chosen, _PROBABILITIES, axis=0)
-    return out
+def _by_mode(every: pd.DataFrame, column: str) -> NDArray[np.float64]:
+    """Return quantiles (M, Q) of a column by mode."""
+    known = every[every[column].notna()]
+    own = [known[known["mode"] == mode] for mode in range(3)]
+    return np.stack([_quantiles(each if len(each) >= _FEWEST else known, column, 0.0) for each in own])
 
 
-def _probabilities(errors: TrackerErrors) -> NDArray[np.float64]:
+def _probabilities(every: pd.DataFrame) -> NDArray[np.float64]:
+    known = every[every["probability"].notna()]
     out = np.zeros((3, 2, len(QUANTILE_Z)))
-    known = np.isfinite(errors.probability)
-    for mode in range(3):
-        own = known & (errors.mode == mode)
-        for inside in range(2):
-            chosen = errors.probability[own & (errors.in_picture == inside)]
-            chosen = chosen if len(chosen) >= _FEWEST else errors.probability[own]
-            typical = 0.25 if mode == LOST else 0.75
-            out[mode, inside] = np.quantile(chosen, _PROBABILITIES) if len(chosen) else typical
+    for mode, inside in np.ndindex(out.shape[:2]):
+        own = known[known["mode"] == mode]
+        chosen = own[own["in_picture"] == inside]
+        typical = 0.25 if mode == LOST else 0.75
+        out[mode, inside] = _quantiles(chosen if len(chosen) >= _FEWEST else own, "probability", typical)
     return out
 
 
-def _known_shares(errors: TrackerErrors) -> NDArray[np.float64]:
-    slots = _slots(errors)
+def _quantiles(chosen: pd.DataFrame, column: str, without: float) -> NDArray[np.float64]:
+    """Return quantiles (Q,) of a column; ``without`` any line that number."""
+    return np.quantile(chosen[column] if len(chosen) else [without], _PROBABILITIES)
+
+
+def _known_shares(every: pd.DataFrame) -> NDArray[np.float64]:
+    lost = every[every["mode"] == LOST].groupby("slot")["known"].mean()
     out = np.ones((3, len(KNOT_FRAMES)))
-    for slot in range(len(KNOT_FRAMES)):
-        own = (errors.mode == LOST) & (slots == slot)
-        if own.sum() > 0:
-            out[LOST, slot] = errors.known[own].mean()
-        elif slot > 0:
-            out[LOST, slot] = out[LOST, slot - 1]
+    out[LOST] = lost.reindex(range(len(KNOT_FRAMES))).ffill().fillna(1.0)
     return out
 
 
-def _kept(parts: Sequence[TrackerErrors]) -> NDArray[np.float64]:
+def _kept(every: pd.DataFrame) -> NDArray[np.float64]:
     """Return the correlations (M, 8) of neighbouring frames' normal scores."""
-    every = TrackerErrors.joined(parts)
-    # Runs are concatenated: the last frame of one is no neighbour of the first of the next.
-    follows = np.concatenate([np.r_[False, np.ones(len(run.mode) - 1, bool)] for run in parts])[1:]
-    columns = {
-        ALONG: every.error_m[:, 0],
-        ACROSS: every.error_m[:, 1],
-        SPREAD: every.spread_m[:, 0],
-        DENSEST_ALONG: every.densest_offset[:, 0],
-        DENSEST_ACROSS: every.densest_offset[:, 1],
-        DENSEST_SHARE: every.share[:, 0],
-        PROBABILITY: every.probability,
-        LENGTH: every.length[:, 0],
-    }
-    slots, kept = _slots(every), np.zeros((3, LATENTS))
-    for latent, values in columns.items():
-        for mode in range(3):
-            scores = np.full(len(values), np.nan)
-            for slot in range(len(KNOT_FRAMES)):
-                own = (every.mode == mode) & (slots == slot) & np.isfinite(values)
-                if own.sum() >= 3:
-                    scores[own] = stats.norm.ppf((stats.rankdata(values[own]) - 0.5) / own.sum())
-            both = follows & np.isfinite(scores[1:]) & np.isfinite(scores[:-1])
-            if both.sum() >= _FEWEST and np.std(scores[1:][both]) > 0 and np.std(scores[:-1][both]) > 0:
-                kept[mode, latent] = np.corrcoef(scores[1:][both], scores[:-1][both])[0, 1]
+    alike = every.groupby(["mode", "slot"])[[*ANSWERS]]
+    count = alike.transform("count")
+    scores = ((alike.rank() - 0.5) / count).where(count >= 3).apply(stats.norm.ppf)
+    kept = np.zeros((3, LATENTS))
+    for mode in range(3):
+        now = scores.where(every["mode"] == mode)
+        before = now.groupby("run").shift()
+        kept[mode] = [now[each].corr(before[each], min_periods=_FEWEST) for each in ANSWERS]
+    kept = np.nan_to_num(kept)
     # Too few frames on a wrong target: use the correlation of a lost one.
     kept[WRONG] = np.where(kept[WRONG] == 0.0, kept[LOST], kept[WRONG])
     return np.clip(kept, 0.0, _LONGEST_KEPT)
 
 
-def _looked_again(parts: Sequence[TrackerErrors], jump_m: float) -> float:
+def _looked_again(every: pd.DataFrame, jump_m: float) -> float:
     """Return the rate of jumps of a lost target's estimate when its place is in the picture in vain."""
-    jumps, frames = 0, 0
-    for run in parts:
-        vain = (run.mode == LOST) & (run.condition == UNSEEN) & run.in_picture
-        step_m = np.linalg.norm(np.diff(run.error_m, axis=0), axis=1)
-        frames += int(vain[1:].sum())
-        jumps += int((step_m[vain[1:]] > jump_m).sum())
-    return jumps / max(frames, 1)
+    steps_m = every.groupby("run")[["along_m", "across_m"]].diff()
+    vain = (every["mode"] == LOST) & (every["condition"] == UNSEEN) & every["in_picture"]
+    vain &= every.index.get_level_values("frame") > 0
+    jumps = np.hypot(steps_m["along_m"], steps_m["across_m"])[vain] > jump_m
+    return float(jumps.mean()) if len(jumps) else 0.0
 
 
-_LATER = ("depth_m", "axis_depth_m")
-"""Fields of a sighting that no run holds, so that runs recorded before stay readable."""
-RECORDED = [name for name in SIGHTING.names or () if name not in _LATER]
-"""Fields of a sighting that a run holds."""
 RUN = np.dtype(
     [
         ("T_world_camera", "f8", (3, 4)),
         ("place_m", "f8", (2,)),
         ("heading_rad", "f8"),
         ("size_m", "f8", (3,)),
-        # Of the target's centre, and the estimate; NaN behind the camera, and without an estimate.
-        ("position_px", "f8", (2,)),
+        # NaN without an estimate.
         ("estimate_px", "f8", (2,)),
         ("visible_fraction", "f8"),
         ("in_view", "?"),
         ("out", "?"),
-        ("sighting", np.dtype([(name, SIGHTING[name]) for name in RECORDED], align=True)),
-        # As obeyed: forward, right, climb, yaw rate.
-        ("command", "f8", (4,)),
+        ("sighting", SIGHTING),
     ],
     align=True,
 )
@@ -460,43 +396,45 @@ def _file_name(settings: FollowSettings, controller: str) -> str:
     tracker = tracker_named(str(settings.tracker))
     episode = simulated(settings.scenario, settings.preset_name, 0)
     made = editions_of(controllers_suite(), episode, tracker) | controller_edition(steering)
-    digest = hashlib.sha256(f"{settings!r}/{made!r}".encode()).hexdigest()[:10]
+    digest = hashlib.sha256(f"{settings!r}/{made!r}/{RUN}".encode()).hexdigest()[:10]
     return f"{controller.replace(':', '-')}-{digest}"
 
 
 def _frame(carrier: Carrier, target_name: str, loop: Loop) -> NDArray[np.void]:
     (truth, camera), estimate = loop.frame.judged, loop.estimate
-    target, obeyed = truth.index_of(target_name), loop.obeyed or CameraCommand()
+    target = truth.index_of(target_name)
     row = np.zeros(1, RUN)
     values: dict[str, Any] = {
         "T_world_camera": truth.T_world_camera[:3],
         "place_m": truth.T_world_object[target, :2, 3],
         "heading_rad": np.arctan2(truth.T_world_object[target, 1, 0], truth.T_world_object[target, 0, 0]),
         "size_m": truth.size_m[target],
-        "position_px": truth.position_px[target],
         "estimate_px": estimate.position_px,
         "visible_fraction": truth.visible_fraction[target],
         "in_view": is_in_view(truth, target, camera),
         "out": truth.state[target] == "out",
-        "sighting": sighting_of(carrier.looks, loop.frame.observation, estimate)[RECORDED],
-        "command": [obeyed.forward_mps, obeyed.right_mps, obeyed.climb_mps, obeyed.yaw_rate_rad_s],
+        "sighting": sighting_of(carrier.looks, loop.frame.observation, estimate),
     }
     for name, value in values.items():
         row[name][0] = value
     return row
 
 
-def make_error_model(
-    settings: FollowSettings, seeds: range, folder: Path, report: Callable[[int, int], None]
-) -> ErrorModel:
-    """Run one episode with pictures for each seed and return the model fitted to these runs.
+def make_error_model(settings: FollowSettings, seeds: range, folder: Path, report: Callable[[int, int], None]) -> Path:
+    """Run one episode with pictures for each seed, fit the model to these runs, put it at its place in the package.
 
     Args:
         seeds: of development episodes. folder: where runs are kept; runs of the same editions are reused.
         report: called with (episodes done, all).
+
+    Returns:
+        The model's file.
     """
     controllers = list(pictureless_of(settings.scenario).runs.controllers)
-    return model_of(settings, write_runs(settings, seeds, controllers, folder, report))
+    model = model_of(settings, write_runs(settings, seeds, controllers, folder, report))
+    path = model_path(model.scenario, model.tracker)
+    write_atomic(path, model.to_json())
+    return path
 
 
 def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
@@ -509,10 +447,3 @@ def model_of(settings: FollowSettings, paths: Sequence[Path]) -> ErrorModel:
         "runs": [path.stem.removeprefix(f"{settings.scenario}-") for path in paths],
     }
     return fit(settings.tracker, settings.scenario, runs, made)
-
-
-def save_error_model(model: ErrorModel) -> Path:
-    """Write a model to its place in the package; return its file."""
-    path = model_path(model.scenario, model.tracker)
-    write_atomic(path, model.to_json())
-    return path

@@ -1,16 +1,25 @@
-"""Scores of controllers in whole episodes without pictures."""
+"""Scores of controllers in whole episodes without pictures, and how far they are from those with pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
+from benchmarks.learning.tracker_errors import read_run, write_runs
+from benchmarks.learning.training import EPISODES
+from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.reward import Reward
+from scenarios.envs.settings import FollowSettings
+from sim.checks import check
+
+_REPEATS = 16
+"""Number of draws of the error model for each episode of a check."""
 
 
 def scores_without_pictures(
@@ -54,3 +63,53 @@ def scores_without_pictures(
         totals["effort"] -= infos["reward_effort"]
     envs.close()
     return {metric: total.reshape(len(seeds), repeats).mean(axis=1) / steps for metric, total in totals.items()}
+
+
+def model_check(
+    settings: FollowSettings,
+    controllers: Sequence[str],
+    seeds: Sequence[int],
+    folder: Path,
+    report: Callable[[int, int], None],
+) -> pd.DataFrame:
+    """Run controllers through the same episodes in both envs, to check the error model.
+
+    Args:
+        seeds: of episodes that the model was not fitted to.
+        folder: where runs with pictures are kept; runs of the same editions are reused.
+        report: called with (runs with pictures done, all).
+
+    Returns:
+        A line for each controller and seed: share of the time in view ``with pictures``, and its mean ``without``.
+
+    Raises:
+        ValueError: for a seed that the model was fitted to.
+    """
+    used = sorted(fitted_seeds(error_model(settings.scenario, settings.tracker)) & set(seeds))
+    check("seeds", not used, "episodes that the error model was not fitted to", f"{used}, among others")
+    followed = (settings.scenario, settings.preset_name, settings.tracker)
+    lines: list[tuple[str, int, float, float]] = []
+    for controller in controllers:
+        pictureless = scores_without_pictures(*followed, controller, {}, seeds, EPISODES, _REPEATS)["time_in_view"]
+        for seed, without in zip(seeds, pictureless, strict=True):
+            report(len(lines), len(controllers) * len(seeds))
+            [path] = write_runs(settings, range(seed, seed + 1), [controller], folder)
+            lines.append((controller, seed, float(read_run(path)["in_view"][1:].mean()), without))
+    report(len(lines), len(lines))
+    return pd.DataFrame(lines, columns=["controller", "seed", "with pictures", "without"])
+
+
+def fitted_seeds(model: ErrorModel) -> set[int]:
+    """Return the seeds of the runs that a model was fitted to."""
+    return {int(run.split("-")[1]) for run in model.made["runs"]}
+
+
+def as_table(compared: pd.DataFrame) -> str:
+    """Return a ``model_check`` as text: of each controller the means over its episodes, in per cent of the time."""
+    shares = compared.set_index("controller")[["with pictures", "without"]] * 100
+    shares["difference"] = shares["without"] - shares["with pictures"]
+    shares["mean |difference|"] = shares["difference"].abs()
+    by_controller = shares.groupby("controller", sort=False)
+    means = by_controller.mean()
+    means.insert(0, "episodes", by_controller.size())
+    return means.reset_index().to_string(index=False, float_format="{:.1f}".format)

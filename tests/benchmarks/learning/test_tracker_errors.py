@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.learning.tracker_errors import RECORDED, RUN, errors_in, fit
+from benchmarks.learning.tracker_errors import RUN, errors_in, fit
 from scenarios.envs.pictureless.episode_state import ACROSS, ALONG
 from scenarios.envs.pictureless.error_model import CUT, LOST, PLAIN, TRACKING, UNSEEN, ErrorModel
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
@@ -24,10 +24,10 @@ def runs_of(known: ErrorModel, count: int) -> list[np.ndarray]:
         states, row = envs.states, runs[:, frame]
         row["T_world_camera"] = np.concatenate([states["R"], states["camera_m"][:, :, None]], axis=2)
         row["place_m"], row["heading_rad"] = states["target_m"], states["target_rad"]
-        row["size_m"], row["position_px"] = [4.6, 1.9, 1.5], states["target_px"]
+        row["size_m"] = [4.6, 1.9, 1.5]
         row["estimate_px"] = np.where(states["known"][:, None] > 0, states["estimate_px"], np.nan)
         row["visible_fraction"], row["out"] = states["visible"], states["visible"] == 0.0
-        row["in_view"], row["sighting"] = states["in_view"] > 0, envs.sightings[RECORDED]
+        row["in_view"], row["sighting"] = states["in_view"] > 0, envs.sightings
     return list(runs)
 
 
@@ -71,13 +71,13 @@ def test_distributions_are_found_again(fitted: ErrorModel, known: ErrorModel) ->
 
 def test_modes_and_conditions_are_what_was_lived(known: ErrorModel) -> None:
     [run] = runs_of(known, 1)
-    said = errors_in(run, HELICOPTER, 3.0)
-    assert len(said.mode) == len(run) - 1
-    tilted = slice(30, 48)
-    assert (said.condition[tilted] == UNSEEN).all()
-    assert (said.mode[tilted][1:] == LOST).all()
-    assert set(said.condition[:28]) <= {PLAIN, CUT}
-    assert said.unsure_frames[47] >= 17
+    found = errors_in(run, HELICOPTER, 3.0)
+    assert len(found) == len(run) - 1
+    tilted = found[30:48]
+    assert (tilted["condition"] == UNSEEN).all()
+    assert (tilted["mode"][1:] == LOST).all()
+    assert set(found["condition"][:28]) <= {PLAIN, CUT}
+    assert found["unsure_frames"][47] >= 17
 
 
 def test_nothing_is_not_enough() -> None:
