@@ -9,66 +9,51 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
+import pyarrow as pa
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.data.tracks import read_each, read_tracks
-from tests.benchmarks.data.test_tracks import IDTRACKER, one, written
+from tests.benchmarks.data.test_tracks import one, written
 
 
 @pytest.mark.parametrize(
     ("name", "text", "message"),
     [
-        ("a.csv", "time,x1,z1\n0,1,2\n", r"a.csv: expected a column y1 beside x1, got none"),
+        ("a.csv", "time,x1,z1\n0,1,2\n", r"a.csv: expected columns .* x1, y1, x2, y2 …, got time, x1, z1"),
         ("b.csv", "p,q\n1,2\n", r"b.csv: expected columns frame, pos_x, pos_y, id, or .*, got p, q"),
-        ("c.csv", "", r"c.csv: expected a head and rows, got 0 lines"),
-        ("d.csv", "x1,y1\nleft,2\n", r"d.csv: expected numbers in column x1, got others"),
-        ("e.csv", "x1,y1\n1,2\n1,2,3,4\n", r"e.csv: expected 2 cells in line 3, got 4"),
+        ("c.csv", "", r"c.csv: expected a whole .csv file, got No columns to parse from file"),
+        ("d.csv", "x1,y1\nleft,2\n", r"d.csv: expected numbers in x1, y1, frame, got others: .*'left'"),
+        (
+            "e.csv",
+            "x1,y1\n1,2\n1,2,3,4\n",
+            r"e.csv: expected a whole .csv file, got .* 2 fields in line 3, saw 4",
+        ),
         (
             "f.csv",
             ",frame,pos_x,pos_y,id\n0,1,1,1,A\n1,1,2,2,A\n",
-            "each animal once on a frame, got one that is there",
+            "each animal once on a frame, got one that is",
         ),
-        ("g.csv", ",frame,pos_x,pos_y,id\n0,1.5,1,1,A\n", r"g.csv: expected whole numbers >= 0 in column frame"),
+        (
+            "g.csv",
+            ",frame,pos_x,pos_y,id\n0,1.5,1,1,A\n",
+            r"g.csv: expected whole numbers >= 0 .*, got 1.5",
+        ),
         ("h.csv", "x1,y1\nNaN,NaN\n", "h: expected an animal that is tracked on a frame, got none"),
-        ("i.npz", "no archive", r"i.npz: expected an NPZ archive of arrays of numbers, got something else"),
-        ("empty.npz", "", r"empty.npz: expected an NPZ archive of arrays of numbers, got something else"),
-        ("j.txt.gz", "no archive", r"j.txt.gz: expected a table as text"),
+        ("i.npz", "no archive", r"i.npz: expected a whole .npz file"),
+        ("j.txt.gz", "no archive", r"j.txt.gz: expected a whole .txt file"),
         ("k.mat", "", r"real: expected files ending in \.csv, .*, got 'k.mat'"),
-        ("m.csv", "time,x1,y1\n0,1,2\n1,3\n", r"m.csv: expected 3 cells in line 3, got 2"),
-        ("n.txt", IDTRACKER + "1\t2\tNaN\t3.5\t4\n", r"n.txt: expected 6 cells in line 4, got 5"),
-        ("q.csv", 'x1,y1\n"1,2\n' + "1,2\n" * 60_000, r"q.csv: expected a table as text, got field larger"),
-        ("o.csv", "x1,y1,x1\n1,2,3\n", r"o.csv: expected different heads, got x1 twice"),
-        ("p.csv", "x1,y1,X1\n1,2,3\n", r"p.csv: expected different heads, got x1 twice"),
-        ("v_id0.csv", "frame,X (cm),Y (cm),X (px)\n1,2,3,4\n", r"v_id0.csv: expected different heads, got X twice"),
-        ("v_id1.csv", "frame,X,Y,time\n0.2,1,1,0\n1.7,2,2,1\n", r"v_id1.csv: expected whole .*, got 0\.2"),
-        ("v_id2.csv", "frame,X,Y,time\n,,,\n", r"v_id2.csv: expected whole numbers >= 0 in column frame, got nan"),
-        ("v_id3.csv", "frame,X,Y,time\n0,1,1,0\n1e13,2,2,1\n", r"v_id3.csv: expected frames without endless pauses"),
-        ("v_id4.csv", "frame,X,Y,time\n1e300,2,2,1\n", r"v_id4.csv: expected whole numbers .*, got 1e\+300"),
-        ("v_id5.csv", "frame,X#wcentroid (px),Y#wcentroid (cm)\n1,2,3\n", "expected places in one unit, got cm and px"),
         ("l.csv", ",frame,pos_x,pos_y,id\n0,1,1,1,A\n0,999999999,1,1,A\n", "l.csv: expected frames without endless"),
+        ("m.csv", 'x1,y1\n"1,2\n', r"m.csv: expected a whole .csv file, got .* EOF inside string"),
+        ("v_id2.csv", "frame,X,Y,time\n,,,\n", r"v_id2.csv: expected whole numbers >= 0 in column frame, got nan"),
+        ("v_id4.csv", "frame,X,Y,time\n1e300,2,2,1\n", r"v_id4.csv: expected whole numbers .*, got 1e\+300"),
     ],
 )
 def test_what_is_broken_is_named(tmp_path: Path, name: str, text: str, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         read_tracks([written(tmp_path, name, text)])
-
-
-@pytest.mark.parametrize(
-    ("attributes", "message"),
-    [
-        ('{"frames_per_second": "25"}', "expected a number of frames_per_second, got '25'"),
-        ('{"frames_per_second": [25]}', r"expected a number of frames_per_second, got \[25\]"),
-        ("[25]", "expected an object in JSON, got a list"),
-        ("{", "expected an object in JSON, got something else"),
-    ],
-)
-def test_attributes_that_tell_no_rate_are_named(tmp_path: Path, attributes: str, message: str) -> None:
-    path = written(tmp_path, "trajectories.csv", "time,x1,y1\n0,1,2\n0.5,1,2\n")
-    written(tmp_path, "attributes.json", attributes)
-    with pytest.raises(ValueError, match=f"attributes.json: {message}"):
-        read_tracks([path])
 
 
 @pytest.mark.parametrize("rate", ["0", "-1", "NaN", "Infinity", "null"])
@@ -78,13 +63,14 @@ def test_a_rate_that_the_program_did_not_know_is_that_of_the_times(tmp_path: Pat
     assert one(path).rate_hz == 2.0
 
 
-def test_arrays_without_an_archive_or_rows_are_named(tmp_path: Path) -> None:
-    np.save(tmp_path / "a.npy", np.zeros(3))
-    renamed = (tmp_path / "a.npy").rename(tmp_path / "a.npz")
-    with pytest.raises(ValueError, match=r"a\.npz: expected an NPZ archive of arrays of numbers, got something else"):
-        read_tracks([renamed])
-    none = np.empty(0)
-    np.savez(tmp_path / "b_id0.npz", **dict.fromkeys(("frame", "X", "Y", "time"), none))  # type: ignore[arg-type]
+def test_animals_of_one_video_have_one_unit(tmp_path: Path) -> None:
+    paths = [written(tmp_path, f"v_id{k}.csv", f"frame,X ({unit}),Y\n1,2,3\n") for k, unit in enumerate(("cm", "px"))]
+    with pytest.raises(ValueError, match="files: expected places in one unit, got cm and px"):
+        read_tracks(paths)
+
+
+def test_arrays_without_rows_are_named(tmp_path: Path) -> None:
+    np.savez(tmp_path / "b_id0.npz", frame=[], X=[], Y=[], time=[])
     with pytest.raises(ValueError, match=r"b_id0\.npz: expected rows of tracks, got none"):
         read_tracks([tmp_path / "b_id0.npz"])
 
@@ -129,9 +115,6 @@ def test_a_broken_recording_does_not_hide_the_others(tmp_path: Path) -> None:
     tables, unusable = read_each(paths)
     assert [each.name for each in tables] == ["a"]
     assert [line.partition(":")[0] for line in unusable] == ["b.csv"]
-
-
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="real: expected files that exist, got"):
         read_tracks([tmp_path / "nothing.csv"])
 
@@ -153,7 +136,7 @@ def test_pickled_objects_are_refused_and_never_loaded(tmp_path: Path, name: str)
         np.savez(path, frame=np.array([_Trap(trace)], dtype=object))
     else:
         path.write_bytes(pickle.dumps(_Trap(trace)))
-    with pytest.raises(ValueError, match=r"without pickled|arrays of numbers") as refused:
+    with pytest.raises(ValueError, match=r"without pickled|Object arrays cannot be loaded") as refused:
         read_tracks([path])
     assert not trace.exists()
     if name.endswith("npy"):
@@ -165,39 +148,19 @@ def test_a_library_that_is_not_installed_is_named_with_its_command(
     tmp_path: Path, name: str, package: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(ValueError, match=rf"expected {package} to be installed \(pip install {package}\), got none"):
+    with pytest.raises(ValueError, match=rf"got no package {package} \(pip install {package}\)"):
         read_tracks([written(tmp_path, name, "")])
 
 
-def test_what_is_broken_in_hdf5_is_named(tmp_path: Path) -> None:
-    h5py = pytest.importorskip("h5py")
-    for key, rate, message in (
-        ("trajectories", "25", "expected a number of frames_per_second, got '25'"),
-        ("places", 25, "expected a data set named trajectories, got places"),
-    ):
-        with h5py.File(tmp_path / "t.h5", "w") as file:
-            file[key] = np.zeros((3, 2, 2))
-            file.attrs["frames_per_second"] = rate
-        with pytest.raises(ValueError, match=rf"t\.h5: {message}"):
-            read_tracks([tmp_path / "t.h5"])
-
-
-@pytest.mark.parametrize(
-    ("frame", "attributes", "message"),
-    [
-        ([0.0, 0.2], {}, r"expected whole numbers >= 0 in column frame, got 0\.2"),
-        ([0, 10**13], {}, "expected frames without endless pauses"),
-        ([0, 1], [25], "expected an object in JSON, got a list"),
-        ([0, 1], {"frames_per_second": "25"}, "expected a number of frames_per_second, got '25'"),
-    ],
-)
-def test_what_is_broken_in_parquet_is_named(
-    tmp_path: Path, frame: list[float], attributes: object, message: str
-) -> None:
-    pyarrow = pytest.importorskip("pyarrow")
-    parquet = pytest.importorskip("pyarrow.parquet")
-    table = pyarrow.table({"frame": frame, "individual": [0, 0], "x": [1.0, 3.0], "y": [2.0, 4.0]})
-    said = table.replace_schema_metadata({"idtrackerai_attributes": json.dumps(attributes)})
-    parquet.write_table(said, tmp_path / "t.parquet")
-    with pytest.raises(ValueError, match=rf"t\.parquet: {message}"):
-        read_tracks([tmp_path / "t.parquet"])
+def test_what_is_broken_in_hdf5_or_parquet_is_named(tmp_path: Path) -> None:
+    h5py, parquet = pytest.importorskip("h5py"), pytest.importorskip("pyarrow.parquet")
+    with h5py.File(tmp_path / "t.h5", "w") as file:
+        file["places"] = np.zeros((3, 2, 2))
+    with pytest.raises(ValueError, match=r"t\.h5: expected a whole \.h5 file, got .*'trajectories' doesn't exist"):
+        read_tracks([tmp_path / "t.h5"])
+    table = pd.DataFrame({"frame": [0, 0.2], "individual": [0, 0], "x": [1.0, 3.0], "y": [2.0, 4.0]})
+    for attributes, message in ({}, r"whole numbers >= 0 in column frame, got 0\.2"), ([25], r"a whole \.parquet file"):
+        told = {"idtrackerai_attributes": json.dumps(attributes)}
+        parquet.write_table(pa.Table.from_pandas(table).replace_schema_metadata(told), tmp_path / "t.parquet")
+        with pytest.raises(ValueError, match=rf"t\.parquet: expected {message}"):
+            read_tracks([tmp_path / "t.parquet"])

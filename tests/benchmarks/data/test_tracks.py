@@ -98,8 +98,6 @@ def test_idtracker_ai_s_csv_with_and_without_attributes(tmp_path: Path) -> None:
     assert one(path).rate_hz == 24.0
     old = written(tmp_path, "old.csv", "seconds,x1,y1\n0,1,2\n0.5,2,3\n")
     assert one(old).rate_hz == 24.0
-    none = written(tmp_path, "none.csv", "x1,y1\n1,2\n")
-    assert one(none).rate_hz is None
 
 
 def test_idtracker_ai_s_tidy_csv(tmp_path: Path) -> None:
@@ -148,12 +146,6 @@ def test_a_byte_order_mark_belongs_to_no_head(tmp_path: Path) -> None:
     path.with_name("attributes.json").write_bytes('\ufeff{"frames_per_second": 7}'.encode())
     path.write_text("time,x1,y1\n0,1,2\n")
     assert one(path).rate_hz == 7.0
-
-
-def test_rows_of_idtracker_end_with_a_tab_or_do_not(tmp_path: Path) -> None:
-    for head in ("X1\tY1", "X1\tY1\t"):
-        table = one(written(tmp_path, "t.txt", f"{head}\n1\t2\n3\t4\t\n5\t\t\n"))
-        same(table.position, [[[1, 2]], [[3, 4]], [[np.nan, np.nan]]])
 
 
 def test_idtracker_ai_s_hdf5(tmp_path: Path) -> None:

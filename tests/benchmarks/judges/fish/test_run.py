@@ -156,7 +156,7 @@ def test_a_suite_without_recordings_and_trackers_without_gaps_are_refused(
     refused = r"real: expected a suite that judges recordings \(.*\bfish, frame-out\b.*\), got stereo"
     assert re.search(refused, capsys.readouterr().err)
     assert bench(tmp_path, "--real", str(files[1][0]), str(files[1][0])) == 2
-    assert "real: expected recordings of different names, got two called pond" in capsys.readouterr().err
+    assert "real: expected different files, got pond.txt twice" in capsys.readouterr().err
     assert main(["bench", "fish", "--trackers", "hold", *real]) == 2
     assert "trackers: expected some with a gap method, got hold" in capsys.readouterr().err
     assert bench(tmp_path / "beside", *real[:2], trackers=("fake_holds", "hold")) == 0
