@@ -161,9 +161,8 @@ def _plot(rows: Sequence[Row], condition: str) -> str:
     with drawn_as(f"b1-{condition}"):
         figure, axes = new_figure("illuminance on the sheet, lx", "")
         for name, label in CURVES.items():
-            style = styles[name]
-            (line,) = axes.plot(illuminances_lx, _mean(rows, f"{condition}_{name}"), "o-", markersize=3, label=label)
-            line.set(color=style.colour, linewidth=style.width, dashes=style.dashes or (1, 0))
+            means = _mean(rows, f"{condition}_{name}")
+            axes.plot(illuminances_lx, means, marker="o", markersize=3, label=label, **styles[name])
         axes.set_xscale("log")
         axes.invert_xaxis()
         # The label of the second would touch that of the first.

@@ -71,7 +71,7 @@ def _plot_colour(values: dict[str, list[float]]) -> str:
     with drawn_as("b2-colour"):
         figure, axes = new_figure("frame", "share of its range")
         for name, style in styles.items():
-            axes.plot(values[name], color=style.colour, linewidth=0.7 * style.width, label=name)
+            axes.plot(values[name], color=style["color"], linewidth=0.7 * style["linewidth"], label=name)
         negative = np.array(values["trend"]) < 0
         axes.fill_between(np.arange(len(negative)), 0, 1, where=negative, color=GRID, alpha=0.6, linewidth=0, zorder=1)
         axes.set_ylim(0, 1)
@@ -85,7 +85,7 @@ def _plot_trend(values: dict[str, list[float]]) -> str:
     with drawn_as("b2-trend"):
         figure, axes = new_figure("frame", f"D_l, cut at {_LARGEST_TREND:g}")
         style = line_styles([("D_l", "as-written")])["D_l"]
-        axes.plot(np.clip(values["trend"], -_LARGEST_TREND, _LARGEST_TREND), color=style.colour, linewidth=1.0)
-        axes.axhline(0.0, color=line_styles([("0", "oracle")])["0"].colour, linewidth=0.8)
+        axes.plot(np.clip(values["trend"], -_LARGEST_TREND, _LARGEST_TREND), color=style["color"], linewidth=1.0)
+        axes.axhline(0.0, color=line_styles([("0", "oracle")])["0"]["color"], linewidth=0.8)
         count_frames(axes, len(values["trend"]) - 1)
         return svg(figure)

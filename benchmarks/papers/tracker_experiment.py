@@ -161,7 +161,7 @@ class TrackerExperiment(PaperExperiment):
         if showing.event_picture is not None:
             keep_event_picture(out, condition, drawn, self.trackers, showing.event_picture)
         styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
-        plots = [plot_of(chart, styles) for chart in showing.charts(drawn)]
+        plots = [plot_of(chart, styles) for chart in showing.charts(drawn) if chart.values]
         return Plots("What the paper does not show", plots) if plots else None
 
     def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:

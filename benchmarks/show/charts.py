@@ -1,18 +1,19 @@
-"""Charts of the report as numbers: curves with bands, and shares with intervals; ``plots`` draws them."""
+"""Charts of the report as numbers: curves with bands, and dots with intervals; ``plots`` draws them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Literal
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import zip_longest
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.metric import PooledRatios, Quantity
+from benchmarks.contract.metric import PooledRatios, Quantity, Statistic, collected
 from benchmarks.contract.rows import Row
 from benchmarks.statistics import froc
-from benchmarks.statistics.bootstrap import Interval
+from benchmarks.statistics.bootstrap import Interval, intervals_of
 from benchmarks.statistics.pooling import Froc, RestrictedMean, still_waiting
 from sim.rng import generator
 
@@ -22,12 +23,11 @@ FEWEST = 3
 RECOVERY_FRAMES = 45
 """Length of the recovery curve."""
 
-Scale = Literal["share", "log", "linear"]
-"""``share``: 0 to 1, labelled in per cent; ``log``: labelled in plain numbers."""
+Scale = Literal["share", "log", "linear", "frames"]
+"""``share``: 0 to 1, labelled in per cent; ``frames``: whole numbers from 0 to the last one."""
 
 
-@dataclass(frozen=True, eq=False)
-class Curve:
+class Curve(NamedTuple):
     """A line with a 95 % band; all (K,)."""
 
     x: NDArray[np.float64]
@@ -37,50 +37,35 @@ class Curve:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class CurveChart:
-    """A line for each tracker.
+class Chart:
+    """A curve for each tracker, or dots with intervals on named lines. One without values is not drawn.
 
     Attributes:
         title, words: text above and below the figure.
         curves: by tracker.
-        x_label, y_label, x_scale, y_scale: of the axes; ``frames`` are whole numbers from 0 to the last one.
-        steps: whether a value holds until the next one.
+        lines: in place of curves: name of a line → tracker → value.
+        x_label, y_label, x_scale, y_scale: of the axes; lines have no y axis.
+        steps: whether a curve's value holds until the next one.
         shaded: part of the x axis from 0 on, and what it means.
         rule: a value on the y axis with a line of its own, and what it means.
     """
 
     title: str
     words: str
-    curves: Mapping[str, Curve]
+    curves: Mapping[str, Curve] | None = None
+    lines: Mapping[str, Mapping[str, Interval]] | None = None
     x_label: str
-    y_label: str
-    x_scale: Scale | Literal["frames"] = "frames"
+    y_label: str = ""
+    x_scale: Scale
     y_scale: Scale = "share"
     steps: bool = False
     shaded: tuple[float, str] | None = None
     rule: tuple[float, str] | None = None
 
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class DotChart:
-    """A dot with its interval for each tracker, on named lines.
-
-    Attributes:
-        title, words: text above and below the figure.
-        lines: name of a line → tracker → value.
-        x_label, x_scale: of the axis.
-        roles: of the trackers, where the report's styles are those of others, e.g. controllers.
-    """
-
-    title: str
-    words: str
-    lines: Mapping[str, Mapping[str, Interval]]
-    x_label: str
-    x_scale: Scale = "share"
-    roles: Mapping[str, str] = field(default_factory=dict)
-
-
-Chart = CurveChart | DotChart
+    @property
+    def values(self) -> Mapping[str, object]:
+        """The curves, or the lines."""
+        return (self.curves if self.lines is None else self.lines) or {}
 
 
 def curves_of(drawn: Mapping[str, Sequence[Row]], compute: Callable[[Sequence[Row]], Curve | None]) -> dict[str, Curve]:
@@ -88,9 +73,16 @@ def curves_of(drawn: Mapping[str, Sequence[Row]], compute: Callable[[Sequence[Ro
     return {name: curve for name, rows in drawn.items() if (curve := compute(rows)) is not None}
 
 
-def curve_of(points: Sequence[tuple[float, Interval]]) -> Curve | None:
+def lines_of(statistics: Mapping[str, Statistic], drawn: Mapping[str, Sequence[Row]]) -> dict[str, dict[str, Interval]]:
+    """Return for each line its statistic of each tracker; lines without any are left out."""
+    lines = {name: intervals_of(statistic, drawn) for name, statistic in statistics.items()}
+    return {name: values for name, values in lines.items() if values}
+
+
+def curve_of(points: Iterable[tuple[float, Interval | None]]) -> Curve | None:
     """Return the curve through values with intervals, each at its x; None without any."""
-    return Curve(*np.array([(x, *value) for x, value in points]).T) if points else None
+    known = [(x, *value) for x, value in points if value is not None]
+    return Curve(*np.array(known).T) if known else None
 
 
 def recovery(rows: Sequence[Row], until_frames: int = RECOVERY_FRAMES) -> Curve | None:
@@ -131,15 +123,11 @@ def series_mean(rows: Sequence[Row], metric: str, first_x: float = 0.0, fewest: 
     chosen = [row for row in rows if row["metric"] == metric and row["value"] is not None]
     if not chosen:
         return None
-    seeds = np.unique([row["seed"] for row in chosen])
-    numerators, denominators = np.zeros((2, len(seeds), max(len(row["value"]) for row in chosen)))
-    for row in chosen:
-        place, values = np.searchsorted(seeds, row["seed"]), np.array(row["value"], dtype=float)
-        known = np.flatnonzero(np.isfinite(values))
-        numerators[place, known] += row["weight"] * values[known]
-        denominators[place, known] += row["weight"]
-    sums = PooledRatios(seeds, numerators, denominators, lambda ratios: ratios)
-    kept = denominators.sum(axis=0) >= fewest
+    values = np.array(list(zip_longest(*(row["value"] for row in chosen))), dtype=float).T
+    weights = np.isfinite(values) * np.array([row["weight"] for row in chosen])[:, None]
+    of_rows = [row["seed"] for row in chosen]
+    sums = collected(np.unique(of_rows), [(of_rows, weights * np.nan_to_num(values), weights)], lambda ratios: ratios)
+    kept = weights.sum(axis=0) >= fewest
     return _with_band(sums, first_x + np.arange(float(len(kept))), kept) if kept.any() else None
 
 

@@ -16,9 +16,9 @@ from benchmarks.contract.suite import Condition, Suite, suite
 from benchmarks.run.blindfold import BLIND_NOTE
 from benchmarks.run.failures import ended_processes
 from benchmarks.show import tables
-from benchmarks.show.charts import Chart, DotChart
+from benchmarks.show.charts import Chart
 from benchmarks.show.definitions import MetricDefinition, metric_definitions
-from benchmarks.show.palette import LineStyle, line_styles
+from benchmarks.show.palette import LineStyles, line_styles
 from benchmarks.show.pictures import Picture, keep_event_picture, name_of, read_pictures, remove_picture
 from benchmarks.show.provenance import provenance
 from benchmarks.show.showing import showing_of
@@ -58,7 +58,7 @@ class _Results:
     summary: Entries
     comparisons: Entries
     suite: Suite
-    styles: dict[str, LineStyle]
+    styles: LineStyles
 
     @property
     def is_real(self) -> bool:
@@ -67,27 +67,24 @@ class _Results:
 
     def charts(self) -> list[Chart]:
         """Return the charts of the suite, and how fast trackers are."""
-        drawn = {name: rows for name, rows in self.rows.items() if rows[0]["role"] in _DRAWN_ROLES}
         # A suite's own references are there for its figures, whatever their role.
-        own = {name: self.rows[name] for each in self.suite.references if (name := each.name) in self.rows}
-        return [*showing_of(self.suite).charts(drawn | own), *self._speed()]
-
-    def _speed(self) -> Iterator[Chart]:
+        own = {each.name for each in self.suite.references}
+        drawn = {name: rows for name, rows in self.rows.items() if name in own or rows[0]["role"] in _DRAWN_ROLES}
         entries = {label_of(entry): entry for entry in self.summary if entry["metric"] == "frames_per_s"}
         speeds = {
             name: {name: Interval(entry["mean"], entry["ci_low"], entry["ci_high"])}
             for name in self.styles
             if (entry := entries.get(name)) and entry["role"] in _DRAWN_ROLES and entry["ci_low"] is not None
         }
-        if speeds:
-            yield DotChart(
-                title="How fast are the trackers?",
-                words="The tracker alone, without rendering, at the larger of its CPU time and its wall time. Dots: "
-                "median over episodes.",
-                lines=speeds,
-                x_label="frames a second on one core",
-                x_scale="log",
-            )
+        speed = Chart(
+            title="How fast are the trackers?",
+            words="The tracker alone, without rendering, at the larger of its CPU time and its wall time. Dots: "
+            "median over episodes.",
+            lines=speeds,
+            x_label="frames a second on one core",
+            x_scale="log",
+        )
+        return [chart for chart in (*showing_of(self.suite).charts(drawn), speed) if chart.values]
 
 
 def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:

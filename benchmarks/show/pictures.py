@@ -11,7 +11,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -28,8 +28,14 @@ from trackers.atomic_file import write_atomic
 
 FOLDER_NAME = "pictures"
 
-Event = dict[str, Any]
-"""Attributes of an event of rows."""
+
+class ShownEvent(NamedTuple):
+    """An event that is shown: its seed, the frames (one beyond the end of the episode is its last), and text."""
+
+    seed: int
+    frames: list[int]
+    title: str
+    caption: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,40 +43,27 @@ class EventPicture:
     """How a suite shows one event.
 
     Attributes:
-        find: returns seed and attributes of the event to show, from the rows of one tracker; None without one.
-        frames: returns the frames of an event that are shown; one beyond the end of the episode is its last.
-        words: returns title and caption of an event.
+        find: returns the event to show, from the rows of one tracker; None without one.
         drawing: makes the drawing of one tracker's frames.
         cell_width_px: width of one picture of the sheet.
         scale: size of the larger view over that of the observed frame.
         every_frame: whether the drawing needs all frames up to the last that is shown.
     """
 
-    find: Callable[[Sequence[Row]], tuple[int, Event] | None]
-    frames: Callable[[Event], list[int]]
-    words: Callable[[Event], tuple[str, str]]
+    find: Callable[[Sequence[Row]], ShownEvent | None]
     drawing: Callable[[Episode], Drawing]
     cell_width_px: int
     scale: float = 1.0
     every_frame: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A picture as the page shows it.
-
-    Attributes:
-        condition: of its section.
-        title, caption: text. source: data URL of the picture.
-        width_px, height_px: its size.
-    """
+class Picture(NamedTuple):
+    """A picture as the page shows it: the condition of its section, text, and a data URL."""
 
     condition: Condition
     title: str
     caption: str
     source: str
-    width_px: int
-    height_px: int
 
 
 def keep_event_picture(
@@ -87,19 +80,19 @@ def keep_event_picture(
     Args:
         trackers: rows by tracker. shown: the trackers in the picture, a line for each.
     """
-    name, found = name_of(condition), picture.find(trackers[shown[0]])
-    key = json.dumps([found, [(tracker, trackers[tracker][0].get("editions")) for tracker in shown]])
-    if made_from(directory, name) == key:
+    name, event = name_of(condition), picture.find(trackers[shown[0]])
+    first = [trackers[tracker][0] for tracker in shown]
+    key = json.dumps([event, [(tracker, row.get("editions")) for tracker, row in zip(shown, first, strict=True)]])
+    words = directory / FOLDER_NAME / f"{name}.json"
+    if words.is_file() and json.loads(words.read_text())["made_from"] == key:
         return
     remove_picture(directory, name)
-    if found is not None and all(is_of_present_editions(trackers[tracker][0]) for tracker in shown):
-        seed, event = found
-        jobs = _jobs([trackers[tracker][0] for tracker in shown], seed)
+    if event is not None and all(map(is_of_present_editions, first)):
         how: Any = {"scale": picture.scale, "every_frame": picture.every_frame}
-        cells = [row for job in jobs for row in drawn_cells(job, picture.drawing, picture.frames(event), **how)]
-        title, caption = picture.words(event)
+        jobs = _jobs(first, event.seed)
+        cells = [row for job in jobs for row in drawn_cells(job, picture.drawing, event.frames, **how)]
         sheet = picture_sheet(cells, picture.cell_width_px)
-        write_picture(directory, name, sheet, condition, title, f"Seed {seed}: {caption}", key)
+        write_picture(directory, name, sheet, condition, event.title, f"Seed {event.seed}: {event.caption}", key)
 
 
 def drawn_cells(
@@ -155,21 +148,8 @@ def write_picture(
     folder.mkdir(parents=True, exist_ok=True)
     _, encoded = cv2.imencode(".jpg", image_rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 86])
     write_atomic(folder / f"{name}.jpg", encoded.tobytes())
-    words = {
-        "condition": condition,
-        "title": title,
-        "caption": caption,
-        "made_from": made_from,
-        "width_px": image_rgb.shape[1],
-        "height_px": image_rgb.shape[0],
-    }
+    words = {"condition": condition, "title": title, "caption": caption, "made_from": made_from}
     write_atomic(folder / f"{name}.json", json.dumps(words, indent=1) + "\n")
-
-
-def made_from(directory: Path, name: str) -> str | None:
-    """Return ``made_from`` of the picture ``name``, None if there is none."""
-    path = directory / FOLDER_NAME / f"{name}.json"
-    return json.loads(path.read_text())["made_from"] if path.is_file() else None
 
 
 def remove_picture(directory: Path, name: str) -> None:
@@ -180,12 +160,10 @@ def remove_picture(directory: Path, name: str) -> None:
 
 def read_pictures(directory: Path) -> list[Picture]:
     """Return the pictures of a result directory, in order of their names."""
-    return [_read(path) for path in sorted((directory / FOLDER_NAME).glob("*.json"))]
-
-
-def _read(path: Path) -> Picture:
-    words = json.loads(path.read_text())
-    data = base64.b64encode(path.with_suffix(".jpg").read_bytes()).decode()
-    del words["made_from"]
-    words["condition"] = tuple(words["condition"])
-    return Picture(**words, source=f"data:image/jpeg;base64,{data}")
+    pictures = []
+    for path in sorted((directory / FOLDER_NAME).glob("*.json")):
+        words = json.loads(path.read_text())
+        data = base64.b64encode(path.with_suffix(".jpg").read_bytes()).decode()
+        condition: Any = tuple(words["condition"])
+        pictures.append(Picture(condition, words["title"], words["caption"], f"data:image/jpeg;base64,{data}"))
+    return pictures

@@ -1,55 +1,28 @@
-"""Figures in the report's style: charts drawn by matplotlib, on a light ground."""
+"""Figures of charts by matplotlib, in the report's style (``report.mplstyle``)."""
 
 from __future__ import annotations
 
 import io
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, PercentFormatter
-from numpy.typing import NDArray
+from matplotlib.ticker import MaxNLocator, PercentFormatter
 
-from benchmarks.show.charts import Chart, CurveChart, DotChart, Scale
-from benchmarks.show.palette import GRID, GROUND, INK, QUIET, LineStyle, line_styles
-from benchmarks.statistics.bootstrap import Interval
+from benchmarks.show.charts import Chart, Scale
+from benchmarks.show.palette import BANDED, GRID, GROUND, QUIET, LineStyles
 
-_WIDTH_INCHES, _HEIGHT_INCHES, _ENTRY_INCHES = 5.4, 3.7, 0.2
-_ENTRIES_A_LINE = 3
+_STYLE = Path(__file__).with_name("report.mplstyle")
+_ENTRY_INCHES, _ENTRIES_A_LINE = 0.2, 3
 _LINE_INCHES, _FRAME_INCHES = 0.28, 0.9
 """Least height of a line of dots, and of what stands above and below all."""
 _GROUP_HEIGHT = 0.6
 """Height of the dots on one line together; 1 is the distance of lines."""
-_SETTINGS: dict[str, Any] = {
-    "svg.fonttype": "none",
-    "font.size": 10,
-    "axes.edgecolor": QUIET,
-    "axes.labelcolor": QUIET,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": GRID,
-    "grid.linewidth": 0.6,
-    "xtick.color": QUIET,
-    "ytick.color": QUIET,
-    "xtick.major.size": 0,
-    "ytick.major.size": 0,
-    "xtick.minor.size": 0,
-    "ytick.minor.size": 0,
-    "text.color": INK,
-    "figure.facecolor": GROUND,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-}
 _NOTE: dict[str, Any] = {
     "color": QUIET,
     "fontsize": 9,
@@ -58,11 +31,8 @@ _NOTE: dict[str, Any] = {
 }
 """Look of text over lines."""
 
-Styles = Mapping[str, LineStyle]
 
-
-@dataclass(frozen=True, slots=True)
-class Plot:
+class Plot(NamedTuple):
     """A figure of a page with its text; ``svg`` as the function of that name returns it."""
 
     title: str
@@ -79,70 +49,46 @@ class ShownFigure(Figure):
         return buffer.getvalue()
 
 
-@contextmanager
-def drawn_as(name: str) -> Iterator[None]:
+def drawn_as(name: str) -> AbstractContextManager[None]:
     """Set the report's style for one figure; ids in its SVG come from ``name``, so that those on one page differ."""
-    settings: Any = {**_SETTINGS, "svg.hashsalt": name}
-    with matplotlib.rc_context(settings):
-        yield
+    return matplotlib.rc_context({"svg.hashsalt": name}, _STYLE)
 
 
-def plot_of(chart: Chart, styles: Styles) -> Plot:
+def plot_of(chart: Chart, styles: LineStyles) -> Plot:
     """Return a chart as a figure of a page."""
+    figure = figure_of(chart, styles)
     with drawn_as(chart.title):
-        return Plot(chart.title, chart.words, svg(figure_of(chart, styles)))
+        return Plot(chart.title, chart.words, svg(figure))
 
 
-def figure_of(chart: Chart, styles: Styles, *, titled: bool = False) -> ShownFigure:
+def figure_of(chart: Chart, styles: LineStyles, *, titled: bool = False) -> ShownFigure:
     """Return a chart as a figure with a legend, ``titled`` or not."""
     with drawn_as(chart.title):
-        figure = _draw(chart, styles)
+        figure, axes = new_figure(chart.x_label, chart.y_label)
+        if chart.lines is None:
+            _draw_curves(axes, chart, styles)
+            _scale(axes, "y", chart.y_scale)
+        else:
+            figure.set_figheight(max(figure.get_figheight(), _FRAME_INCHES + _LINE_INCHES * len(chart.lines)))
+            _draw_dots(axes, chart, styles)
+        _scale(axes, "x", chart.x_scale)
+        if entries := len(axes.get_legend_handles_labels()[0]):
+            figure.set_figheight(figure.get_figheight() - (-entries // _ENTRIES_A_LINE) * _ENTRY_INCHES)
+            figure.legend(loc="outside lower center", ncols=min(entries, _ENTRIES_A_LINE))
         if titled:
             figure.suptitle(chart.title, fontsize=11)
     return figure
 
 
-def _draw(chart: Chart, styles: Styles) -> ShownFigure:
-    if isinstance(chart, DotChart):
-        figure, axes = new_figure(chart.x_label, "")
-        figure.set_figheight(max(_HEIGHT_INCHES, _FRAME_INCHES + _LINE_INCHES * len(chart.lines)))
-        styles = line_styles(list(chart.roles.items())) if chart.roles else styles
-        _draw_dots(axes, chart, styles)
-        # A tracker on a line of its own name needs no entry.
-        named = {name for line, values in chart.lines.items() for name in values if name != line}
-        handles = [
-            Line2D([], [], color=style.colour, marker="o", linestyle="", label=name)
-            for name, style in styles.items()
-            if name in named
-        ]
-    else:
-        figure, axes = new_figure(chart.x_label, chart.y_label)
-        handles = [_draw_curve(axes, chart, name, styles[name]) for name in styles if name in chart.curves]
-        _annotate(axes, chart)
-        if chart.x_scale == "frames":
-            count_frames(axes, max(curve.x.max(initial=0.0) for curve in chart.curves.values()))
-        else:
-            _scale(axes, "x", chart.x_scale)
-        _scale(axes, "y", chart.y_scale)
-    if handles:
-        lines = -(-len(handles) // _ENTRIES_A_LINE)
-        figure.set_figheight(figure.get_figheight() + lines * _ENTRY_INCHES)
-        figure.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), _ENTRIES_A_LINE))
-    return figure
-
-
-def _draw_curve(axes: Axes, chart: CurveChart, name: str, style: LineStyle) -> Line2D:
-    curve, order = chart.curves[name], 4 if style.in_front else 3
-    how: Any = {"drawstyle": "steps-post"} if chart.steps else {}
-    (line,) = axes.plot(curve.x, curve.mean, color=style.colour, lw=style.width, zorder=order, label=name, **how)
-    line.set_dashes(style.dashes or (1, 0))
-    if style.banded:
-        how = {"step": "post"} if chart.steps else {}
-        axes.fill_between(curve.x, curve.low, curve.high, color=style.colour, alpha=0.16, lw=0, zorder=2, **how)
-    return line
-
-
-def _annotate(axes: Axes, chart: CurveChart) -> None:
+def _draw_curves(axes: Axes, chart: Chart, styles: LineStyles) -> None:
+    curves = chart.curves or {}
+    for name, style in styles.items():
+        if name in curves:
+            x, mean, low, high = curves[name]
+            axes.plot(x, mean, label=name, drawstyle="steps-post" if chart.steps else "default", **style)
+            if style["zorder"] >= BANDED:
+                step: Any = "post" if chart.steps else None
+                axes.fill_between(x, low, high, step=step, color=style["color"], alpha=0.16, lw=0, zorder=2)
     if chart.rule is not None:
         y, words = chart.rule
         axes.axhline(y, color=QUIET, linewidth=0.9, dashes=(1, 2))
@@ -154,44 +100,34 @@ def _annotate(axes: Axes, chart: CurveChart) -> None:
         axes.annotate(words, (end + 0.8, 0.02), **_NOTE)
 
 
-def _draw_dots(axes: Axes, chart: DotChart, styles: Styles) -> None:
-    """Draw the dots of a chart with their intervals, the first line above."""
-    names = [name for name in styles if any(name in values for values in chart.lines.values())]
-    alone = all(len(values) <= 1 for values in chart.lines.values())
-    places = np.arange(len(chart.lines))[::-1]
-    for place, values in zip(places, chart.lines.values(), strict=True):
-        for offset, name in zip(_offsets(len(names)), names, strict=True):
-            if name in values:
-                _draw_dot(axes, values[name], place + (0.0 if alone else offset), styles[name].colour)
-    for place in places[:-1]:
-        axes.axhline(place - 0.5, color=GRID, linewidth=0.6)
-    axes.set_yticks(places, list(chart.lines))
-    axes.set_ylim(-0.6, len(places) - 0.4)
+def _draw_dots(axes: Axes, chart: Chart, styles: LineStyles) -> None:
+    """Draw the dots of a chart with their intervals, the first line above; a tracker on its own line has no entry."""
+    lines = chart.lines or {}
+    names = [name for name in styles if any(name in values for values in lines.values())]
+    alone = all(len(values) <= 1 for values in lines.values())
+    height = 0.0 if alone or len(names) == 1 else 0.5 * _GROUP_HEIGHT
+    for name, offset in zip(names, np.linspace(-height, height, len(names)), strict=True):
+        own = [(place + offset, *lines[line][name]) for place, line in enumerate(lines) if name in lines[line]]
+        y, mean, low, high = np.array(own).T
+        label = "" if alone and name in lines else name
+        axes.hlines(y, low, high, color=styles[name]["color"], linewidth=1.8)
+        axes.plot(mean, y, "o", color=styles[name]["color"], label=label, markersize=5, markeredgewidth=0)
+    axes.set_yticks(range(len(lines)), list(lines))
+    axes.set_ylim(len(lines) - 0.4, -0.6)
     axes.grid(False, axis="y")
-    if chart.x_scale == "log":
-        ends = [each for values in chart.lines.values() for value in values.values() for each in value]
-        axes.set_xlim(0.6 * min(ends), 1.6 * max(ends))
-    _scale(axes, "x", chart.x_scale)
-
-
-def _offsets(count: int) -> NDArray[np.float64]:
-    return np.linspace(0.5, -0.5, count) * _GROUP_HEIGHT if count > 1 else np.zeros(1)
-
-
-def _draw_dot(axes: Axes, value: Interval, y: float, colour: str) -> None:
-    axes.plot([value.low, value.high], [y, y], color=colour, linewidth=1.8, solid_capstyle="butt")
-    axes.plot([value.mean], [y], "o", color=colour, markersize=5, markeredgewidth=0)
+    for place in range(1, len(lines)):
+        axes.axhline(place - 0.5, color=GRID, linewidth=0.6)
 
 
 def _scale(axes: Axes, which: str, scale: Scale) -> None:
     """Set scale, limits and labels of the axis ``x`` or ``y``."""
-    axis: Axis = getattr(axes, f"{which}axis")
-    if scale == "share":
+    if scale == "frames":
+        count_frames(axes, axes.dataLim.x1)
+    elif scale == "share":
         axes.set(**{f"{which}lim": (-0.01, 1.01)})
-        axis.set_major_formatter(PercentFormatter(1.0))
-    elif scale == "log":
-        axes.set(**{f"{which}scale": "log"})
-        in_plain_numbers(axis)
+        getattr(axes, f"{which}axis").set_major_formatter(PercentFormatter(1.0))
+    else:
+        axes.set(**{f"{which}scale": scale})
 
 
 def count_frames(axes: Axes, end: float) -> None:
@@ -200,21 +136,10 @@ def count_frames(axes: Axes, end: float) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
 
 
-def in_plain_numbers(axis: Axis) -> None:
-    """Label the marks of a log axis as 0.1, 0.2, 0.5, not as powers."""
-    low, high = axis.get_view_interval()
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 1000 * low else (1.0,)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(FuncFormatter(lambda value, _: ""))
-
-
 def new_figure(x_label: str, y_label: str) -> tuple[ShownFigure, Axes]:
     """Return a figure of the report's size with labelled axes."""
-    figure = ShownFigure(figsize=(_WIDTH_INCHES, _HEIGHT_INCHES), layout="constrained")
-    axes = figure.add_subplot()
-    axes.set_xlabel(x_label)
-    axes.set_ylabel(y_label)
-    return figure, axes
+    figure = ShownFigure()
+    return figure, figure.add_subplot(xlabel=x_label, ylabel=y_label)
 
 
 def svg(figure: Figure) -> str:

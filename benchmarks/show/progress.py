@@ -10,14 +10,7 @@ from contextlib import contextmanager
 from datetime import timedelta
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from benchmarks.run.experiment import Progress as Report
 
@@ -34,11 +27,7 @@ def console_of(width: int = 118) -> Console:
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[Report]:
-    """Show progress until the context ends.
-
-    Yields a function to be called with (done, of); its first call shows the bar. Another ``of``, or
-    fewer ``done``, begins a next part.
-    """
+    """Show progress until the context ends; yields a function to be called with (done, of), first when work begins."""
     console = Console(stderr=True)
     with _bar(title, console) if console.is_terminal or console.is_jupyter else _lines(title) as report:
         yield report
@@ -46,57 +35,27 @@ def progress_bar(title: str) -> Iterator[Report]:
 
 @contextmanager
 def _bar(title: str, console: Console) -> Iterator[Report]:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left"),
-        TimeRemainingColumn(),
-    )
-    progress = Progress(*columns, console=console)
-    task = progress.add_task(title, total=None, start=False)
-
-    def report(done: int, of: int) -> None:
-        progress.start()
-        progress.start_task(task)
-        progress.update(task, completed=done, total=of)
-
-    try:
-        yield report
-    finally:
-        if progress.live.is_started:
-            progress.stop()
+    columns = (BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
+    with Progress(TextColumn("{task.description}"), *columns, console=console) as progress:
+        task = progress.add_task(title, total=None, visible=False)
+        yield lambda done, of: progress.update(task, completed=done, total=of, visible=True)
 
 
 @contextmanager
 def _lines(title: str) -> Iterator[Report]:
-    began_s = part_s = printed_s = time.monotonic()
-    first = 0
-    printed: tuple[int, int] | None = None
-    now: tuple[int, int] | None = None
+    began_s = printed_s = time.monotonic()
+    line = ""
 
     def report(done: int, of: int) -> None:
-        nonlocal first, part_s, printed_s, printed, now
-        if now is None or of != now[1] or done < now[0]:
-            # A next part begins, with a pace of its own.
-            first, part_s = done, began_s if now is None else time.monotonic()
-        now = (done, of)
-        if time.monotonic() - printed_s >= _LINE_EVERY_S:
-            printed_s, printed = time.monotonic(), now
-            show(done, of)
-
-    def show(done: int, of: int) -> None:
-        now_s, made = time.monotonic(), done - first
-        left = f", about {_clock((now_s - part_s) * (of - done) / made)} left" if made and done < of else ""
-        print(f"{title}: {done} of {of}, {_clock(now_s - began_s)} passed{left}", file=sys.stderr, flush=True)
+        nonlocal line, printed_s
+        now_s = time.monotonic()
+        line = f"{title}: {done} of {of}, {timedelta(seconds=round(now_s - began_s))} passed"
+        if now_s - printed_s >= _LINE_EVERY_S:
+            print(line, file=sys.stderr, flush=True)
+            line, printed_s = "", now_s
 
     try:
         yield report
     finally:
-        if now is not None and now != printed:
-            show(*now)
-
-
-def _clock(seconds: float) -> str:
-    return str(timedelta(seconds=round(seconds)))
+        if line:
+            print(line, file=sys.stderr, flush=True)

@@ -11,7 +11,7 @@ ones.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +19,8 @@ from benchmarks.contract.rows import FILE_NAME, Row, event_of, read_rows
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import counted, number_text
 from benchmarks.run.outcome import Outcome
-from benchmarks.show.charts import DotChart
-from benchmarks.show.palette import LineStyle, line_styles
+from benchmarks.show.charts import Chart
+from benchmarks.show.palette import LineStyles, line_styles
 from benchmarks.show.tables import column_of, names_and_roles, rank
 from benchmarks.statistics.bootstrap import Interval
 from benchmarks.statistics.summary import (
@@ -30,7 +30,7 @@ from benchmarks.statistics.summary import (
     label_of,
     write_summary,
 )
-from sim.checks import check
+from sim.checks import check, check_choice
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -41,8 +41,6 @@ _NAMES = (
     *("suite", "scenario", "preset", "renderer", "controller", "link"),
     *("tracker", "tracker_role", "role", "seed", "sequence", "repeat"),
 )
-_EVENT_FIRST = ("event_kind", "event_index")
-_LAST = ("metric", "value", "weight")
 
 
 class Results:
@@ -110,73 +108,54 @@ class Results:
         return entries
 
 
-def metric_chart(summary: Sequence[dict[str, Any]], metric: str) -> tuple[DotChart, dict[str, LineStyle]]:
+def metric_chart(summary: Sequence[dict[str, Any]], metric: str) -> tuple[Chart, LineStyles]:
     """Return the chart of a metric of the list of ``summary.json``, see ``Results.plot``, and the report's styles."""
-    known = list(dict.fromkeys(entry["metric"] for entry in summary))
-    check("metric", metric in known, f"one of {', '.join(known)}", repr(metric))
+    check_choice("metric", metric, list(dict.fromkeys(entry["metric"] for entry in summary)))
     conditions = list(dict.fromkeys(map(condition_of, summary)))
     lines: dict[str, dict[str, Interval]] = {}
-    styles: dict[str, LineStyle] = {}
+    styles: LineStyles = {}
     for condition in conditions:
         scores, entries = suite(condition[0]), [entry for entry in summary if condition_of(entry) == condition]
         defined, looks = scores.metric(metric), line_styles(names_and_roles(scores, entries))
         where = "" if len(conditions) == 1 else f", {' '.join(filter(None, condition[1:]))}"
         shown = [entry for entry in entries if entry["metric"] == metric]
         for entry in sorted(shown, key=lambda entry: rank(defined, entry)):
-            name = f"{label_of(entry)}{where}"
-            ends = (entry["mean"] if entry[key] is None else entry[key] for key in ("mean", "ci_low", "ci_high"))
-            lines[name] = {} if entry["mean"] is None else {name: Interval(*ends)}
+            name, mean = f"{label_of(entry)}{where}", entry["mean"]
+            low, high = (mean if entry[key] is None else entry[key] for key in ("ci_low", "ci_high"))
+            lines[name] = {} if mean is None else {name: Interval(mean, low, high)}
             styles[name] = looks[scores.names_of(entry)[0]]
-    column = column_of(defined)
-    unit = f" ({column.unit})" if column.unit and defined.unit != "fraction" else ""
+    column, is_share = column_of(defined), defined.unit == "fraction"
+    unit = f" ({column.unit})" if column.unit and not is_share else ""
     goal = f"{defined.better} is better"
     if defined.ideal is not None:
         goal = f"ideal: {number_text(defined.ideal, defined.unit)} {column.unit}".rstrip()
-    chart = DotChart(
+    chart = Chart(
         title=f"{column.title}, {max(entry['n'] for entry in summary if entry['metric'] == metric)} seeds",
         words="",
         lines=lines,
         x_label=f"{column.title}{unit}, {goal}, 95 % intervals",
-        x_scale="share" if defined.unit == "fraction" else "linear",
+        x_scale="share" if is_share else "linear",
     )
     return chart, styles
 
 
 def numbers_table(rows: Iterable[Row]) -> pd.DataFrame:
     """Return the rows whose value is a number, a truth value (1 or 0) or null, a line for each."""
-    return _table(({**_heading(row), "value": _number(row["value"])} for row in rows if not _is_list(row)), _LAST)
+    return _table([row for row in rows if not isinstance(row["value"], list)], "value").astype({"value": float})
 
 
 def lists_table(rows: Iterable[Row]) -> pd.DataFrame:
     """Return the rows whose value is a list (a *series*), a line for each entry: ``entry`` is its place from 0 on."""
-    return _table(_entries(row for row in rows if _is_list(row)), ("metric", "entry", "value", "weight"))
+    table = _table([row for row in rows if isinstance(row["value"], list)], "entry", "value").explode("value")
+    table["entry"] = table.groupby(level=0).cumcount()
+    return table.astype({"value": float}).reset_index(drop=True)
 
 
-def _entries(rows: Iterable[Row]) -> Iterator[dict[str, Any]]:
-    for row in rows:
-        for entry, value in enumerate(row["value"]):
-            yield {**_heading(row), "entry": entry, "value": _number(value)}
-
-
-def _is_list(row: Row) -> bool:
-    return isinstance(row["value"], list)
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else float(value)
-
-
-def _heading(row: Row) -> dict[str, Any]:
-    about = {f"event_{key}": value for key, value in (event_of(row) or {}).items()}
-    return {**{name: row.get(name) for name in _NAMES}, **about, "metric": row["metric"], "weight": row.get("weight")}
-
-
-def _table(lines: Iterable[dict[str, Any]], last: tuple[str, ...]) -> pd.DataFrame:
+def _table(rows: Sequence[Row], *last: str) -> pd.DataFrame:
     import pandas as pd
 
-    table = pd.DataFrame(list(lines))
-    if table.empty:
-        return pd.DataFrame(columns=[*_NAMES, *last])
-    about = [name for name in table.columns if name not in (*_NAMES, *_EVENT_FIRST, *last)]
-    table = table.reindex(columns=[*_NAMES, *_EVENT_FIRST, *about, *last]).dropna(axis="columns", how="all")
-    return table.astype({"value": float, "weight": float})
+    about = [{f"event_{key}": value for key, value in (event_of(row) or {}).items()} for row in rows]
+    events = dict.fromkeys(["event_kind", "event_index", *(name for event in about for name in event)])
+    lines = [{**row, **event, "entry": 0} for row, event in zip(rows, about, strict=True)]
+    table = pd.DataFrame(lines, columns=[*_NAMES, *events, "metric", *last, "weight"])
+    return table.dropna(axis="columns", how="all").astype({"weight": float}) if rows else table

@@ -31,7 +31,6 @@ class Showing:
         event_picture: how the report shows one event; None = not at all.
         facts: table of the report about the episodes themselves.
         oracles: note of the report about references with unfair knowledge.
-        remarks: tracker -> answer to what its line beside methods as written makes readers ask, below the table.
         drawings: scenario without version -> what makes the drawing of an episode; else the larger view.
     """
 
@@ -40,7 +39,6 @@ class Showing:
     event_picture: EventPicture | None = None
     facts: Facts | None = None
     oracles: str = ""
-    remarks: Mapping[str, str] = field(default_factory=dict)
     drawings: Mapping[str, Callable[[Episode], Drawing]] = field(default_factory=dict)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from benchmarks.contract.metric import Metric, Quantity
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import EventWords, Scene, Suite, add_scene, register_suite
-from benchmarks.show.charts import Chart, DotChart
+from benchmarks.show.charts import Chart
 from benchmarks.show.showing import Showing, register_showing
 from benchmarks.statistics.bootstrap import intervals_of
 from benchmarks.statistics.pooling import Median
@@ -26,8 +26,7 @@ def _describe(stays: Sequence[dict[str, Any]]) -> str:
 def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
     """Return the share found of each tracker."""
     shares = {name: {name: share} for name, share in intervals_of(FOUND.statistic, drawn).items()}
-    words = "Dots: all episodes; bars: 95 % bootstrap over seeds."
-    return [DotChart(title="How many are found?", words=words, lines=shares, x_label="found")]
+    return [Chart(title="How many are found?", words="", lines=shares, x_label="found", x_scale="share")]
 
 
 register_suite(

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from benchmarks.contract.metric import Mean, Quantity
 from benchmarks.contract.rows import Row
 from benchmarks.judges.fish.gap_scores import GAP_FRAMES
 from benchmarks.judges.fish.motion import ANY, LAGS, MOTION
-from benchmarks.show.charts import Chart, CurveChart, DotChart, curves_of, series_mean
+from benchmarks.show.charts import Chart, curves_of, lines_of, series_mean
 from benchmarks.show.showing import Showing
 from benchmarks.show.tables import Facts
 from benchmarks.show.video.fish import FishDrawing
-from benchmarks.statistics.bootstrap import intervals_of
 
 _LINK_GROUPS = {
     "up to 50 frames": "50",
@@ -39,31 +38,28 @@ SWIMS = Facts(
 )
 
 
-def charts(drawn: Mapping[str, Sequence[Row]]) -> Iterator[Chart]:
-    """Yield the error over the length of a gap, and links by kind of gap."""
-    errors = curves_of(drawn, lambda rows: series_mean(rows, "gap_error_by_frame_px", first_x=1.0))
-    if errors:
-        yield CurveChart(
+def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
+    """Return the error over the length of a gap, and links by kind of gap."""
+    links = {name: Mean(Quantity(f"link_precision_{group}")) for name, group in _LINK_GROUPS.items()}
+    return [
+        Chart(
             title="How far off is a lost fish?",
             words=f"Mean distance to the true place on each frame of gaps of {GAP_FRAMES[-1]} frames, the far end "
-            "unknown. Bands: 95 % bootstrap over seeds.",
-            curves=errors,
+            "unknown.",
+            curves=curves_of(drawn, lambda rows: series_mean(rows, "gap_error_by_frame_px", first_x=1.0)),
             x_label="frames since the track was lost",
+            x_scale="frames",
             y_label="error, px",
             y_scale="log",
-        )
-    groups = {
-        words: intervals_of(Mean(Quantity(f"link_precision_{group}")), drawn) for words, group in _LINK_GROUPS.items()
-    }
-    groups = {words: values for words, values in groups.items() if values}
-    if groups:
-        yield DotChart(
+        ),
+        Chart(
             title="Which links are right?",
-            words="Right links of those made, over the gaps on which a fish touches, crosses or hides behind another. "
-            "Dots: all episodes; bars: 95 % bootstrap over seeds.",
-            lines=groups,
+            words="Right links of those made, over the gaps on which a fish touches, crosses or hides behind another.",
+            lines=lines_of(links, drawn),
             x_label="right links",
-        )
+            x_scale="share",
+        ),
+    ]
 
 
 SHOWING = Showing(

@@ -2,34 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
 
 from benchmarks.contract.rows import Row
 from benchmarks.judges.view_time import TIME_SEEN
-from benchmarks.show.charts import Chart, DotChart
+from benchmarks.show.charts import Chart
 from benchmarks.show.showing import Showing
-from benchmarks.statistics.bootstrap import Interval, interval_of
+from benchmarks.statistics.bootstrap import Interval, intervals_of
 
 
-def charts(drawn: Mapping[str, Sequence[Row]]) -> Iterator[Chart]:
-    """Yield the time seen: a line for each controller, a dot for each tracker."""
-    lines: dict[str, dict[str, Interval]] = {}
-    roles: dict[str, str] = {}
-    for rows in drawn.values():
-        share = interval_of(TIME_SEEN.statistic, rows)
-        if share is not None:
-            lines.setdefault(rows[0]["controller"], {})[rows[0]["tracker"]] = share
-            roles[rows[0]["tracker"]] = rows[0]["tracker_role"]
-    if lines:
-        yield DotChart(
+def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
+    """Return the time seen: a line for each tracker, a dot for each controller that steers by it."""
+    lines: dict[str, dict[str, Interval]] = defaultdict(dict)
+    for pair, share in intervals_of(TIME_SEEN.statistic, drawn).items():
+        lines[drawn[pair][0]["tracker"]][drawn[pair][0]["controller"]] = share
+    return [
+        Chart(
             title="How long is the target seen?",
             words="Seen: the target's centre is in the picture, its box at least 12 pixels long, and at least half of "
-            "it visible. A line for each controller, a dot for each tracker that it steers by, over all episodes; "
-            "bars: 95 % bootstrap over seeds.",
+            "it visible. A line for each tracker, a dot for each controller that steers by it.",
             lines=lines,
             x_label="time seen",
-            roles=roles,
+            x_scale="share",
         )
+    ]
 
 
 SHOWING = Showing(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,11 +12,11 @@ from benchmarks.contract.rows import Row
 from benchmarks.judges.harbour.few_pictures import TAUGHT_BY_FEW
 from benchmarks.judges.harbour.suite import CURVE, FOUND, MANY_ALARMS
 from benchmarks.judges.harbour.visits import SEEABLE
-from benchmarks.show.charts import Chart, Curve, CurveChart, curve_of, curves_of, found_at_alarms
-from benchmarks.show.pictures import Event, EventPicture
+from benchmarks.show.charts import Chart, Curve, curve_of, curves_of, found_at_alarms
+from benchmarks.show.pictures import EventPicture, ShownEvent
 from benchmarks.show.showing import Showing
 from benchmarks.show.video.harbour import HarbourDrawing
-from benchmarks.statistics.bootstrap import interval_of
+from benchmarks.statistics.bootstrap import Interval, interval_of
 from benchmarks.statistics.pooling import Froc
 from scenarios import catalog
 
@@ -35,58 +35,54 @@ _CAPTION = (
 )
 
 
-def charts(run: Mapping[str, Sequence[Row]]) -> Iterator[Chart]:
-    """Yield the FROC curves, detection by contrast to noise, and by number of pictures.
+def charts(run: Mapping[str, Sequence[Row]]) -> list[Chart]:
+    """Return the FROC curves, detection by contrast to noise, and by number of pictures.
 
     Trackers that learn from few pictures stand in the chart about these alone.
     """
     few = {each.name for each in TAUGHT_BY_FEW.values()}
     drawn = {name: rows for name, rows in run.items() if name not in few}
-    found = curves_of(drawn, lambda rows: found_at_alarms(rows, Froc(*CURVE, high=1.0), _ALARMS))
-    if found:
-        yield CurveChart(
+    pictures = {name: curve for name in drawn if (curve := by_pictures(run, name)) is not None}
+    return [
+        Chart(
             title="How many false alarms does a find cost?",
             words="Share of the intruders that can be seen, found four frames running, chance taken off, against false "
-            "alarms an hour, as the least confidence that is answered falls. Bands: 95 % bootstrap over seeds.",
-            curves=found,
+            "alarms an hour, as the least confidence that is answered falls.",
+            curves=curves_of(drawn, lambda rows: found_at_alarms(rows, Froc(*CURVE, high=1.0), _ALARMS)),
             x_label="false alarms an hour",
             x_scale="log",
             y_label="found",
-        )
-    contrasts = curves_of(drawn, by_contrast)
-    if contrasts:
-        yield CurveChart(
+        ),
+        Chart(
             title="What contrast does it take?",
             words="Share found, chance taken off, of intruders in classes of contrast to noise, an octave each; the "
             f"contrast is the most that an intruder has on four frames running. Below {SEEABLE:g} nobody could see "
-            "them. Bands: 95 % bootstrap over seeds.",
-            curves=contrasts,
+            "them.",
+            curves=curves_of(drawn, by_contrast),
             x_label="contrast to noise",
             x_scale="log",
             y_label="found",
-        )
-    pictures = {name: curve for name in drawn if (curve := by_pictures(run, name)) is not None}
-    if pictures:
-        yield CurveChart(
+        ),
+        Chart(
             title="How many pictures does it take?",
             words="Detection rate, mean over the logarithm of the false alarms from 1 to 100 an hour, of trackers that "
-            "get so many pictures without intruders. Bands: 95 % bootstrap over seeds.",
+            "get so many pictures without intruders.",
             curves=pictures,
             x_label="pictures without intruders",
             x_scale="log",
             y_label="area under the FROC curve",
-        )
+        ),
+    ]
 
 
 def by_contrast(rows: Sequence[Row]) -> Curve | None:
     """Return the share found against contrast to noise; None without rows."""
     both = [row | {"metric": "found"} for row in rows if row["metric"] in ("found", "found_unseen")]
-    shares = []
-    for low, high in itertools.pairwise(_CONTRASTS):
-        share = interval_of(Mean(FOUND), [row for row in both if low <= row["event"]["contrast_to_noise"] < high])
-        if share is not None:
-            shares.append((float(np.sqrt(low * high)), share))
-    return curve_of(shares)
+
+    def found(low: float, high: float) -> Interval | None:
+        return interval_of(Mean(FOUND), [row for row in both if low <= row["event"]["contrast_to_noise"] < high])
+
+    return curve_of((float(np.sqrt(low * high)), found(low, high)) for low, high in itertools.pairwise(_CONTRASTS))
 
 
 def by_pictures(drawn: Mapping[str, Sequence[Row]], tracker: str) -> Curve | None:
@@ -94,40 +90,26 @@ def by_pictures(drawn: Mapping[str, Sequence[Row]], tracker: str) -> Curve | Non
     first = drawn[tracker][0]
     all_pictures = catalog.scenario(first["scenario"]).presets[first["preset"]].background
     names = {count: each.name for (of, count), each in TAUGHT_BY_FEW.items() if of == tracker and count < all_pictures}
-    areas = []
-    for count, name in sorted({**names, all_pictures: tracker}.items()):
-        area = interval_of(MANY_ALARMS.statistic, drawn.get(name, ()))
-        if area is not None:
-            areas.append((float(count), area))
-    return curve_of(areas) if len(areas) > 1 else None
+    counts = sorted({**names, all_pictures: tracker}.items())
+    curve = curve_of((float(count), interval_of(MANY_ALARMS.statistic, drawn.get(name, ()))) for count, name in counts)
+    return curve if curve is not None and len(curve.x) > 1 else None
 
 
-def first_visit(rows: Sequence[Row]) -> tuple[int, Event] | None:
-    """Return seed and attributes of the visit to show.
-
-    Of the first seed that has one it is the earliest of 8 frames that begins after the first frame and can be seen.
-    """
+def first_visit(rows: Sequence[Row]) -> ShownEvent | None:
+    """Return the earliest visit of 8 frames that begins after the first frame and can be seen, of the first seed."""
     visits = [(row["seed"], row["event"]) for row in rows if row["metric"] == "found"]
     long = [each for each in visits if each[1]["first_frame"] > 0 and each[1]["length_frames"] >= _LONG_FRAMES]
-    return min(long, key=lambda each: (each[0], each[1]["first_frame"], each[1]["index"]), default=None)
-
-
-def _frames(visit: Event) -> list[int]:
-    last = visit["first_frame"] + visit["length_frames"] - 1
-    return [min(visit["first_frame"] + each, last) for each in _AFTER_FRAMES]
+    if not long:
+        return None
+    seed, visit = min(long, key=lambda each: (each[0], each[1]["first_frame"], each[1]["index"]))
+    frames = [visit["first_frame"] + min(after, visit["length_frames"] - 1) for after in _AFTER_FRAMES]
+    return ShownEvent(seed, frames, f"A {visit['kind']} comes", _CAPTION)
 
 
 SHOWING = Showing(
     heading="Who comes into the harbour?",
     charts=charts,
     # Alarms are raised by frames running: all are drawn.
-    event_picture=EventPicture(
-        find=first_visit,
-        frames=_frames,
-        words=lambda visit: (f"A {visit['kind']} comes", _CAPTION),
-        drawing=HarbourDrawing,
-        cell_width_px=900,
-        every_frame=True,
-    ),
+    event_picture=EventPicture(first_visit, HarbourDrawing, cell_width_px=900, every_frame=True),
     drawings={"harbour": HarbourDrawing},
 )

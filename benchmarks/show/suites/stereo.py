@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from benchmarks.contract.rows import Row
 from benchmarks.judges.stereo.disparity import ALL_PIXELS, DISPARITY, TARGET_PIXELS
 from benchmarks.judges.stereo.judge import OCCLUSION_WINDOW_FRAMES
-from benchmarks.judges.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR, OCCLUSION
+from benchmarks.judges.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR
 from benchmarks.judges.stereo.suite import event_f1
-from benchmarks.show.charts import Chart, CurveChart, DotChart, curves_of, recovery
-from benchmarks.show.pictures import Event, EventPicture
+from benchmarks.show.charts import Chart, curves_of, lines_of, recovery
+from benchmarks.show.pictures import EventPicture, ShownEvent
 from benchmarks.show.showing import Showing
 from benchmarks.show.tables import Facts
 from benchmarks.show.video.stereo import LeftAndPlan, StereoDrawing
-from benchmarks.statistics.bootstrap import intervals_of
 from scenarios.stereo_follow.floor_plan import PLACES
 
 _GROUPS = {**{f"after {kind}": kind for kind in LIGHT_KINDS}, NEAR: NEAR, NOBODY_NEAR: NOBODY_NEAR}
@@ -25,67 +24,55 @@ _LONG_FRAMES = 3
 """Least length of an occlusion to show."""
 _AFTERWARDS_FRAMES = 10
 _CAPTION = (
-    "{words} Left the camera's picture, right all people from above. Blue: the target. Orange: the estimate; none "
+    "Left the camera's picture, right all people from above. Blue: the target. Orange: the estimate; none "
     "without an answer. Grey: the others."
 )
 _OCCLUSION_WORDS = "the first occlusion of 3 frames or more; before it, in its middle, seen again, ten frames later."
 _LIGHT_WORDS = "the first change of light ({kind}); before it, and in the two seconds after it."
 
 
-def charts(drawn: Mapping[str, Sequence[Row]]) -> Iterator[Chart]:
-    """Yield F1 by kind of event, and the time to recover."""
-    groups = {words: intervals_of(event_f1("f1", "", kind).statistic, drawn) for words, kind in _GROUPS.items()}
-    groups = {words: values for words, values in groups.items() if values}
-    if groups:
-        yield DotChart(
+def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
+    """Return F1 by kind of event, and the time to recover."""
+    return [
+        Chart(
             title="When is the person lost?",
             words="F1, in which a wrong answer is a miss too, over the frames of the 2 s after a change of light, and "
-            "of those with and without another person within 1.5 m. Dots: all episodes; bars: 95 % bootstrap over "
-            "seeds.",
-            lines=groups,
+            "of those with and without another person within 1.5 m.",
+            lines=lines_of({words: event_f1("f1", "", kind).statistic for words, kind in _GROUPS.items()}, drawn),
             x_label="F1 of right, wrong and missing answers",
-        )
-    found = curves_of(drawn, recovery)
-    if found:
-        yield CurveChart(
+            x_scale="share",
+        ),
+        Chart(
             title="How soon is the person found again?",
-            words="Kaplan–Meier: a person who is never found again counts as lost to the next occlusion or the end. "
-            "Bands: 95 % bootstrap over seeds.",
-            curves=found,
+            words="Kaplan–Meier: a person who is never found again counts as lost to the next occlusion or the end.",
+            curves=curves_of(drawn, recovery),
             x_label="frames since half of the person is seen again",
+            x_scale="frames",
             y_label="found again",
             steps=True,
             shaded=(OCCLUSION_WINDOW_FRAMES, "← counts as recovered"),
-        )
+        ),
+    ]
 
 
-def first_event(rows: Sequence[Row]) -> tuple[int, Event] | None:
-    """Return seed and attributes of the event to show.
-
-    It is the first occlusion by seed that lasts 3 frames and can be judged, without one the first change of light.
-    """
-    events = [(row["seed"], event, row["metric"]) for row in rows if (event := row["event"]) is not None]
+def first_event(rows: Sequence[Row]) -> ShownEvent | None:
+    """Return the first occlusion by seed that lasts 3 frames and can be judged, else the first change of light."""
+    events = [(row["seed"], row["event"], row["metric"]) for row in rows if row["event"] is not None]
     hidden = [
         (seed, event)
         for seed, event, metric in events
         if metric == "recovered" and event["length_frames"] >= _LONG_FRAMES and event["back_frame"] is not None
     ]
-    lights = [(seed, event) for seed, event, _ in events if event["light"]]
-    return min(hidden or lights, key=lambda pair: (pair[0], pair[1]["index"]), default=None)
-
-
-def shown_frames(event: Event) -> list[int]:
-    """Return the four frames of an event that are shown."""
+    shown = hidden or [(seed, event) for seed, event, _ in events if event["light"]]
+    if not shown:
+        return None
+    seed, event = min(shown, key=lambda pair: (pair[0], pair[1]["index"]))
     first, last = event["first_frame"], event["first_frame"] + event["length_frames"] - 1
-    if event["kind"] == OCCLUSION:
-        return [first - 1, (first + last) // 2, event["back_frame"], event["back_frame"] + _AFTERWARDS_FRAMES]
-    return [first - 1, *np.linspace(first, last, 4).round().astype(int).tolist()[1:]]
-
-
-def _words(event: Event) -> tuple[str, str]:
-    if event["kind"] == OCCLUSION:
-        return "One occlusion", _CAPTION.format(words=_OCCLUSION_WORDS)
-    return "One change of light", _CAPTION.format(words=_LIGHT_WORDS.format(kind=event["kind"]))
+    if hidden:
+        frames = [first - 1, (first + last) // 2, event["back_frame"], event["back_frame"] + _AFTERWARDS_FRAMES]
+        return ShownEvent(seed, frames, "One occlusion", f"{_OCCLUSION_WORDS} {_CAPTION}")
+    frames = [first - 1, *np.linspace(first, last, 4).round().astype(int).tolist()[1:]]
+    return ShownEvent(seed, frames, "One change of light", f"{_LIGHT_WORDS.format(kind=event['kind'])} {_CAPTION}")
 
 
 MATCHES = Facts(
@@ -105,7 +92,7 @@ MATCHES = Facts(
 SHOWING = Showing(
     heading="Is it still the same person?",
     charts=charts,
-    event_picture=EventPicture(first_event, shown_frames, _words, LeftAndPlan.of, cell_width_px=640),
+    event_picture=EventPicture(first_event, LeftAndPlan.of, cell_width_px=640),
     facts=MATCHES,
     drawings={"stereo-follow": StereoDrawing.of, "paper-sheet": StereoDrawing.of},
 )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from benchmarks.contract.rows import Row
@@ -47,6 +45,6 @@ def test_own_trackers_have_a_colour_of_their_own_and_different_lines() -> None:
     roles = ("ours", "variant", "as-written", "as-written", "tuned", "baseline", "policy", "oracle", "blind")
     others = [(f"other {k}", role) for k, role in enumerate(roles)]
     styles = line_styles([*others, ("mine", "external"), ("mine too", "external")])
-    assert {styles[name].colour for name, _ in others}.isdisjoint({styles["mine"].colour})
-    assert styles["mine"].in_front
-    assert styles["mine"] != styles["mine too"] == replace(styles["mine"], dashes=styles["mine too"].dashes)
+    assert styles["mine"]["color"] not in {styles[name]["color"] for name, _ in others}
+    assert styles["mine"]["zorder"] == max(style["zorder"] for style in styles.values())
+    assert styles["mine"] != styles["mine too"] == styles["mine"] | {"linestyle": styles["mine too"]["linestyle"]}

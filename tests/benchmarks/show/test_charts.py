@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from statsmodels.duration.survfunc import SurvfuncRight
 
 from benchmarks.contract.rows import Row
 from benchmarks.show import charts
+from benchmarks.show.suites import follow
 
 
 def test_recovery_curve_is_kaplan_meier() -> None:
@@ -44,3 +46,24 @@ def test_offscreen_error_is_the_mean_over_frame_outs_that_last_so_long() -> None
     np.testing.assert_allclose(curve.mean, [4.0, 5.0])
     np.testing.assert_allclose(curve.x, [0.0, 1.0])
     assert charts.series_mean(rows[:2], "offscreen_error_by_frame_m", fewest=charts.FEWEST) is None
+
+
+def test_the_time_seen_has_a_line_for_each_tracker_and_a_dot_for_each_controller() -> None:
+    seen = {("centre", "one"): (0.5, 0.7), ("centre", "two"): (0.2, 0.2), ("hold", "two"): (0.1, 0.3)}
+    drawn = {
+        f"{controller}+{tracker}": [
+            {"controller": controller, "tracker": tracker, "metric": "time_seen", "value": share, "weight": 1.0}
+            | {"seed": seed, "event": None}
+            for seed, share in enumerate(shares)
+        ]
+        for (controller, tracker), shares in seen.items()
+    }
+    (chart,) = follow.charts(drawn)
+    means = {tracker: {name: value.mean for name, value in values.items()} for tracker, values in chart.values.items()}
+    assert means == {
+        "one": {"centre": pytest.approx(0.6)},
+        "two": {"centre": pytest.approx(0.2), "hold": pytest.approx(0.2)},
+    }
+    assert (chart.values["two"]["hold"].low, chart.values["two"]["hold"].high) == (0.1, 0.3)
+    (nothing,) = follow.charts({})
+    assert not nothing.values

@@ -82,11 +82,11 @@ def test_a_plot_of_a_metric_has_a_dot_with_its_interval_for_each_tracker(results
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert names == entries.sort_values("mean", kind="stable", ascending=False).index.tolist()
     # Between the names lie rules.
-    bars, dots = axes.lines[: 2 * len(names) : 2], axes.lines[1 : 2 * len(names) : 2]
-    for name, bar, dot in zip(names, bars, dots, strict=True):
+    dots = axes.lines[: len(names)]
+    for name, bar, dot in zip(names, axes.collections, dots, strict=True):
         assert list(dot.get_xdata()) == [entries.loc[name, "mean"]]
-        assert list(bar.get_xdata()) == [entries.loc[name, "ci_low"], entries.loc[name, "ci_high"]]
-    assert to_hex(dots[names.index("sharp")].get_color()) == line_styles([("sharp", "ours")])["sharp"].colour
+        assert bar.get_segments()[0][:, 0].tolist() == [entries.loc[name, "ci_low"], entries.loc[name, "ci_high"]]
+    assert to_hex(dots[names.index("sharp")].get_color()) == line_styles([("sharp", "ours")])["sharp"]["color"]
     assert axes.get_xlabel() == "recovery rate, higher is better, 95 % intervals"
     assert figure._repr_png_().startswith(b"\x89PNG")
 
@@ -130,7 +130,7 @@ def test_plots_of_the_report_are_pictures_that_stand_alone(results: Results) -> 
 
 
 def test_what_is_not_there_is_said(results: Results, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"metric: expected one of .*recovery_rate.*, got 'recovery'"):
+    with pytest.raises(ValueError, match=r"metric: expected one of .*recovery_rate.*; got 'recovery'"):
         results.plot("recovery")
     with pytest.raises(ValueError, match=r"directory: expected one that holds records\.jsonl"):
         Results(tmp_path)

@@ -138,7 +138,8 @@ def test_the_error_is_drawn_over_the_gap() -> None:
         {**heading, "metric": each.metric, "value": each.value, "weight": each.weight}
         for each in gap_scores(TRACKS, bridged)
     ]
-    (chart,) = charts({"knows": rows})
+    chart, links = charts({"knows": rows})
+    assert not links.values
     assert chart.title == "How far off is a lost fish?"
     curve = chart.curves["knows"]
     assert curve.x.tolist() == list(range(1, GAP_FRAMES[-1] + 1))

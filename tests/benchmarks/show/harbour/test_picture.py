@@ -16,5 +16,5 @@ def test_the_first_arrival_is_shown() -> None:
     rows = [row(1, 3, 90), row(0, 0, 90), row(0, 5, 7), row(0, 4, 90, "found_unseen"), row(0, 40, 9), row(0, 30, 8)]
     found = first_visit(rows)
     assert found is not None
-    assert (found[0], found[1]["first_frame"]) == (0, 30)
+    assert (found.seed, found.frames, found.title) == (0, [33, 37], "A person comes")
     assert first_visit(rows[1:3]) is None
