@@ -15,7 +15,7 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.cli.arguments import COUNT, FOLDER, NAMES, WORKERS, names
+from benchmarks.cli.arguments import COUNT, FOLDER, WORKERS, Names
 from benchmarks.contract.rows import FILE_NAME, read_blocks, read_rows
 from benchmarks.run.arithmetic import calculates_like_published
 from benchmarks.run.result_folder import make_folder
@@ -52,7 +52,7 @@ class Publish:
         workers: number of worker processes; 0 = run in this process.
     """
 
-    tables: Annotated[tuple[str, ...], tyro.conf.Positional, NAMES] = ()
+    tables: tyro.conf.Positional[Names] = ()
     dry_run: bool = False
     check: bool = False
     episodes: Annotated[int | None, COUNT] = None
@@ -72,7 +72,7 @@ class Publish:
                 write_atomic(path, text)
                 print(path)
             return 0
-        tables = tables_named(names(self.tables))
+        tables = tables_named(self.tables)
         if self.check:
             return self._check_all(tables)
         runs = [run_of(table) for table in tables]

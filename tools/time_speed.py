@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.cli.arguments import NAMES, SEEDS, names, seed_range
+from benchmarks.cli.arguments import Names, Seeds
 from benchmarks.contract.text import counted
 from benchmarks.learning.training import EPISODES, Training
 from benchmarks.run.packages import needs_data
@@ -58,9 +58,9 @@ class Speed:
         out: folder for summary.json.
     """
 
-    scenarios: Annotated[tuple[str, ...], tyro.conf.Positional, NAMES] = ()
+    scenarios: tyro.conf.Positional[Names] = ()
     preset: str = "standard"
-    seeds: Annotated[str, SEEDS] = "0:4"
+    seeds: Seeds = range(4)
     frames: int = 60
     stored: bool = False
     resets: bool = False
@@ -74,9 +74,8 @@ class Speed:
         check("resets", not (self.resets and self.stored), "one of --stored, --resets", "both")
         if self.stored:
             needs_data()
-        seeds = seed_range(self.seeds)
         latest = dict.fromkeys(map(catalog.unversioned, catalog.names()))
-        known = [catalog.scenario(name) for name in names(self.scenarios) or latest]
+        known = [catalog.scenario(name) for name in self.scenarios or latest]
         chosen = [scenario for scenario in known if self.preset in scenario.presets] or known
         for scenario in chosen:
             check_choice("preset", self.preset, scenario.presets)
@@ -86,12 +85,12 @@ class Speed:
             for subject, measure in self._measures(scenario):
                 measured = []
                 with progress_bar(f"speed of {scenario.id}, {subject}") as progress:
-                    for done, seed in enumerate(seeds):
-                        progress(done, len(seeds))
+                    for done, seed in enumerate(self.seeds):
+                        progress(done, len(self.seeds))
                         measured.append(measure(seed))
-                entries += entries_of(scenario.id, self.preset, subject, seeds, measured)
+                entries += entries_of(scenario.id, self.preset, subject, self.seeds, measured)
         write_atomic(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")
-        console_of().print(_table(entries, len(seeds)))
+        console_of().print(_table(entries, len(self.seeds)))
         return 0
 
     def _measures(self, scenario: Scenario) -> Iterator[tuple[str, Measure]]:

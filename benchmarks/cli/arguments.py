@@ -1,64 +1,83 @@
-"""What commands share: lists of names, ranges of seeds, ``--modules``, the message about rows that are ignored."""
+"""What commands share: kinds of options, ``--modules``, the message about rows that are ignored."""
 
 from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, TypeAlias
 
 import tyro
+from tyro.constructors import PrimitiveConstructorSpec
 
 from benchmarks.contract.rows import FILE_NAME, TEST_SPLIT, read
-from sim.checks import check
 
 # The help texts of these name the default themselves.
 COUNT = tyro.conf.arg(metavar="N", help_behavior_hint="")
-FILES = tyro.conf.arg(metavar="FILE …", help_behavior_hint="")
 FILE = tyro.conf.arg(metavar="FILE", help_behavior_hint="")
 ONE_NAME = tyro.conf.arg(metavar="NAME", help_behavior_hint="")
 RATE = tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")
 SIZE = tyro.conf.arg(metavar="INT INT", help_behavior_hint="")
 VALUES = tyro.conf.arg(metavar="NAME VALUE …", help_behavior_hint="")
 WORKERS = tyro.conf.arg(metavar="N", help_behavior_hint="(default: one per core)")
-NAMES = tyro.conf.arg(metavar="NAME …", help_behavior_hint="")
-SEEDS = tyro.conf.arg(metavar="A:B")
-USUAL_SEEDS = tyro.conf.arg(metavar="A:B", help_behavior_hint="")
 FOLDER = tyro.conf.arg(metavar="FOLDER", help_behavior_hint="")
+_DEFAULT_IN_WORDS = tyro.conf.arg(help_behavior_hint="")
 
 
-def check_unset(command: object, parameters: Iterable[str], why: str) -> None:
-    """Raise ValueError if one of a command's parameters is not left at its default; ``why`` comes after "none"."""
-    for name in parameters:
-        value, default = getattr(command, name), getattr(type(command), name)
-        check(name, value == default, f"none {why}", repr(value))
-
-
-def names(given: Sequence[str]) -> tuple[str, ...]:
+def _names(words: Sequence[str]) -> tuple[str, ...]:
     """Return names given as separate words or with commas between them, each once."""
-    return tuple(dict.fromkeys(name for word in given for name in word.split(",") if name))
+    return _some(dict.fromkeys(name for word in words for name in word.split(",") if name))
 
 
-def seed_range(text: str, parameter: str = "seeds") -> range:
-    """Return the half-open range of ``A:B``, or of one seed ``A``.
+def _some(values: Iterable[Any]) -> tuple[Any, ...]:
+    """Return one value or more. Raises ValueError for none, which would count as an option that is not given."""
+    found = tuple(values)
+    if not found:
+        raise ValueError("expected one value or more, got none")
+    return found
 
-    Raises:
-        ValueError: for anything else.
-    """
+
+def seed_range(text: str) -> range:
+    """Return the half-open range of ``A:B``, or of one seed ``A``. Raises ValueError for anything else."""
     match = re.fullmatch(r"(\d+)(?::(\d+))?", text)
     first, end = (0, 0) if match is None else (int(match[1]), int(match[2] or int(match[1]) + 1))
     if first >= end:
-        raise ValueError(f"{parameter}: expected A:B with 0 <= A < B, or one seed, got {text!r}")
+        raise ValueError(f"expected A:B with 0 <= A < B, or one seed, got {text!r}")
     return range(first, end)
 
 
-def development_seeds(text: str, parameter: str = "seeds") -> range:
+def development_seeds(text: str) -> range:
     """Return development seeds A:B. Raises ValueError for others."""
-    seeds = seed_range(text, parameter)
-    check(parameter, seeds.stop <= TEST_SPLIT.start, f"development seeds, below {TEST_SPLIT.start}", repr(text))
+    seeds = seed_range(text)
+    if seeds.stop > TEST_SPLIT.start:
+        raise ValueError(f"expected development seeds, below {TEST_SPLIT.start}, got {text!r}")
     return seeds
+
+
+def seeds_text(seeds: range) -> str:
+    """Return seeds as ``A:B``."""
+    return f"{seeds.start}:{seeds.stop}"
+
+
+def _kind(read_words: Callable[[list[str]], Any], metavar: str, nargs: Any, shown: Callable[[Any], list[str]]) -> Any:
+    """Return how tyro reads the words of an option, and shows its default."""
+    return PrimitiveConstructorSpec(nargs, metavar, read_words, lambda value: True, shown)
+
+
+def _seeds_kind(read_seeds: Callable[[str], range]) -> Any:
+    return _kind(lambda words: read_seeds(words[0]), "A:B", 1, lambda seeds: [seeds_text(seeds)] if seeds else [])
+
+
+Names: TypeAlias = Annotated[tuple[str, ...], _DEFAULT_IN_WORDS, _kind(_names, "NAME …", "*", list)]
+Files: TypeAlias = Annotated[
+    tuple[Path, ...], _DEFAULT_IN_WORDS, _kind(lambda words: _some(map(Path, words)), "FILE …", "*", list)
+]
+Seeds: TypeAlias = Annotated[range, _seeds_kind(seed_range)]
+UsualSeeds: TypeAlias = Annotated[range | None, _DEFAULT_IN_WORDS, _seeds_kind(seed_range)]
+DevelopmentSeeds: TypeAlias = Annotated[range, _seeds_kind(development_seeds)]
+UsualDevelopmentSeeds: TypeAlias = Annotated[range | None, _DEFAULT_IN_WORDS, _seeds_kind(development_seeds)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,7 +89,7 @@ class WithModules:
             controllers, scenarios, metrics and so on.
     """
 
-    modules: Annotated[tuple[str, ...], NAMES] = ()
+    modules: Names = ()
 
 
 def report_ignored_rows(directory: Path) -> None:

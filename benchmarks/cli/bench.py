@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import sys
 import warnings
@@ -12,19 +13,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import (
-    COUNT,
-    FILE,
-    FILES,
-    FOLDER,
-    NAMES,
-    ONE_NAME,
-    SEEDS,
-    WORKERS,
-    WithModules,
-    names,
-    seed_range,
-)
+from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, WORKERS, Files, Names, UsualSeeds, WithModules
 from benchmarks.cli.bench_function import bench, check_suites, stored_seeds
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.printing import trackers_print_to_stderr
@@ -43,8 +32,7 @@ from benchmarks.statistics.summary import read_summary
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
-_QUICK_SEEDS = "0:3"
-_STDOUT = "-"
+_SEEDS, _QUICK_SEEDS = range(10_000, 10_050), range(3)
 
 
 @dataclass(frozen=True)
@@ -65,7 +53,7 @@ class Bench(WithModules):
             the same pictures (default: given by the preset; in the suite follow all controllers of `frameout list`).
         link: how commands reach the carrier: prompt, delayed or noisy; for the suite follow only.
         seeds: episodes A to B - 1, or A alone; 0 to 9,999 are for development, 10,000 to 19,999 are the test split,
-            later ones belong to neither; with --quick 0:3 by default.
+            later ones belong to neither (default: 10000:10050, with --quick 0:3).
         renderer: raster, or pybullet for PyBullet's own renderer, which is slower.
         data: folder or URL of a data set of `frameout generate` (`frameout[data]`): its stored episodes take the place
             of rendered ones and give the same scores; it also sets scenario, preset, renderer and, unless you name
@@ -97,21 +85,21 @@ class Bench(WithModules):
         metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
         json: print the summary as JSON instead of tables.
         csv: also write all numbers of the rows as a table, a line for each condition, seed, tracker, event and metric,
-            to this file; `-` prints the table instead of everything else. Lists, e.g. the error on each frame, stay in
-            records.jsonl. In Python: `benchmarks.bench(…).rows()`.
+            to this file. Lists, e.g. the error on each frame, stay in records.jsonl. In Python:
+            `benchmarks.bench(…).rows()`.
     """
 
-    suites: Annotated[tuple[str, ...], tyro.conf.Positional] = (DEFAULT,)
-    scenario: Annotated[tuple[str, ...], NAMES] = ()
-    preset: Annotated[tuple[str, ...], NAMES] = ()
-    trackers: Annotated[tuple[str, ...], NAMES] = ()
-    controllers: Annotated[tuple[str, ...], NAMES] = ()
+    suites: tyro.conf.Positional[Names] = (DEFAULT,)
+    scenario: Names = ()
+    preset: Names = ()
+    trackers: Names = ()
+    controllers: Names = ()
     link: str = "prompt"
-    seeds: Annotated[str, SEEDS] = "10000:10050"
+    seeds: UsualSeeds = None
     renderer: str = "raster"
     data: Annotated[str | None, FOLDER] = None
     keep_estimates: bool = False
-    real: Annotated[tuple[Path, ...], FILES] = ()
+    real: Files = ()
     layout: Annotated[str, ONE_NAME] = ""
     target: Annotated[int | None, COUNT] = None
     rate_hz: float = USUAL_RATE_HZ
@@ -121,53 +109,33 @@ class Bench(WithModules):
     workers: Annotated[int | None, WORKERS] = None
     limit_s: float = 60.0
     backend: str = "loky"
-    metric: Annotated[tuple[str, ...], NAMES] = ()
+    metric: Names = ()
     json: bool = False
-    csv: Annotated[str, FILE] = ""
+    csv: Annotated[Path | None, FILE] = None
     resumes = True
 
     def run(self) -> int:
         """Run it; return the exit status."""
-        check_metrics(names(self.metric), names(self.suites))
-        check("csv", not (self.json and self.csv == _STDOUT), "a file beside --json, which prints too", repr(self.csv))
-        if self.csv not in ("", _STDOUT):
-            check_file(Path(self.csv), "csv")
+        check_metrics(self.metric, self.suites)
+        if self.csv is not None:
+            check_file(self.csv, "csv")
         if not self.real:
-            selection = Selection(
-                scenarios=names(self.scenario),
-                presets=names(self.preset),
-                trackers=names(self.trackers),
-                controllers=names(self.controllers),
-            )
-            check_suites(map(suite, names(self.suites)), selection, link=self.link, data=self.data, quick=self.quick)
-        made = [self._run_suite(name) for name in names(self.suites)]
-        if self.csv:
-            self._write_table([out for out, _ in made])
+            named = {"scenarios": self.scenario, "presets": self.preset}
+            selection = Selection(**named, trackers=self.trackers, controllers=self.controllers)
+            check_suites(map(suite, self.suites), selection, link=self.link, data=self.data, quick=self.quick)
+        made = [self._run_suite(suite(name)) for name in self.suites]
+        if self.csv is not None:
+            self._write_table(self.csv, [out for out, _ in made])
         return 1 if any(failed for _, failed in made) else 0
 
-    def _write_table(self, folders: Sequence[Path]) -> None:
+    def _write_table(self, file: Path, folders: Sequence[Path]) -> None:
         from benchmarks.show.results import numbers_table
 
         rows = [row for folder in dict.fromkeys(folders) for row in read_rows(folder)]
-        text = numbers_table(rows).to_csv(index=False)
-        if self.csv == _STDOUT:
-            sys.stdout.write(text)
-        else:
-            write_atomic(Path(self.csv), text)
+        write_atomic(file, numbers_table(rows).to_csv(index=False))
 
-    @property
-    def _seeds(self) -> range | None:
-        """The seeds; None with --real and without --seeds, as recordings have none."""
-        unnamed = self.seeds == type(self).seeds
-        if self.real and unnamed:
-            return None
-        if self.data is not None and unnamed:
-            return stored_seeds(self.data)
-        return seed_range(_QUICK_SEEDS if self.quick and unnamed else self.seeds)
-
-    def _run_suite(self, name: str) -> tuple[Path, bool]:
+    def _run_suite(self, wanted: Suite) -> tuple[Path, bool]:
         """Return the folder, and whether a tracker failed."""
-        wanted = suite(name)
         pictures = bool(self.real) and wanted.on_sequences is not None
         beside = pictures or self.beside is None
         check("beside", beside, "none but with --real and a suite that judges pictures", repr(str(self.beside)))
@@ -175,50 +143,31 @@ class Bench(WithModules):
         out, outcome = self._rows_of(wanted)
         # The folder may hold rows of other suites.
         summary = [entry for entry in outcome.summary if entry["suite"] == wanted.name]
-        shows = not self.json and self.csv != _STDOUT
-        if shows:
-            print_leaderboard(summary, names(self.metric))
+        if not self.json:
+            print_leaderboard(summary, self.metric)
         print("making the report, whose pictures take another run of a tracker …", file=sys.stderr)
         with trackers_print_to_stderr():
-            report = write_report(out, names(self.metric))
+            report = write_report(out, self.metric)
         if self.json:
             told = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
             print(json.dumps(told, indent=1))
-        elif shows:
-            for line in sequences_in_words(read_rows(out)) if pictures else ():
-                print(line)
-            for line in rank_agreement(wanted, summary, simulated) if self.beside is not None else ():
-                print(line)
-            print(printable(f"rows: {out / 'records.jsonl'}\nreport: {report}"))
+        else:
+            lines = sequences_in_words(read_rows(out)) if pictures else []
+            agreement = [] if self.beside is None else rank_agreement(wanted, summary, simulated)
+            print(*lines, *agreement, printable(f"rows: {out / 'records.jsonl'}\nreport: {report}"), sep="\n")
         for line in outcome.problems_in_words(wanted.silence_in(REAL if self.real else "")):
             print(line, file=sys.stderr)
         return out, outcome.failed
 
     @trackers_print_to_stderr()
     def _rows_of(self, wanted: Suite) -> tuple[Path, Outcome]:
+        seeds = self.seeds
+        if seeds is None and not self.real:
+            seeds = stored_seeds(self.data) if self.data is not None else _QUICK_SEEDS if self.quick else _SEEDS
+        named = {name: getattr(self, name) or None for name in ("scenario", "preset", "trackers", "controllers")}
+        # All that command and function have in common.
+        given = {name: value for name, value in vars(self).items() if name in inspect.signature(bench).parameters}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", TrackerWarning)  # Told after the leaderboard.
-            results = bench(
-                wanted,
-                seeds=self._seeds,
-                scenario=names(self.scenario) or None,
-                preset=names(self.preset) or None,
-                trackers=names(self.trackers) or None,
-                controllers=names(self.controllers) or None,
-                link=self.link,
-                renderer=self.renderer,
-                quick=self.quick,
-                out=self.out,
-                workers=self.workers,
-                limit_s=self.limit_s,
-                modules=self.modules,
-                backend=self.backend,
-                data=self.data,
-                keep_estimates=self.keep_estimates,
-                real=self.real,
-                layout=self.layout,
-                target=self.target,
-                rate_hz=self.rate_hz,
-                progress=progress_bar,
-            )
+            results = bench(wanted, **given | named | {"seeds": seeds}, progress=progress_bar)
         return results.directory, results.outcome

@@ -12,7 +12,7 @@ import tyro
 from rich import box
 from rich.table import Table
 
-from benchmarks.cli.arguments import NAMES, ONE_NAME, WithModules, names, report_ignored_rows
+from benchmarks.cli.arguments import ONE_NAME, Names, WithModules, report_ignored_rows
 from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import REAL, Row, read_rows
 from benchmarks.contract.suite import DEFAULT, EventWords, suite
@@ -50,7 +50,7 @@ class Compare(WithModules):
     directory: Path = Path("results") / DEFAULT
     suite: Annotated[str | None, ONE_NAME] = None
     preset: Annotated[str | None, ONE_NAME] = None
-    metric: Annotated[tuple[str, ...], NAMES] = ()
+    metric: Names = ()
     json: bool = False
     resumes = False
 
@@ -65,9 +65,9 @@ class Compare(WithModules):
         found = by_attribute(first, second)
         check("second", bool(found), f"a tracker with episodes that {self.first} ran on", repr(self.second))
         compared = list(dict.fromkeys(metric.name for _, metric, _, _ in found))
-        for name in names(self.metric):
+        for name in self.metric:
             check_choice("metric", name, compared)
-        found = [each for each in found if not self.metric or each[1].name in names(self.metric)]
+        found = [each for each in found if not self.metric or each[1].name in self.metric]
         words = suite(judged).events
         if self.json:
             print(json.dumps([_as_data(words, *each) for each in found], indent=1))

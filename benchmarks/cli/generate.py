@@ -12,18 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from benchmarks.cli.arguments import (
-    COUNT,
-    NAMES,
-    ONE_NAME,
-    RATE,
-    SIZE,
-    USUAL_SEEDS,
-    WORKERS,
-    WithModules,
-    names,
-    seed_range,
-)
+from benchmarks.cli.arguments import COUNT, ONE_NAME, RATE, SIZE, WORKERS, Names, UsualSeeds, WithModules
 from benchmarks.contract.text import counted
 from benchmarks.run.editions import package_versions, preset_edition
 from benchmarks.run.packages import needs_data
@@ -69,9 +58,9 @@ class Generate(WithModules):
     scenario: Annotated[str, tyro.conf.Positional]
     out: str
     preset: str = "standard"
-    seeds: Annotated[str | None, USUAL_SEEDS] = None
+    seeds: UsualSeeds = None
     episodes: Annotated[int | None, COUNT] = None
-    channels: Annotated[tuple[str, ...], NAMES] = ()
+    channels: Names = ()
     pictures: str = "blosc2"
     size: Annotated[tuple[int, int] | None, SIZE] = None
     rate_hz: Annotated[float | None, RATE] = None
@@ -105,10 +94,10 @@ class Generate(WithModules):
             preset_edition(scenario.id, self.preset),
             package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )
-        existing, chosen = existing_channels(request, self.on_error), names(self.channels)
-        for channel in chosen:
+        existing = existing_channels(request, self.on_error)
+        for channel in self.channels:
             check("channels", channel in existing, f"some of {', '.join(existing)}", repr(channel))
-        stored = tuple(channel for channel in existing if channel in chosen or not chosen)
+        stored = tuple(channel for channel in existing if channel in self.channels or not self.channels)
         request = dataclasses.replace(request, channels=stored)
         workers = cores(self.workers)
         if self.dry_run:
@@ -133,7 +122,7 @@ class Generate(WithModules):
         if (self.seeds is None) == (self.episodes is None):
             raise ValueError("seeds: expected either --seeds A:B or --episodes N, got both or neither")
         check("episodes", self.episodes is None or self.episodes > 0, "a whole number > 0", self.episodes)
-        return seed_range(f"0:{self.episodes}" if self.seeds is None else self.seeds)
+        return self.seeds or range(self.episodes or 0)
 
     def _say(self, told: Forecast, workers: int) -> int:
         """Print a forecast."""

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import FOLDER, USUAL_SEEDS, WORKERS, seed_range
+from benchmarks.cli.arguments import FOLDER, WORKERS, UsualSeeds
 from benchmarks.contract.rows import FILE_NAME, read_rows
 from benchmarks.papers.experiment import NAMES, PaperExperiment, experiment_named
 from benchmarks.papers.repeat import repeat
@@ -37,7 +37,7 @@ class Paper:
     """
 
     experiment: Annotated[str, tyro.conf.Positional]
-    seeds: Annotated[str | None, USUAL_SEEDS] = None
+    seeds: UsualSeeds = None
     renderer: str = "raster"
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
@@ -46,14 +46,11 @@ class Paper:
     def run(self) -> int:
         """Run it; return the exit status. Raises ValueError for wrong arguments and a folder of something else."""
         name = self.experiment.upper()
-        if name not in NAMES:
-            check_choice("experiment", self.experiment, NAMES)
-        renderer = check_renderer(self.renderer)
-        experiment = experiment_named(name)
+        check_choice("experiment", name, NAMES)
+        renderer, experiment = check_renderer(self.renderer), experiment_named(name)
         out = self.out or Path("results") / f"paper-{name.lower()}"
-        seeds = seed_range(self.seeds) if self.seeds else experiment.seeds
         _check_folder(out, experiment)
-        repeat(experiment, out, seeds, renderer, cores(self.workers))
+        repeat(experiment, out, self.seeds or experiment.seeds, renderer, cores(self.workers))
         return 0
 
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import FOLDER, ONE_NAME, SEEDS, WithModules, seed_range
+from benchmarks.cli.arguments import FOLDER, ONE_NAME, Seeds, WithModules
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.contract.suite import controllers_suite
 from benchmarks.learning import playing
@@ -44,7 +44,7 @@ class Play(WithModules):
     preset: Annotated[str, ONE_NAME] = ""
     tracker: Annotated[str, ONE_NAME] = ""
     link: str = "prompt"
-    seeds: Annotated[str, SEEDS] = "10000:10003"
+    seeds: Seeds = range(10_000, 10_003)
     zoom: float = 1.0
     out: Annotated[Path | None, FOLDER] = None
     resumes = False
@@ -58,10 +58,8 @@ class Play(WithModules):
         make_folder(out)
         scenario, usual = catalog.envs()[self.env]
         preset, tracker = self.preset or catalog.env_preset(scenario), self.tracker or usual
-        seeds = seed_range(self.seeds)
-        asked = playing.Play(self.env, preset, tracker, self.link, seeds, out, self.zoom, self.modules)
-        played = playing.play(asked)
-        if played == 0:
+        asked = playing.Play(self.env, preset, tracker, self.link, self.seeds, out, self.zoom, self.modules)
+        if playing.play(asked) == 0:
             print("no episode was played to its end with a key pressed")
             return 0
         print_leaderboard(write_summary(out))

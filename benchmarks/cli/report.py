@@ -9,7 +9,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import FOLDER, NAMES, WORKERS, WithModules, names, report_ignored_rows
+from benchmarks.cli.arguments import FOLDER, WORKERS, Names, WithModules, report_ignored_rows
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.contract.suite import check_metrics
 from benchmarks.contract.text import counted
@@ -44,7 +44,7 @@ class Report(WithModules):
     data: Annotated[str | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
     markdown: bool = False
-    metric: Annotated[tuple[str, ...], NAMES] = ()
+    metric: Names = ()
     resumes = False
 
     def run(self) -> int:
@@ -52,12 +52,12 @@ class Report(WithModules):
         check("data", self.data is None or self.from_estimates, "none without --from-estimates", repr(self.data))
         if self.from_estimates:
             self._rejudge()
-        summary, metrics = write_summary(self.directory), names(self.metric)
-        check_metrics(metrics, sorted({entry["suite"] for entry in summary}))
+        summary = write_summary(self.directory)
+        check_metrics(self.metric, sorted({entry["suite"] for entry in summary}))
         report_ignored_rows(self.directory)
         if self.markdown:
-            print_leaderboard(summary, metrics, markdown=True)
-        print(write_report(self.directory, metrics))
+            print_leaderboard(summary, self.metric, markdown=True)
+        print(write_report(self.directory, self.metric))
         return 0
 
     def _rejudge(self) -> None:

@@ -16,11 +16,11 @@ from benchmarks.cli.arguments import (
     COUNT,
     FOLDER,
     ONE_NAME,
-    USUAL_SEEDS,
     VALUES,
+    UsualDevelopmentSeeds,
+    UsualSeeds,
     WithModules,
-    development_seeds,
-    seed_range,
+    seeds_text,
 )
 from benchmarks.contract.text import counted
 from benchmarks.learning.tracker_errors import make_error_model
@@ -110,8 +110,8 @@ class Train(WithModules):
     starts: Starts = "episodes"
     episode_steps: Annotated[int | None, COUNT] = None
     seed: int = 0
-    check_model: Annotated[str, USUAL_SEEDS] = ""
-    fit_model: Annotated[str, USUAL_SEEDS] = ""
+    check_model: UsualSeeds = None
+    fit_model: UsualDevelopmentSeeds = None
     out: Annotated[Path | None, FOLDER] = None
     resumes = True
 
@@ -123,7 +123,7 @@ class Train(WithModules):
     def run(self) -> int:
         """Train; return the exit status."""
         if self.fit_model and self.check_model:
-            raise ValueError(f"fit_model: expected it without check_model, got {self.fit_model!r} with it")
+            raise ValueError(f"fit_model: expected it without check_model, got {seeds_text(self.fit_model)} with it")
         training = self.training
         preset = catalog.scenario(training.scenario).presets.get(training.preset_name)
         can = preset is None or is_playable(training.scenario, preset) or training.pictures or bool(self.fit_model)
@@ -139,10 +139,17 @@ class Train(WithModules):
         out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
         make_folder(out)
         settings = FollowSettings(training.scenario, training.tracker_name, preset=training.preset_name)
-        if self.fit_model:
-            return self._fit_model(settings, out / _RUNS)
-        if self.check_model:
-            return self._check_model(settings, out / _RUNS)
+        if self.fit_model is not None:
+            with progress_bar("episodes with pictures") as progress:
+                path = make_error_model(settings, self.fit_model, out / _RUNS, progress)
+            print(f"model of the errors of {settings.tracker}: {path}")
+            return 0
+        if self.check_model is not None:
+            names = tuple(controllers(catalog.scenario(settings.scenario).carrier.name))
+            with progress_bar("controllers with pictures and without") as progress:
+                compared = model_check(settings, names, self.check_model, out / _RUNS, progress)
+            print(as_table(compared))
+            return 0
         if not training.pictures:
             print(
                 f"planning {counted(training.episodes, 'episode')}, about a second for each that {EPISODES} lacks …",
@@ -151,21 +158,6 @@ class Train(WithModules):
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
             path = train(training, out, _Told(progress))
         print(f"policy: {path}\njudge it beside a controller, with pictures:\n{judging_command(training, path)}")
-        return 0
-
-    def _fit_model(self, settings: FollowSettings, runs: Path) -> int:
-        seeds = development_seeds(self.fit_model, "fit_model")
-        with progress_bar("episodes with pictures") as progress:
-            path = make_error_model(settings, seeds, runs, progress)
-        print(f"model of the errors of {settings.tracker}: {path}")
-        return 0
-
-    def _check_model(self, settings: FollowSettings, runs: Path) -> int:
-        names = tuple(controllers(catalog.scenario(settings.scenario).carrier.name))
-        seeds = seed_range(self.check_model, "check_model")
-        with progress_bar("controllers with pictures and without") as progress:
-            compared = model_check(settings, names, seeds, runs, progress)
-        print(as_table(compared))
         return 0
 
 

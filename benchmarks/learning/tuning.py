@@ -23,6 +23,7 @@ from benchmarks.contract.text import counted
 from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.run.editions import judge_edition, own_code, package_versions, tracker_edition
 from benchmarks.run.episodes import Steering, simulated
+from benchmarks.run.experiment import Progress
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_modules import load_modules
@@ -43,7 +44,6 @@ _BATCH = 8
 _SEARCH_SEED = 0
 _INSTALL = "pip install 'frameout[tune]'"
 
-Progress = Callable[[int, int], None]
 Scores = Callable[[dict[str, dict[str, Any]]], dict[str, float]]
 """Returns the score of each of the labelled settings."""
 
@@ -203,20 +203,18 @@ def fresh_scores(
     written: Mapping[str, Any],
     searched: range,
     scores_on: ScoresOn,
-    count: int | None = None,
 ) -> FreshScores | None:
-    """Return the scores on ``count`` episodes of each preset of the search, seed 9,000 and following.
+    """Return the scores on episodes of each preset of the search, seed 9,000 and following, as many but at least 8.
 
     Args:
         tuned, written: values of the parameters. searched: seeds of the search.
-        count: None = as many as the search had, at least 8.
 
     Returns:
         None without tuned values.
     """
     if not tuned:
         return None
-    seeds = range(_FIRST_SEED, _FIRST_SEED + (count or max(len(searched), _FEWEST)))
+    seeds = range(_FIRST_SEED, _FIRST_SEED + max(len(searched), _FEWEST))
     scores = scores_on({"written": dict(written), "tuned": {**written, **tuned}}, seeds)
     return FreshScores(seeds, scores["written"], scores["tuned"])
 
@@ -227,34 +225,6 @@ def fresh_entries(fresh: FreshScores | None) -> dict[str, Any]:
         return {"fresh": None, "no_fresh": NO_VALUES}
     seeds = f"{fresh.seeds.start}:{fresh.seeds.stop}"
     return {"fresh": {"seeds": seeds, "written": round(fresh.written, 6), "tuned": round(fresh.tuned, 6)}}
-
-
-def scored_anew(
-    document: Mapping[str, Any],
-    written: Mapping[str, Any],
-    searched: range,
-    scores_on: ScoresOn,
-    count: int | None = None,
-) -> dict[str, Any]:
-    """Return a file of tuned values with the scores that its values have now, on the search's seeds and fresh ones.
-
-    Scenes and trackers may have changed since the search: the scores of the check, which chose then, go. Without tuned
-    values the best trial's are not known, so that all its scores stay.
-    """
-    tuned = document["parameters"]
-    gone, scores = {"fresh", "no_fresh"}, {}
-    if tuned:
-        found = scores_on({"tuned": {**written, **tuned}, "written": dict(written)}, searched)
-        scores = {"score": round(found["tuned"], 6), "default_score": round(found["written"], 6)}
-        gone |= {"check_score", "check_default_score"}
-    kept = {key: value for key, value in document.items() if key not in gone}
-    episodes = len(document["preset"].split()) * len(searched)
-    return {
-        **kept,
-        **scores,
-        "episodes": episodes,
-        **fresh_entries(fresh_scores(tuned, written, searched, scores_on, count)),
-    }
 
 
 LIMIT_S = 600.0

@@ -59,20 +59,6 @@ def _source_of(module: str) -> Path | None:
     return Path(origin) if origin is not None and origin.endswith(".py") else None
 
 
-def foreign_packages() -> dict[str, Path]:
-    """Return those of our packages that Python finds elsewhere than beside this one, each with the place."""
-    found = {name: _place_of(name) for name in OURS}
-    return {name: place for name, place in found.items() if place is not None and place.parent != ROOT}
-
-
-def _place_of(top: str) -> Path | None:
-    """Return the folder, or the file, that Python takes for a top module."""
-    spec = importlib.util.find_spec(top)
-    if spec is None:
-        return None
-    return Path(next(iter(spec.submodule_search_locations or (spec.origin or "",)))).resolve()
-
-
 def is_users(place: str) -> bool:
     """Return whether a source file or folder exists and is neither ours nor installed nor Python's own."""
     path = Path(place).resolve()

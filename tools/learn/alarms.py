@@ -6,14 +6,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from benchmarks.cli.arguments import SEEDS, development_seeds
+from benchmarks.cli.arguments import DevelopmentSeeds, seeds_text
 from benchmarks.judges.harbour.answers import answers_of, objects_of
 from benchmarks.judges.harbour.matching import RADIUS_M, Matcher
 from benchmarks.judges.harbour.streaks import streaks
@@ -52,14 +52,14 @@ class LearnAlarms:
     """
 
     of: Literal["baselines", "swarm"] = "baselines"
-    seeds: Annotated[str, SEEDS] = "0:2"
+    seeds: DevelopmentSeeds = range(2)
     resumes = False
 
     def run(self) -> int:
         """Learn; return the exit status."""
-        command = f"python -m tools learn-alarms --of {self.of} --seeds {self.seeds}"
+        command = f"python -m tools learn-alarms --of {self.of} --seeds {seeds_text(self.seeds)}"
         names = LEARNERS[self.of]
-        episodes = [(preset, seed) for preset in PRESETS for seed in development_seeds(self.seeds)]
+        episodes = [(preset, seed) for preset in PRESETS for seed in self.seeds]
         samples = Parallel(n_jobs=-1)(delayed(episode_samples)(preset, seed, names) for preset, seed in episodes)
         print(write(CONFIDENCE_PATHS[self.of], learn_confidences(samples, names), command))
         if self.of == "baselines":

@@ -16,13 +16,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-import tyro
 from numpy.typing import NDArray
 
-from benchmarks.cli.arguments import SEEDS, development_seeds, names
+from benchmarks.cli.arguments import DevelopmentSeeds, Names, seeds_text
 from scenarios.road_town.layout import Building, Layout
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.scenario import ROAD_TOWN
@@ -55,19 +54,17 @@ class LearnColours:
         every: use one frame in this number.
     """
 
-    preset: Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME …")] = ("quick",)
-    seeds: Annotated[str, SEEDS] = "0:16"
+    preset: Names = ("quick",)
+    seeds: DevelopmentSeeds = range(16)
     every: int = 60
     resumes = False
 
     def run(self) -> int:
         """Learn; return the exit status."""
-        seeds = development_seeds(self.seeds)
         check("every", self.every >= 1, "a whole number >= 1", self.every)
-        command = (
-            f"python -m tools learn-colours --preset {' '.join(self.preset)} --seeds {self.seeds} --every {self.every}"
-        )
-        print(write(MODEL_PATH, {"classes": learn_colours(names(self.preset), seeds, self.every)}, command))
+        chosen = f"--preset {' '.join(self.preset)} --seeds {seeds_text(self.seeds)} --every {self.every}"
+        command = f"python -m tools learn-colours {chosen}"
+        print(write(MODEL_PATH, {"classes": learn_colours(self.preset, self.seeds, self.every)}, command))
         return 0
 
 

@@ -10,13 +10,13 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from benchmarks.cli.arguments import SEEDS, development_seeds
+from benchmarks.cli.arguments import DevelopmentSeeds, seeds_text
 from benchmarks.judges.fish.measured import Measurement
 from scenarios import catalog
 from scenarios.fish_tank.presets import AYU, PRESETS, ZEBRAFISH, Character
@@ -61,18 +61,17 @@ class LearnSwims:
         seeds: swims A to B - 1, or A alone, below 10,000.
     """
 
-    seeds: Annotated[str, SEEDS] = "0:80"
+    seeds: DevelopmentSeeds = range(80)
     resumes = False
 
     def run(self) -> int:
         """Learn; return the exit status."""
-        seeds = development_seeds(self.seeds)
-        command = f"python -m tools learn-swims --seeds {self.seeds}"
-        slow = [detected_track("paper-c", seed) for seed in seeds[:_EPISODES]]
-        usual = [piece for seed in seeds[:_PRESET_SEEDS] for piece in preset_tracks("standard", seed)]
+        command = f"python -m tools learn-swims --seeds {seeds_text(self.seeds)}"
+        slow = [detected_track("paper-c", seed) for seed in self.seeds[:_EPISODES]]
+        usual = [piece for seed in self.seeds[:_PRESET_SEEDS] for piece in preset_tracks("standard", seed)]
         print(write(NOISE_PATH, asdict(fit_noise(slow)), command))
         print(write(DECAY_PATH, {"decay_frames": fit_decay(usual)}, command))
-        print(write(PRIOR_PATH, learn_swims(seeds), command))
+        print(write(PRIOR_PATH, learn_swims(self.seeds), command))
         return 0
 
 

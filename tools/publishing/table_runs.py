@@ -173,7 +173,7 @@ class SpeedRun(TableRun):
 
     def _make(self, out: Path, workers: int, progress: Progress) -> None:
         table = self.table
-        Speed((table.scenario,), table.preset, self.seeds, table.frames, table.stored, out=out).run()
+        Speed((table.scenario,), table.preset, table.seeds, table.frames, table.stored, out=out).run()
 
 
 def run_of(table: PublishedTable) -> TableRun:

@@ -16,7 +16,7 @@ def test_seeds_are_a_range_or_one(text: str, seeds: range) -> None:
 
 
 def test_one_seed_of_the_test_split_is_not_for_development() -> None:
-    with pytest.raises(ValueError, match="seeds: expected development seeds, below 10000, got '10000'"):
+    with pytest.raises(ValueError, match="expected development seeds, below 10000, got '10000'"):
         development_seeds("10000")
 
 

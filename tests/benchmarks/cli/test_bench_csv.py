@@ -27,17 +27,9 @@ def test_a_file_holds_the_table_of_python_and_the_leaderboard_stays(
     pd.testing.assert_frame_equal(pd.read_csv(file), read_again(Results(tmp_path / "out").rows()))
 
 
-@pytest.mark.heavy
-def test_a_dash_prints_the_table_and_nothing_else(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    assert bench(tmp_path, "--csv", "-") == 0
-    printed = pd.read_csv(io.StringIO(capfd.readouterr().out))
-    pd.testing.assert_frame_equal(printed, read_again(Results(tmp_path).rows()))
-
-
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("--csv", "-", "--json"), "csv: expected a file beside --json"),
         (("--csv", "."), "csv: expected a file, got the folder '.'"),
         (("--csv", "/dev/null/rows.csv"), "csv: expected a folder that can be written, got '/dev/null'"),
     ],

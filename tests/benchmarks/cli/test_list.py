@@ -12,7 +12,9 @@ import pytest
 from benchmarks.cli import list_all
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import suites
+from benchmarks.run.editions import preset_edition
 from benchmarks.run.selection import trackers_of
+from benchmarks.show.definitions import metric_definitions
 from scenarios import catalog
 from scenarios.road_town.survey import FRAME_OUTS, Held
 from tests import fakes_scenario
@@ -47,33 +49,32 @@ def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "contents.json"
 
 
-def test_what_is_measured_is_kept_and_shown(kept: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_is_measured_is_kept_and_shown(
+    kept: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["list"]) == 0
-    assert "contents not measured yet" in " ".join(capsys.readouterr().out.split())
+    assert "contents measured" not in " ".join(capsys.readouterr().out.split())
     kept.write_text(json.dumps({"another-v1": {"holds": {}}}))
-    assert main(["list", "--measure", "--seeds", "0:3"]) == 0
+    monkeypatch.setattr(list_all, "_MEASURED_SEEDS", range(3))
+    assert main(["list", "--measure"]) == 0
+    assert main(["list"]) == 0
     out = capsys.readouterr().out
     assert "all frames" in out
     assert "measured over episodes 0:3" in " ".join(out.split())
-    assert "other editions" not in out
     presets = catalog.scenario(FAKE).presets
     for configuration in presets.values():
         assert f"{3 * configuration.frame_count} in all" in out
     contents = json.loads(kept.read_text())
     assert contents["another-v1"] == {"holds": {}}
     assert set(contents[FAKE]["holds"]) == set(presets)
-    preset = next(iter(presets))
-    contents[FAKE]["editions"][preset] = "fake-town-v0"
-    kept.write_text(json.dumps(contents))
-    assert main(["list"]) == 0
-    assert f"of other editions of {preset}; measure again" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_suite_is_listed_with_the_presets_that_its_scenes_run_with(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["list", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert {each["name"] for each in told["envs"]} >= set(catalog.envs())
-    assert {each["kind"] for each in (*told["trackers"], *told["controllers"])} <= told["roles"].keys()
+    roles = {each["name"] for each in told["roles"]}
+    assert {each["kind"] for each in (*told["trackers"], *told["controllers"])} <= roles
     listed = {each["name"]: each["kind"] for each in told["suites"]}
     steered = "road-town standard; stereo-follow standard; fish-tank standard; harbour patrol"
     # Scenes that other tests registered in this process stand behind the suite's own.
@@ -107,38 +108,34 @@ def test_what_is_kept_with_the_code_is_what_surveys_return() -> None:
     contents = json.loads(list_all._CONTENTS.read_text())
     for name, kept in contents.items():
         assert set(kept["holds"]) == set(catalog.scenario(name).presets)
+        assert kept["editions"] == {preset: preset_edition(name, preset) for preset in kept["holds"]}
         measured = catalog.survey(name)
         assert measured is not None
         assert all(len(measured.cells(held)) == len(measured.columns) for held in kept["holds"].values())
 
 
 def test_what_does_not_go_together_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["list", "--reference", "--envs"]) == 2
-    assert "list: expected one of --reference, --envs, --metrics, --measure, got" in capsys.readouterr().err
-    assert main(["list", "--envs", "--json"]) == 2
-    assert "json: expected none with --envs, which is Markdown" in capsys.readouterr().err
+    assert main(["list", "--reference", "--json"]) == 2
+    assert "list: expected one of its options, got json, reference" in capsys.readouterr().err
 
 
-def test_metrics_are_defined_as_text_and_as_json(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["list", "--metrics", "--json"]) == 0
-    defined = json.loads(capsys.readouterr().out)
+def test_metrics_are_defined_as_text(capsys: pytest.CaptureFixture[str]) -> None:
+    defined = [each for its_suite in suites().values() for each in metric_definitions(its_suite)]
     known = {(name, metric.name) for name, each in suites().items() for metric in each.metrics}
-    assert {(each["suite"], each["name"]) for each in defined} >= known
+    assert {(each.suite, each.name) for each in defined} >= known
     assert main(["list", "--metrics"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line for line in lines if not line.startswith(" ")] == [f"{e['suite']}: {e['name']}" for e in defined]
+    assert [line for line in lines if not line.startswith(" ")] == [f"{e.suite}: {e.name}" for e in defined]
     for part in ("formula", "range", "unit", "better", "conditions", "source"):
         told = [line.split(":", 1)[1].strip() for line in lines if line.startswith(f"    {part}:")]
-        assert told == [each[part] for each in defined]
+        assert told == [getattr(each, part) for each in defined]
         assert all(told)
 
 
 def test_papers_are_told_with_the_methods() -> None:
-    (told,) = (rows for title, rows in list_all._tables() if title.startswith("papers"))
-    assert [(name, reference) for name, _, reference in told] == [
-        (each.name, each.reference()) for each in PAPERS.values()
-    ]
-    assert [name for name, *_ in told] == [f"paper {letter}" for letter in "ABCD"]
+    told = list_all._everything()["papers"]
+    assert [each["reference"] for each in told] == [each.reference() for each in PAPERS.values()]
+    assert [each["name"] for each in told] == [f"paper {letter}" for letter in "ABCD"]
 
 
 def test_every_role_is_explained() -> None:

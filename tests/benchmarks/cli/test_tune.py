@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -10,8 +9,7 @@ from benchmarks.cli import tune as command
 from benchmarks.cli.tune import Tune
 from benchmarks.contract.rows import TEST_SPLIT
 from benchmarks.contract.suite import controllers_suite, suites
-from benchmarks.learning.tuning import Budget, ControllerBudget, ScoresOn, Tuned, controllers_to_tune, trackers_to_tune
-from benchmarks.run.failures import Failure
+from benchmarks.learning.tuning import Budget, ControllerBudget, Tuned, controllers_to_tune, trackers_to_tune
 from scenarios import catalog
 
 pytest.importorskip("optuna")
@@ -65,7 +63,7 @@ def test_all_of_a_suite_have_the_same_episodes_and_the_check_has_others(
 
 
 def test_names_presets_and_seeds_that_are_given_count(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    only = Tune(("hold",), trials=3, preset=("quick", "hard"), seeds="5:7", fresh=1, out=tmp_path)
+    only = Tune(("hold",), trials=3, preset=("quick", "hard"), seeds=range(5, 7), fresh=1, out=tmp_path)
     trackers, controllers = _asked(monkeypatch, only)
     assert not controllers
     assert list(trackers) == ["hold"]
@@ -92,46 +90,6 @@ def test_the_check_is_on_the_presets_that_the_suite_names_unless_others_are_give
     )
     trackers, _ = _asked(monkeypatch, Tune(("sort",), fresh_preset=("quick",), out=tmp_path))
     assert (trackers["sort"].presets, trackers["sort"].fresh_presets) == (("standard",), ("quick",))
-
-
-def test_stored_values_are_scored_anew_on_their_own_episodes_without_a_search(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    asked: list[tuple[Any, ...]] = []
-
-    def scores(kind: str) -> Any:
-        def of(name: str, budget: Any, failures: list[Failure]) -> ScoresOn:
-            def scores_on(settings: dict[str, dict[str, Any]], seeds: range) -> dict[str, float]:
-                asked.append((kind, name, getattr(budget, "presets", getattr(budget, "preset", "")), seeds))
-                return {label: float(seeds.start + (label == "tuned")) for label in settings}
-
-            return scores_on
-
-        return of
-
-    monkeypatch.setattr(command, "tracker_scores", scores("tracker"))
-    monkeypatch.setattr(command, "controller_scores", scores("controller"))
-    stored = {"score": 9.0, "default_score": 8.0, "trials": 40, "seeds": "5:7", "preset": "quick hard"}
-    controller = tmp_path / "controllers" / "helicopter" / "reentry.json"
-    controller.parent.mkdir(parents=True)
-    controller.write_text(json.dumps(stored | {"preset": "standard", "parameters": {"rest": 0.4}, "kept": "why"}))
-    (tmp_path / "hold.json").write_text(json.dumps(stored | {"parameters": {"patch_share": 1.0}}))
-    assert Tune(("hold",), controllers=("reentry",), fresh=3, rescore=True, out=tmp_path).run() == 0
-    assert asked == [
-        ("tracker", "hold", ("quick", "hard"), range(5, 7)),
-        ("tracker", "hold", ("quick", "hard"), range(9_000, 9_003)),
-        ("controller", "reentry", "standard", range(5, 7)),
-        ("controller", "reentry", "standard", range(9_000, 9_003)),
-    ]
-    of_tracker, of_controller = (json.loads(file.read_text()) for file in (tmp_path / "hold.json", controller))
-    assert (of_tracker["score"], of_tracker["default_score"], of_tracker["episodes"]) == (6.0, 5.0, 4)
-    assert of_controller["fresh"] == {"seeds": "9000:9003", "written": 9000.0, "tuned": 9001.0}
-    assert (of_controller["kept"], of_controller["trials"], of_controller["episodes"]) == ("why", 40, 2)
-    assert "hold: on the 4 episodes of the search 6.0000, with the written values 5.0000" in capsys.readouterr().out
-    with pytest.raises(ValueError, match="seeds: expected none with --rescore, which takes what the files say"):
-        Tune(("hold",), seeds="1:2", rescore=True, out=tmp_path).run()
-    with pytest.raises(ValueError, match="rescore: expected a tracker with tuned values, got none in"):
-        Tune(("sort",), rescore=True, out=tmp_path).run()
 
 
 def test_every_scene_names_presets_of_its_scenario() -> None:

@@ -24,7 +24,6 @@ from benchmarks.learning.tuning import (
     fresh_entries,
     fresh_scores,
     rows_of,
-    scored_anew,
     search,
     tracker_scores,
     tunables,
@@ -98,12 +97,10 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
     assert document["episodes"] == 1
     fresh = {"seeds": "9000:9008", "written": round(tuned.fresh.written, 6), "tuned": round(tuned.fresh.tuned, 6)}
     assert document["fresh"] == fresh
-    # The scores of a file are those of its own function; the check's, which may be of other editions, go.
-    written, scores_on = entry("fake_shaky").written(), tracker_scores("fake_shaky", BUDGET, [])
-    outdated = document | {"score": 3.0, "default_score": 2.0, "fresh": None, "no_fresh": "not measured"}
-    del document["check_score"], document["check_default_score"]
-    assert scored_anew(document, written, BUDGET.seeds, scores_on) == document
-    assert scored_anew(outdated, written, BUDGET.seeds, scores_on) == document
+    # The scores of a file are those of its own function.
+    settings = {"tuned": tuned.parameters, "written": entry("fake_shaky").written()}
+    scores = tracker_scores("fake_shaky", BUDGET, [])(settings, BUDGET.seeds)
+    assert scores == pytest.approx({"tuned": document["score"], "written": document["default_score"]}, abs=1e-6)
 
 
 def test_a_tracker_that_lacks_a_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -177,10 +174,8 @@ def test_fresh_scores_are_those_of_tuned_and_written_values_on_seeds_of_no_searc
     settings = {"written": {"off_m": 20.0, "ignored": 3}, "tuned": {"off_m": 3.0, "ignored": 3}}
     assert asked == [(settings, range(9_000, 9_064))]
     assert fresh == FreshScores(range(9_000, 9_064), written=20.0, tuned=3.0)
-    fresh_scores({"off_m": 3.0}, {"off_m": 20.0}, range(2), scores_on, count=4)
-    assert asked[1][1] == range(9_000, 9_004)
     assert fresh_scores({}, {"off_m": 20.0}, range(2), scores_on) is None
-    assert len(asked) == 2
+    assert len(asked) == 1
 
 
 def test_every_file_says_on_how_many_episodes_and_what_fresh_ones_gave() -> None:
@@ -207,7 +202,7 @@ def test_every_file_says_on_how_many_episodes_and_what_fresh_ones_gave() -> None
 def test_the_scores_of_a_controller_are_those_of_its_function(
     carrier: str, scenario: str, tracker: str, tmp_path: Path
 ) -> None:
-    """Where a scene or an error model has changed, ``frameout tune --rescore`` makes them anew."""
+    """Where a scene or an error model has changed, ``frameout tune`` makes them anew."""
     stored = json.loads(tuned_file(f"controllers/{carrier}/reentry", "trackers.controllers.reentry").read_text())
     seeds = range(*map(int, stored["seeds"].split(":")))
     budget = ControllerBudget(scenario, stored["preset"], tracker, seeds, range(0), 0, 0, tmp_path)
