@@ -45,7 +45,6 @@ def _set_all(observation: Observation) -> None:
     random.seed(0)
     warnings.simplefilter("ignore", ResourceWarning)
     cv2.setNumThreads(5)
-    np.bool = bool  # type: ignore[misc]
 
 
 CHANGES = {
@@ -73,5 +72,5 @@ class Feels(_Fake):
         assert observation.ego is not None
         ahead = [float(observation.image_rgb.max()), observation.time_s, observation.camera.focal_px]
         ahead += [*observation.ego.T_world_camera.ravel(), len(os.getcwd()), len(warnings.filters), cv2.getNumThreads()]
-        ahead += [np.random.rand(), random.random(), sum(map(len, np.geterr().values())), np.bool is bool]  # noqa: NPY002
+        ahead += [np.random.rand(), random.random(), sum(map(len, np.geterr().values()))]  # noqa: NPY002
         return Estimate(self._centre + np.array(ahead) @ np.ones((len(ahead), 2)), self._box)

@@ -23,7 +23,6 @@ from benchmarks.contract.suite import DEFAULT, Suite, check_metrics, suite
 from benchmarks.contract.text import printable
 from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.result_folder import check_file
-from benchmarks.run.selection import Selection
 from benchmarks.show.page import write_report
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
@@ -120,9 +119,10 @@ class Bench(WithModules):
         if self.csv is not None:
             check_file(self.csv, "csv")
         if not self.real:
-            named = {"scenarios": self.scenario, "presets": self.preset}
-            selection = Selection(**named, trackers=self.trackers, controllers=self.controllers)
-            check_suites(map(suite, self.suites), selection, link=self.link, data=self.data, quick=self.quick)
+            chosen = {"scenarios": self.scenario, "presets": self.preset}
+            chosen |= {"trackers": self.trackers, "controllers": self.controllers}
+            suites = map(suite, self.suites)
+            check_suites(suites, chosen, link=self.link, data=self.data, quick=self.quick)
         made = [self._run_suite(suite(name)) for name in self.suites]
         if self.csv is not None:
             self._write_table(self.csv, [out for out, _ in made])

@@ -12,7 +12,7 @@ In a notebook or a script::
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -26,22 +26,13 @@ from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.episodes import Grid
 from benchmarks.run.experiment import Experiment, Progress, run
-from benchmarks.run.keeping import Keeper
 from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
-from benchmarks.run.selection import (
-    Registered,
-    Selection,
-    choices,
-    experiment_on,
-    registered,
-    trackers_of,
-)
+from benchmarks.run.selection import Registered, choices, experiment_on, trackers_of
 from benchmarks.run.workers import cores
 from benchmarks.show.results import Results
 from sim.checks import check
-from trackers.registry import entry
 
 if TYPE_CHECKING:
     from benchmarks.data.sets.request import Request
@@ -50,11 +41,8 @@ _NEED_TRUTH = ("blind", "oracle")
 """Roles of trackers that are given the true state in metres."""
 ShowProgress = Callable[[str], AbstractContextManager[Progress | None]]
 """Takes a title and opens what shows progress, e.g. ``benchmarks.show.progress.progress_bar``."""
-
-
-def no_progress(title: str) -> AbstractContextManager[None]:
-    """See ``ShowProgress``: shows nothing."""
-    return nullcontext()
+Names = dict[str, tuple[str, ...]]
+"""What users name: scenarios, presets, trackers, controllers, see ``choices``."""
 
 
 def bench(
@@ -79,7 +67,7 @@ def bench(
     layout: str = "",
     target: int | None = None,
     rate_hz: float = USUAL_RATE_HZ,
-    progress: ShowProgress = no_progress,
+    progress: ShowProgress = lambda title: nullcontext(),
 ) -> Results:
     """Run trackers in the episodes of a suite and return the results; what exists already is not run again.
 
@@ -119,40 +107,47 @@ def bench(
     # Summaries look suites up by the name in rows: one that is not registered is refused.
     known = registry.suite(suite if isinstance(suite, str) else suite.name)
     wanted = known if isinstance(suite, str) else suite
-    selection = Selection(
-        scenarios=_several("scenario", scenario),
-        presets=_several("preset", preset),
-        trackers=_several("trackers", trackers),
-        controllers=_several("controllers", controllers),
-    )
-    if keep_estimates:
-        needs_data()
+    names = {
+        "scenarios": _several("scenario", scenario),
+        "presets": _several("preset", preset),
+        "trackers": _several("trackers", trackers),
+        "controllers": _several("controllers", controllers),
+    }
     how: dict[str, Any] = {
         "workers": cores(workers),
         "repeats": 1 if quick else 3,
         "limit_s": limit_s,
         "modules": own_modules,
         "backend": backend,
-        "keeper": _keeper() if keep_estimates else None,
     }
+    if keep_estimates:
+        needs_data()
+        from benchmarks.data.estimates.keeping import Estimates
+
+        how["keeper"] = Estimates()
     outcome = Outcome()
     if paths:
         from benchmarks.data.real import real_episodes  # It imports the readers of all layouts.
 
-        _check_real(wanted, selection, seeds, renderer=renderer, link=link, data=data, keep_estimates=keep_estimates)
+        _refuse("none with --real, which runs no episodes", seeds=seeds, data=data, **_episodes_of(names))
+        _refuse("raster with --real, which draws nothing", renderer=renderer != "raster" and renderer)
+        _check_steering(wanted, link, None)
+        kept = keep_estimates and wanted.on_sequences is None
+        check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)
         Experiment(wanted, [], {}, **how)  # A number out of range is refused before anything is read.
         episodes, outcome.unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)
-        experiments = [Experiment(wanted, episodes, _trackers_on_real(wanted, selection.trackers, quick=quick), **how)]
+        experiments = [Experiment(wanted, episodes, _trackers_on_real(wanted, names["trackers"], quick=quick), **how)]
         name = f"{wanted.name}-real"
     else:
         check_no_layout(layout, target, rate_hz)
         assert seeds is not None
         _check_steering(wanted, link, data)
-        experiments = _experiments(wanted, selection, seeds, link, data, renderer, quick=quick, how=how)
+        experiments = _experiments(wanted, names, seeds, link, data, renderer, quick=quick, how=how)
         name = "quick" if quick else wanted.name
     folder = Path(out or Path("results") / name)
     for experiment in experiments:
-        with progress(_title(experiment)) as report, _damage_told(data):
+        title = f"{wanted.name}, {counted(len(experiment.trackers), 'tracker')}"
+        with progress(title) as report, _damage_told(data):
             outcome = outcome.followed_by(run(experiment, folder, report or (lambda done, of: None)))
     silence = wanted.silence_in(REAL if paths else "")
     for line in (*outcome.unusable, *outcome.failures_in_words(), *outcome.oddities_in_words(silence)):
@@ -160,18 +155,29 @@ def bench(
     return Results(folder, outcome)
 
 
-def check_suites(suites: Iterable[Suite], selection: Selection, *, link: str, data: str | None, quick: bool) -> None:
+def check_suites(suites: Iterable[Suite], names: Names, *, link: str, data: str | None, quick: bool) -> None:
     """Raise ValueError for what one of several suites would refuse, before the first one runs for hours.
 
     Args:
         suites: those that are to run one after the other.
-        selection: in each; stored scenarios and presets are checked where they are read.
+        names: in each; stored scenarios and presets are checked where they are read.
         link, data, quick: see ``bench``.
     """
     for wanted in suites:
         _check_steering(wanted, link, data)
         if data is None:
-            _experiments(wanted, selection, range(1), link, None, "raster", quick=quick, how={})
+            _experiments(wanted, names, range(1), link, None, "raster", quick=quick, how={})
+
+
+def _refuse(expected: str, **given: object) -> None:
+    """Raise ValueError, saying what is ``expected``, for the first argument that is given."""
+    for name, value in given.items():
+        check(name, value in (None, (), False), expected, repr(value))
+
+
+def _episodes_of(names: Names) -> Names:
+    """Return the names that choose episodes, by argument."""
+    return {"scenario": names["scenarios"], "preset": names["presets"], "controllers": names["controllers"]}
 
 
 def _check_steering(wanted: Suite, link: str, data: str | None) -> None:
@@ -183,7 +189,7 @@ def _check_steering(wanted: Suite, link: str, data: str | None) -> None:
 
 def _experiments(
     wanted: Suite,
-    selection: Selection,
+    names: Names,
     seeds: range,
     link: str,
     data: str | None,
@@ -194,15 +200,16 @@ def _experiments(
 ) -> list[Experiment]:
     """Return an experiment for each scenario. Raises ValueError for unknown names."""
     if data is not None:
-        stored = _stored(data, seeds, renderer, selection)
-        selection = Selection(scenarios=(stored.scenario,), presets=(stored.preset,), trackers=selection.trackers)
+        stored = _stored(data, seeds, renderer, names)
+        names = {"scenarios": (stored.scenario,), "presets": (stored.preset,), "trackers": names["trackers"]}
         renderer = stored.renderer
-    shown = selection.presets or ((wanted.quick_preset,) if quick else ())
+    elif quick and not names["presets"]:
+        names = names | {"presets": (wanted.quick_preset,)}
     experiments = []
-    for each in choices(wanted, replace(selection, presets=shown), variants=not quick):
-        names: Any = {"controllers": each.controllers or None, "link": link, "renderer": renderer}
-        made = experiment_on(wanted, each.scenario, each.presets, each.trackers, seeds, **names, **how)
-        _check_usable(made.trackers)
+    for scenario, presets, trackers, controllers in choices(wanted, **names, variants=not quick):
+        by: Any = {"controllers": controllers or None, "link": link, "renderer": renderer}
+        made = experiment_on(wanted, scenario, presets, trackers, seeds, **by, **how)
+        _check_usable(made.trackers.values())
         if data is not None:
             # Here, since it imports the packages of the extra.
             from benchmarks.data.sets.benchmark import stored_specs
@@ -212,38 +219,16 @@ def _experiments(
     return experiments
 
 
-def _check_real(
-    wanted: Suite,
-    selection: Selection,
-    seeds: range | None,
-    *,
-    renderer: str,
-    link: str,
-    data: str | None,
-    keep_estimates: bool,
-) -> None:
-    """Raise ValueError for arguments of simulated episodes."""
-    steered = (*selection.scenarios, *selection.presets, *selection.controllers)
-    check("real", not steered, "no scenario, preset or controller", ", ".join(steered))
-    text = None if seeds is None else f"{seeds.start}:{seeds.stop}"
-    given = (("seeds", text, None), ("renderer", renderer, "raster"), ("link", link, "prompt"), ("data", data, None))
-    for name, own, default in given:
-        check(name, own == default, "none with --real, which runs no episodes", repr(own))
-    kept = keep_estimates and wanted.on_sequences is None
-    check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)
-
-
 def _trackers_on_real(wanted: Suite, names: tuple[str, ...], *, quick: bool) -> dict[str, TrackerSpec]:
     """Return the trackers that run on what is real. Raises ValueError for unknown names."""
     ours = {name: each for name, each in trackers_of(wanted.name).items() if isinstance(each, Registered)}
     if wanted.on_sequences is not None:
         ours = {name: each for name, each in ours.items() if each.role not in _NEED_TRUTH}
-        expected = f"some of {', '.join(ours)}, which need pictures alone"
-        for name in names:
-            check("trackers", name in ours, expected, repr(name))
+    for name in names:
+        check("trackers", name in ours, f"some of {', '.join(ours)}, which need pictures alone", repr(name))
     able = (name for name, each in ours.items() if not each.missing() and not (quick and each.role == "variant"))
-    chosen: dict[str, TrackerSpec] = {name: registered(entry(name)) for name in names or able}
-    _check_usable(chosen)
+    chosen: dict[str, TrackerSpec] = {name: ours[name] for name in names or able}
+    _check_usable(chosen.values())
     return chosen
 
 
@@ -255,12 +240,6 @@ def _damage_told(data: str | None) -> AbstractContextManager[None]:
     from benchmarks.data.sets.verifying import damage_told
 
     return damage_told(place_of(data)[1], "data")
-
-
-def _keeper() -> Keeper:
-    from benchmarks.data.estimates.keeping import Estimates
-
-    return Estimates()
 
 
 def stored_seeds(data: str) -> range:
@@ -275,13 +254,10 @@ def _request(data: str) -> Request:
     return benchmark_of(data)
 
 
-def _stored(data: str, seeds: range, renderer: str, selection: Selection) -> Request:
+def _stored(data: str, seeds: range, renderer: str, names: Names) -> Request:
     """Return what a data set is of. Raises ValueError for arguments that contradict it."""
     request = _request(data)
-    check("renderer", renderer == "raster", "none with data, which sets it", renderer)
-    given = {"scenario": selection.scenarios, "preset": selection.presets, "controllers": selection.controllers}
-    for name, own in given.items():
-        check(name, not own, "none with data, which sets it", ", ".join(own))
+    _refuse("none with data, which sets it", **_episodes_of(names), renderer=renderer != "raster" and renderer)
     first, end = request.seeds
     within = set(seeds) <= set(range(first, end))
     check("seeds", within, f"some of {first}:{end}, which the data set has", f"{seeds.start}:{seeds.stop}")
@@ -296,23 +272,13 @@ def _several(parameter: str, names: str | Sequence[str] | None) -> tuple[str, ..
     return (names,) if isinstance(names, str) else tuple(dict.fromkeys(names))
 
 
-def _check_usable(trackers: Mapping[str, TrackerSpec]) -> None:
+def _check_usable(trackers: Iterable[TrackerSpec]) -> None:
     """Raise ValueError for trackers of a cell or a script, which no worker can import and no version tells the code of,
     and for those that need what is not installed.
     """
-    for name, each in trackers.items():
+    for each in trackers:
         importable = each.module != "__main__"
-        check("trackers", importable, "ones that a module of their own registers (modules=…)", f"{name!r} of __main__")
+        own = f"{each.name!r} of __main__"
+        check("trackers", importable, "ones that a module of their own registers (modules=…)", own)
         needs = each.missing()
-        check("trackers", not needs, "ones of which all that they need is installed", f"{name}: {needs}")
-
-
-def _title(experiment: Experiment) -> str:
-    wanted, first = experiment.suite, experiment.episodes[0]
-    trackers = counted(len(experiment.trackers), "tracker")
-    if first.scenario is None:
-        return f"{wanted.name}, real {'sequences' if first.sequence else 'tracks'}, {trackers}"
-    if not wanted.judges_controllers:
-        return f"{wanted.name}, {trackers}"
-    controllers = {each.steering.name for each in experiment.episodes if each.steering is not None}
-    return f"{wanted.name}, {trackers} × {counted(len(controllers), 'controller')}"
+        check("trackers", not needs, "ones of which all that they need is installed", f"{each.name}: {needs}")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Final, Literal, NoReturn
+from typing import Any, NoReturn
 
 from benchmarks.contract.judging import USUAL_RATE_HZ, Judge, Recording, UnreadableSequence, check_no_layout
 from benchmarks.contract.rows import REAL, Row
@@ -15,7 +15,7 @@ from benchmarks.contract.suite import Suite, suites
 from benchmarks.contract.text import printable
 from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode, read_collections
 from benchmarks.data.tracks import read_each
-from scenarios.command_link import CommandLink
+from benchmarks.run.episodes import EpisodeSpec
 from scenarios.scenario import Episode, Frame
 from scenarios.truth import TruthExtent
 from trackers.types import CameraCommand, CameraModel, Start
@@ -52,8 +52,8 @@ class TracksEpisode:
 
 
 @dataclass(frozen=True, eq=False)
-class RealEpisode:
-    """See ``EpisodeSpec``.
+class RealEpisode(EpisodeSpec):
+    """A real sequence of pictures, or a recording of tracks.
 
     Attributes:
         preset: collection of the sequence, or the recording of tracks.
@@ -66,9 +66,7 @@ class RealEpisode:
     recorded: tuple[str, ...]
     content: BoxedSequence | Recording
     scenario = None
-    renderer: Final[Literal["real"]] = REAL
-    scenario_id = REAL
-    steering = None
+    renderer = REAL
 
     @property
     def sequence(self) -> str:
@@ -99,10 +97,6 @@ class RealEpisode:
             return self.content
         assert suite.on_sequences is not None
         return suite.on_sequences.judge(episode)
-
-    def command_link(self, episode: Episode) -> CommandLink | None:
-        """See ``EpisodeSpec``: no camera is steered."""
-        return None
 
 
 def real_episodes(

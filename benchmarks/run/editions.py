@@ -27,10 +27,8 @@ import hashlib
 import importlib.metadata
 import json
 import os
-from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -129,16 +127,14 @@ def _differs(value: Any, field: dataclasses.Field[Any]) -> bool:
 def own_code(module: str) -> str:
     """Return a digest of a user's module, "" for ours and installed ones.
 
-    It covers all modules of users that it imports, directly or not, in their normal form, see ``_NormalForm``; and the
-    data files in their folders whose name, stem or path from there one of them has as a string. A module must not write
-    such a file itself.
+    It covers all modules of users that it imports, directly or not, whatever their comments and layout; and the data
+    files in their folders whose name, stem or path from there one of them has as a string. A module must not write such
+    a file itself.
     """
     files = imported_files([module], users_alone=True)
-    return _digest_of_files(files) if files else ""
-
-
-def _digest_of_files(files: Sequence[Path]) -> str:
-    trees = [_NormalForm(ast.parse(file.read_bytes())).tree for file in files]
+    if not files:
+        return ""
+    trees = [ast.parse(file.read_bytes()) for file in files]
     nodes = (node for tree in trees for node in ast.walk(tree))
     strings = {node.value for node in nodes if isinstance(node, ast.Constant) and isinstance(node.value, str)}
     folders = {file.parent for file in files}
@@ -149,47 +145,6 @@ def _digest_of_files(files: Sequence[Path]) -> str:
     contents = [ast.dump(tree).encode() for tree in trees]
     contents += [each.name.encode() + b"\0" + each.read_bytes() for each in data]
     return _digest(b"".join(sorted(hashlib.sha256(each).digest() for each in contents)))
-
-
-class _NormalForm(ast.NodeTransformer):
-    """Code without comments, docstrings and imports.
-
-    A name that an import brings becomes the full name of what it stands for: after ``from scipy import fft as f`` the
-    code says ``scipy.fft``; all of them, if several imports bring it.
-
-    Attributes:
-        tree: of the code.
-    """
-
-    def __init__(self, tree: ast.Module) -> None:
-        self._brought: defaultdict[str, set[str]] = defaultdict(set)
-        for node in ast.walk(tree):
-            if isinstance(node, ast.Import):
-                for each in node.names:
-                    package = each.name.partition(".")[0]
-                    self._brought[each.asname or package].add(each.name if each.asname else package)
-            elif isinstance(node, ast.ImportFrom):
-                package = "." * node.level + (node.module or "")
-                for each in node.names:
-                    self._brought[each.asname or each.name].add(f"{package}.{each.name}")
-        self.tree = self.visit(tree)
-
-    def generic_visit(self, node: ast.AST) -> ast.AST:
-        """See ``ast.NodeTransformer``."""
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
-            node.body = node.body[ast.get_docstring(node, clean=False) is not None :]
-        return super().generic_visit(node)
-
-    def visit_Name(self, node: ast.Name) -> ast.Name:
-        """See ``ast.NodeTransformer``."""
-        return ast.Name(" or ".join(sorted(self._brought.get(node.id, {node.id}))), node.ctx)
-
-    def visit_Import(self, node: ast.Import) -> None:
-        """See ``ast.NodeTransformer``."""
-
-    def visit_ImportFrom(self, node: ast.ImportFrom) -> ast.ImportFrom | None:
-        """See ``ast.NodeTransformer``: what a star brings is not known."""
-        return node if node.names[0].name == "*" else None
 
 
 def _words(*parts: object) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 from benchmarks.contract.judging import Judge
-from benchmarks.contract.rows import Row
+from benchmarks.contract.rows import REAL, Row
 from benchmarks.contract.suite import Suite
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.editions import (
@@ -52,7 +53,7 @@ class Steering:
         return self.entry.create_as_written() if self.link is None else self.entry.create(**self.values)
 
 
-class EpisodeSpec(Protocol):
+class EpisodeSpec(ABC):
     """One episode before it is opened.
 
     Attributes:
@@ -61,57 +62,48 @@ class EpisodeSpec(Protocol):
         steering: who steers the camera; None = the set path.
     """
 
-    @property
-    def scenario(self) -> Scenario | None: ...
-
-    @property
-    def preset(self) -> str: ...
-
-    @property
-    def renderer(self) -> RendererName | Literal["real"]: ...
-
-    @property
-    def seed(self) -> int: ...
-
-    @property
-    def steering(self) -> Steering | None: ...
+    scenario: Scenario | None
+    preset: str
+    renderer: RendererName | Literal["real"]
+    seed: int
+    steering: Steering | None = None
 
     @property
     def scenario_id(self) -> str:
         """Column ``scenario`` of its rows."""
-        ...
-
-    @property
-    def edition(self) -> str:
-        """``scene`` of ``editions``; "" for what cannot be read."""
-        ...
+        return REAL if self.scenario is None else self.scenario.id
 
     @property
     def columns(self) -> Row:
         """Columns of its rows that others do not have."""
-        ...
+        return {}
 
     @property
     def sequence(self) -> str:
         """Name of the real sequence; "" of others."""
-        ...
+        return ""
 
+    @property
+    @abstractmethod
+    def edition(self) -> str:
+        """``scene`` of ``editions``; "" for what cannot be read."""
+
+    @abstractmethod
     def open(self, truth: TruthExtent) -> Episode:
         """Return the episode before its first frame. Raises UnreadableSequence if its first picture is broken."""
-        ...
 
+    @abstractmethod
     def judge(self, suite: Suite, episode: Episode) -> Judge:
         """Return a suite's judge of the opened episode."""
-        ...
 
     def command_link(self, episode: Episode) -> CommandLink | None:
         """Return what passes commands on to the carrier of the opened episode; None passes them on unchanged."""
-        ...
+        return None
 
 
 @dataclass(frozen=True)
-class Simulated:
-    """See ``EpisodeSpec``: an episode of a scenario, rendered.
+class Simulated(EpisodeSpec):
+    """An episode of a scenario, rendered.
 
     Attributes:
         configuration: of the episode, the scenario's preset or a change of it that is called ``preset``.
@@ -123,27 +115,15 @@ class Simulated:
     configuration: Any
     renderer: RendererName = "raster"
     steering: Steering | None = None
-    sequence = ""
-
-    @property
-    def scenario_id(self) -> str:
-        """See ``EpisodeSpec``."""
-        return self.scenario.id
 
     @property
     def edition(self) -> str:
         """See ``EpisodeSpec``."""
         return scene_edition(self.scenario, self.configuration)
 
-    @property
-    def columns(self) -> Row:
-        """See ``EpisodeSpec``: none."""
-        return {}
-
     def open(self, truth: TruthExtent) -> Episode:
         """See ``EpisodeSpec``."""
-        steered = self.steering is not None
-        how = {"renderer": self.renderer, "closed_loop": steered, "truth": truth}
+        how = {"renderer": self.renderer, "closed_loop": self.steering is not None, "truth": truth}
         return self.scenario.episode(self.configuration, self.seed, **how)  # type: ignore[arg-type]
 
     def judge(self, suite: Suite, episode: Episode) -> Judge:

@@ -17,8 +17,7 @@ from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.editions import Editions
 from benchmarks.run.episodes import EpisodeSpec, editions_of
 from benchmarks.run.failures import earlier, read_failures, write_failures
-from benchmarks.run.jobs import Job, key_of
-from benchmarks.run.keeping import Keeper
+from benchmarks.run.jobs import Job, Keeper, key_of
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.result_folder import alone_in, append_block, make_folder, tidy, up_to_date
 from benchmarks.run.workers import results
@@ -81,9 +80,7 @@ class Experiment:
     def made_now(self, key: BlockKey) -> Editions | None:
         """Return the present ``editions`` of a block; None for the blocks of others."""
         episode = self._episodes_by_key.get(replace(key, tracker=""))
-        if episode is None or key.tracker not in self.trackers:
-            return None
-        return self._editions(episode, key.tracker)
+        return self._editions(episode, key.tracker) if episode is not None and key.tracker in self.trackers else None
 
     def jobs(self, out: Path | None = None, have: set[BlockKey] | frozenset[BlockKey] = frozenset()) -> Iterator[Job]:
         """Yield a job for each episode with pictures on a set path, else for each tracker in it, without what there is
@@ -97,9 +94,6 @@ class Experiment:
             together = episode.steering is None and (episode.scenario is not None or bool(episode.sequence))
             for group in [left] if together else [[name] for name in left]:
                 if group:
-                    made = {}
-                    if out is not None:
-                        made = {name: self._editions(episode, name) for name in group}
                     yield Job(
                         suite=self.suite,
                         episode=episode,
@@ -108,7 +102,7 @@ class Experiment:
                         repeats=self.repeats,
                         limit_s=self.limit_s,
                         out=out,
-                        editions=made,
+                        editions={name: self._editions(episode, name) for name in group if out is not None},
                         keeper=self.keeper,
                     )
 

@@ -82,17 +82,12 @@ FILE_NAME = "failures.jsonl"
 
 
 def read_failures(directory: Path) -> dict[BlockKey, list[Failure]]:
-    """Return the failures that a folder keeps, by block. Lines that cannot be read are left out."""
+    """Return the failures that a folder keeps, by block."""
     file = directory / FILE_NAME
     found: dict[BlockKey, list[Failure]] = {}
-    for line in file.read_bytes().splitlines() if file.is_file() else ():
-        try:
-            told = json.loads(line)
-            key, failure = BlockKey(**told.pop("block")), Failure(**told)
-        except (ValueError, TypeError, KeyError, AttributeError):
-            continue
-        if isinstance(key.seed, int):
-            found.setdefault(key, []).append(failure)
+    for line in file.read_text().splitlines() if file.is_file() else ():
+        told = json.loads(line)
+        found.setdefault(BlockKey(**told.pop("block")), []).append(Failure(**told))
     return found
 
 

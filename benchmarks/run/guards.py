@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import astuple, replace
 from functools import partial
 from typing import Any, TypeVar
@@ -20,6 +19,7 @@ from benchmarks.run.process_state import ProcessState
 from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most
 from scenarios.loop import LoopTracker, ManyLoopTracker, OutsourcingLoopTracker, given
 from scenarios.scenario import Frame
+from sim.checks import check
 from trackers.estimate_check import check_estimate, check_probability, check_tracks
 from trackers.gaps import Bridge, GapMethod, Piece, Surroundings, check_bridge
 from trackers.protocols import Controller
@@ -35,63 +35,60 @@ class Guard:
     """Detects failures of a component, which is not called again after one.
 
     Attributes:
+        since: what a failed one does from there on, in words.
         reason: cause of the failure, None without one. error: type of what was raised; None if nothing was.
         failed_at_frame: first frame on which it failed.
         place: file and line of a user's own code that raised; empty if none did.
-        left: what it has left running, in words, see ``ProcessState``; known once it is closed.
+        oddities: what is odd about it, in words, e.g. what it has left running; known once it is closed.
     """
 
-    place = ""
-    left: Sequence[str] = ()
+    since = "answered nothing"
 
     def __init__(
         self,
         limit_s: float,
         *,
-        note: Callable[[int], None] = lambda frame: None,
+        note: Callable[[int], object] = lambda frame: None,
         ends_process_at: int | None = None,
     ) -> None:
         """``note`` is called before each frame. On frame ``ends_process_at`` an earlier attempt ended its process: the
         component fails there without being called.
         """
         self._limit_s, self._note, self._ends_process_at = limit_s, note, ends_process_at
-        self._state = ProcessState()
+        self._state, self._watch = ProcessState(), Stopwatch()
         self.reason: str | None = None
         self.error: type[BaseException] | None = None
         self.failed_at_frame: int | None = None
+        self.place = ""
+        self.oddities: list[str] = []
 
-    def call(self, frame: int, answer: str, function: Callable[[Stopwatch], _Made], otherwise: _Made) -> _Made:
+    def call(self, frame: int, answer: str, function: Callable[[], _Made], otherwise: _Made) -> _Made:
         """Return what a function answers on a frame, the number of frames for after the last one.
 
-        Returns:
-            ``otherwise`` if it raises, changes its inputs or takes too long, and after any failure.
+        Args:
+            answer: what it makes, in words.
+            otherwise: returned if it raises, changes its inputs or takes too long, and after any failure.
         """
         if frame == self._ends_process_at and self.reason is None:
             self.reason, self.failed_at_frame = ENDED_PROCESS, frame
         self._note(frame)
-        answered = otherwise
-        if self.reason is None:
-            with self._guarded(frame, answer) as watch:
-                answered = function(watch)
-        return answered if self.reason is None else otherwise
-
-    def close(self) -> None:
-        """Drop the component and end the processes that it has left running; call once, last of all."""
-        self.left = self._state.close()
-
-    @contextmanager
-    def _guarded(self, frame: int, answer: str) -> Iterator[Stopwatch]:
-        """Catch failures and time-outs of the code in this context, which gives an ``answer`` for a frame."""
+        if self.reason is not None:
+            return otherwise
         try:
-            with self._state.applied(), at_most(self._limit_s) as watch:
-                yield watch
+            with self._state.applied(), at_most(self._limit_s) as self._watch:
+                return function()
         except TooSlow as slow:
-            self.reason, self.failed_at_frame = f"took longer than {slow} over one {answer}", frame
+            self.reason = f"took longer than {slow} over one {answer}"
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            self.place, self.error = place_of(error), type(error)
-            self.reason, self.failed_at_frame = reason_of(error), frame
+            self.reason, self.error, self.place = reason_of(error), type(error), place_of(error)
+        self.failed_at_frame = frame
+        return otherwise
+
+    def close(self) -> None:
+        """Drop the component and end the processes that it has left running; call once, last of all."""
+        self.oddities = self._state.close()
 
 
 class GuardedTracker(Guard):
@@ -100,7 +97,7 @@ class GuardedTracker(Guard):
     One of many targets may also revise its answers at the end, and offer a method to bridge gaps.
 
     Attributes:
-        silent_frames: number of frames without an answer about its one target. watch: counts odd answers.
+        silent_frames: number of frames without an answer about its one target.
         taken: time of each update that gave an answer, from frame 1 on; its CPU time with that of other processes, as
             reported by the tracker. revision: time of the revision at the end.
         decides_at: see ``Ending``.
@@ -118,56 +115,58 @@ class GuardedTracker(Guard):
     ) -> None:
         """``create`` makes it. ``needs_depth``: see ``AnswerWatch``. ``how``: see ``Guard``."""
         super().__init__(limit_s, **how)
-        self._many = many
+        self._many, self._follows = many, not many
         self._silence: Answer = () if many else SILENT
         self._check: Callable[[Any], Answer] = check_tracks if many else check_estimate
+        self._frames, self.silent_frames, self._answers = 0, 0, AnswerWatch(needs_depth)
         self.taken: list[Taken] = []
-        self._frames, self.revision = 0, Taken(0.0, 0.0)
-        self.silent_frames, self.watch = 0, AnswerWatch(needs_depth)
+        self.revision = Taken(0.0, 0.0)
         self.decides_at = 0.0
         self.gap_method: GapMethod | None = None
-        self._tracker: LoopTracker | None = self.call(0, "construction", lambda watch: create(), None)
+        self._tracker: LoopTracker | None = self.call(0, "construction", create, None)
         if isinstance(tracker := self._tracker, ManyLoopTracker) and many:
-            self.decides_at = self.call(0, "threshold", lambda watch: _threshold(tracker), 0.0)
-            self.gap_method = self.call(0, "gap method", lambda watch: copy.deepcopy(tracker.gap_method()), None)
-        self._follows = not many
+            self.decides_at = self.call(0, "threshold", lambda: _threshold(tracker), 0.0)
+            self.gap_method = self.call(0, "gap method", lambda: copy.deepcopy(tracker.gap_method()), None)
 
     def initialise(self, frame: Frame, start: Start) -> Answer:
         """See ``LoopTracker``. A given box is kept as the answer if the tracker fails on it."""
-        self._frames = frame.truth.frame + 1
-        fallback = self._silence if self._many or start.box_xyxy is None else given(start)
+        its_start = own(start)
 
-        its_frame, its_start = _own(frame), own(start)
-
-        def begun(watch: Stopwatch) -> Answer:
-            assert self._tracker is not None
-            answer = self._check(self._tracker.initialise(its_frame, its_start))
+        def begun(tracker: LoopTracker, its_frame: Frame) -> Answer:
+            answer = tracker.initialise(its_frame, its_start)
             check_unchanged(start, its_start, "start")
-            check_unchanged(frame.observation, its_frame.observation, "observation")
             return answer
 
-        return self.call(frame.truth.frame, "frame", begun, fallback)
+        return self._answered(frame, begun, self._silence if self._many or start.box_xyxy is None else given(start))
 
     def update(self, frame: Frame) -> Answer:
         """See ``LoopTracker``."""
-        self._frames = frame.truth.frame + 1
-        its_frame = _own(frame) if self.reason is None else frame
-
-        def updated(watch: Stopwatch) -> Answer:
-            assert self._tracker is not None
-            answered = self._tracker.update(its_frame)
-            taken = watch.taken
-            self.taken.append(taken._replace(cpu_s=taken.cpu_s + self._elsewhere_cpu_s()))
-            answer = self._check(answered)
-            check_unchanged(frame.observation, its_frame.observation, "observation")
-            return answer
-
-        answer = self.call(frame.truth.frame, "frame", updated, self._silence)
-        self.watch.see(frame, answer)
+        answer = self._answered(frame, self._updated, self._silence)
+        self._answers.see(frame, answer)
         if isinstance(answer, Estimate):
             self.silent_frames += bool(np.isnan(answer.position_px).any())
         self._follows = self._follows or bool(answer)
         return answer
+
+    def _updated(self, tracker: LoopTracker, frame: Frame) -> Answer:
+        answer = tracker.update(frame)
+        taken = self._watch.taken
+        elsewhere_cpu_s = tracker.elsewhere_cpu_s() if isinstance(tracker, OutsourcingLoopTracker) else 0.0
+        self.taken.append(taken._replace(cpu_s=taken.cpu_s + elsewhere_cpu_s))
+        return answer
+
+    def _answered(self, frame: Frame, answer: Callable[[LoopTracker, Frame], Answer], otherwise: Answer) -> Answer:
+        """Return a checked answer to a frame with an observation of the tracker's own."""
+        self._frames = frame.truth.frame + 1
+        its_frame = frame if self.reason else replace(frame, observation=own(frame.observation))
+
+        def checked() -> Answer:
+            assert self._tracker is not None
+            made = self._check(answer(self._tracker, its_frame))
+            check_unchanged(frame.observation, its_frame.observation, "observation")
+            return made
+
+        return self.call(frame.truth.frame, "frame", checked, otherwise)
 
     def ending(self) -> Ending:
         """Return what is known of the tracker after the last frame; call once. It revises its answers here."""
@@ -179,6 +178,16 @@ class GuardedTracker(Guard):
             return Ending(self.failed_at_frame, revised, decides_at=self.decides_at)
         bridges = partial(GuardedGapMethod, self.gap_method, self, max(self._frames, 1))
         return Ending(self.failed_at_frame, revised, bridges, self.decides_at)
+
+    def _revised(self) -> Sequence[Sequence[Track]] | None:
+        revised = self._tracker.revised() if isinstance(self._tracker, ManyLoopTracker) else None
+        if revised is None:
+            return None
+        self.revision = self._watch.taken
+        check("revised", isinstance(revised, Sequence), "a sequence of answers", type(revised).__name__)
+        wanted = f"an answer on each of {self._frames} pictures"
+        check("revised", len(revised) == self._frames, wanted, len(revised))
+        return [check_tracks(tracks) for tracks in revised]
 
     def scores(self) -> Iterator[Score]:
         """Yield the times per frame, see ``tracker_speed.times``, and the frame of failure.
@@ -194,31 +203,12 @@ class GuardedTracker(Guard):
         """See ``Guard``."""
         self._tracker = self.gap_method = None
         super().close()
-
-    def _revised(self, watch: Stopwatch) -> Sequence[Sequence[Track]] | None:
-        revised = self._tracker.revised() if isinstance(self._tracker, ManyLoopTracker) else None
-        if revised is None:
-            return None
-        self.revision = watch.taken
-        if not isinstance(revised, Sequence):
-            raise ValueError(f"revised: expected a sequence of answers, got {type(revised).__name__}")
-        if len(revised) != self._frames:
-            raise ValueError(f"revised: expected an answer on each of {self._frames} pictures, got {len(revised)}")
-        return [check_tracks(tracks) for tracks in revised]
-
-    def _elsewhere_cpu_s(self) -> float:
-        each = self._tracker
-        return each.elsewhere_cpu_s() if isinstance(each, OutsourcingLoopTracker) else 0.0
+        self.oddities += self._answers.in_words()
 
 
 def _threshold(tracker: ManyLoopTracker) -> float:
     check_probability("decides_at", decides_at := tracker.decides_at())
     return decides_at
-
-
-def _own(frame: Frame) -> Frame:
-    """Return a frame with an observation of the tracker's own. Trackers get nothing of its truth."""
-    return replace(frame, observation=own(frame.observation))
 
 
 class GuardedGapMethod:
@@ -227,11 +217,11 @@ class GuardedGapMethod:
     def __init__(self, method: GapMethod, guard: Guard, frame: int) -> None:
         """``method`` is copied, so that what it learns ends with this object. ``frame``: on which a failure counts."""
         self._guard, self._frame = guard, frame
-        self._method = self._call("copy", lambda: copy.deepcopy(method), method)
+        self._method = guard.call(frame, "copy", lambda: copy.deepcopy(method), method)
 
     def learn(self, pieces: Sequence[Piece]) -> None:
         """See ``GapMethod``."""
-        self._call("lesson", lambda: self._method.learn(own(pieces)), None)
+        self._guard.call(self._frame, "lesson", lambda: self._method.learn(own(pieces)), None)
 
     def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge | None:
         """See ``GapMethod``."""
@@ -248,32 +238,30 @@ class GuardedGapMethod:
             return None if bridge is None else check_bridge(bridge, count)
 
         silent: Bridge | None = Bridge(np.full((count, 2), np.nan))
-        return self._call("gap", checked, silent)
-
-    def _call(self, answer: str, function: Callable[[], _Made], otherwise: _Made) -> _Made:
-        return self._guard.call(self._frame, answer, lambda watch: function(), otherwise)
+        return self._guard.call(self._frame, "gap", checked, silent)
 
 
 class GuardedController(Guard):
     """A guarded controller; after a failure it commands nothing, from the frame that its command should lead to."""
 
+    since = "commanded nothing"
+
     def __init__(self, create: Callable[[], Controller], limit_s: float, **how: Any) -> None:
         """``create`` makes it. ``how``: see ``Guard``."""
         super().__init__(limit_s, **how)
-        self._controller: Controller | None = self.call(0, "construction", lambda watch: create(), None)
+        self._controller: Controller | None = self.call(0, "construction", create, None)
         self._frame = 0
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """See ``Controller``."""
         self._frame += 1
 
-        def commanded(watch: Stopwatch) -> CameraCommand:
+        def commanded() -> CameraCommand:
             assert self._controller is not None
-            its_observation, its_estimate = own(observation), own(estimate)
-            wanted = self._controller.command(its_observation, its_estimate)
+            its_observation = own(observation)
+            wanted = self._controller.command(its_observation, own(estimate))
             check_unchanged(observation, its_observation, "observation")
-            if not np.isfinite(astuple(wanted)).all():
-                raise ValueError(f"command: expected finite numbers, got {wanted}")
+            check("command", bool(np.isfinite(astuple(wanted)).all()), "finite numbers", wanted)
             return wanted
 
         return self.call(self._frame, "command", commanded, CameraCommand())

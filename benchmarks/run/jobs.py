@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import cv2
 import numba
@@ -24,15 +25,33 @@ from benchmarks.run.editions import Editions
 from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import Guard, GuardedController, GuardedTracker
-from benchmarks.run.keeping import Keeper
-from benchmarks.run.notes import Note, note_at
-from benchmarks.run.outcome import AnswerWatch, Oddities
 from scenarios.loop import Loop, tracker_stream
 from scenarios.scenario import Frame
 from scenarios.truth import Truth, TruthExtent, check_truth
 from sim.checks import check
 
 CONTROLLER_FAILED_AT = "controller_failed_at_frame"
+_NOTE_BYTES = 160
+
+
+class KeepingJudge(Judge, Protocol):
+    """A judge that keeps what it passes on to another one."""
+
+    def write(self, folder: Path, blocks: Sequence[list[Row]], trackers: Sequence[tuple[str, GuardedTracker]]) -> None:
+        """Write a file for each of the judged ``blocks``, after their scores; ``trackers``: in the sheets' order."""
+        ...
+
+
+class Keeper(Protocol):
+    """Keeps all answers of a run beside its rows."""
+
+    def judge(self, judge: Judge) -> KeepingJudge:
+        """Return a judge of an episode that keeps what it passes on to ``judge``."""
+        ...
+
+    def is_kept(self, folder: Path, key: BlockKey, editions: dict[str, str] | None) -> bool:
+        """Return whether a block has a whole file, of these ``editions``."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -67,13 +86,13 @@ class Job:
     @property
     def name(self) -> str:
         """Short name, unique within an experiment."""
-        keys = (self.key(tracker) for tracker in self.trackers or ("",))
-        return hashlib.sha256(repr(tuple(keys)).encode()).hexdigest()[:16]
+        keys = tuple(self.key(tracker) for tracker in self.trackers or ("",))
+        return hashlib.sha256(repr(keys).encode()).hexdigest()[:16]
 
     @property
     def note_file(self) -> Path | None:
         """Path of the job's note while it runs."""
-        return None if self.out is None else self.out / ".running" / f"{self.name}.json"
+        return None if self.out is None else self.out / ".running" / self.name
 
     def key(self, tracker: str) -> BlockKey:
         """Return the key of a tracker's block of rows."""
@@ -83,16 +102,9 @@ class Job:
 def key_of(suite: Suite, episode: EpisodeSpec, tracker: str) -> BlockKey:
     """Return the key of the block of rows of a tracker in an episode; of a recording all blocks are one, of seed 0."""
     steering = episode.steering
-    return BlockKey(
-        suite.name,
-        episode.scenario_id,
-        episode.preset,
-        episode.renderer,
-        "" if steering is None else steering.name,
-        tracker,
-        episode.seed,
-        "" if steering is None else steering.link or "",
-    )
+    by, link = ("", "") if steering is None else (steering.name, steering.link or "")
+    where = (episode.scenario_id, episode.preset, episode.renderer)
+    return BlockKey(suite.name, *where, by, tracker, episode.seed, link)
 
 
 @dataclass(frozen=True)
@@ -103,9 +115,7 @@ class JobResult:
         name: of the job.
         blocks: rows, a block for each tracker; of tracks one for each block of time. There is no block of a tracker of
             which a package is missing.
-        failures: trackers that failed.
-        silent: tracker → number of frames without an answer.
-        oddities: of the answers, and what is left running.
+        failures, silent, oddities: see ``Outcome``.
         unusable: why there is no row about this recording; "" if there are some.
     """
 
@@ -113,7 +123,7 @@ class JobResult:
     blocks: list[list[Row]] = field(default_factory=list)
     failures: list[Failure] = field(default_factory=list)
     silent: Counter[str] = field(default_factory=Counter)
-    oddities: Oddities = field(default_factory=Oddities)
+    oddities: Counter[tuple[str, str]] = field(default_factory=Counter)
     unusable: str = ""
 
 
@@ -152,53 +162,87 @@ class OpenJob:
         assert scenario is not None
         return self.job.suite.targets(scenario, truth)
 
+    def guards(self) -> list[tuple[str, Guard]]:
+        """Return the guards of controller and trackers, with the names of these."""
+        steering = self.job.episode.steering
+        steered = [] if steering is None or self.controller is None else [(steering.name, self.controller)]
+        return [*steered, *((each.name, each.guard) for each in self.runs)]
+
     def failures(self) -> list[Failure]:
         """Return the failures so far."""
-        guards: list[tuple[str, Guard, str]] = [(each.name, each.guard, "answered nothing") for each in self.runs]
-        episode = self.job.episode
-        if self.controller is not None and episode.steering is not None:
-            guards.insert(0, (episode.steering.name, self.controller, "commanded nothing"))
-        where = (episode.scenario_id, episode.preset, episode.seed)
+        at = self.job.episode
+        where = (at.scenario_id, at.preset, at.seed)
         return [
-            Failure(name, *where, guard.failed_at_frame, str(guard.reason), since, guard.place, episode.sequence)
-            for name, guard, since in guards
+            Failure(name, *where, guard.failed_at_frame, str(guard.reason), guard.since, guard.place, at.sequence)
+            for name, guard in self.guards()
             if guard.failed_at_frame is not None
         ]
 
 
 @contextmanager
-def opened(job: Job, truth: TruthExtent = "all", note: Note | None = None) -> Iterator[OpenJob]:
+def opened(
+    job: Job, truth: TruthExtent = "all", note: Callable[[str, int], object] = lambda name, frame: None
+) -> Iterator[OpenJob]:
     """Open a job's episode with fresh trackers and a fresh controller; free it at the end.
 
     Scoring and videos both run a job from here, so that they get the same pictures, estimates and commands.
+
+    Args:
+        note: is called with the name of what comes next, and the frame.
 
     Raises:
         ValueError: for unknown names, a negative seed, or a controller without a tracker.
         UnreadableSequence: if the first picture of a real sequence is broken.
     """
-    steering = job.episode.steering
-    steered = None if steering is None else steering.name
-    check("tracker", steering is None or bool(job.trackers), f"a name, as {steered!r} steers by one", "none")
-    controller = None
+
+    def how(name: str) -> dict[str, Any]:
+        return {"limit_s": job.limit_s, "note": partial(note, name), "ends_process_at": job.deadly.get(name)}
+
+    steering, scenario = job.episode.steering, job.episode.scenario
     if steering is not None:
+        check("tracker", bool(job.trackers), f"a name, as {steering.name!r} steers by one", "none")
         _ = steering.entry  # An unknown name is refused before the episode is built.
-    episode, runs = job.episode.open(truth), list[TrackerRun]()
+    controller: GuardedController | None = None
+    runs: list[TrackerRun] = []
+    episode = job.episode.open(truth)
     try:
         if steering is not None:
-            controller = GuardedController(steering.create, job.limit_s, **_known_of(job, steering.name, note))
-        many = job.suite.follows_many and (job.episode.scenario is not None or episode.frame_count == 0)
+            controller = GuardedController(steering.create, **how(steering.name))
+        many = job.suite.follows_many and (scenario is not None or episode.frame_count == 0)
         for name, spec in job.trackers.items():
             for repeat in range(1 if spec.reproducible else job.repeats):
                 rng = tracker_stream(job.episode.seed, spec.name, repeat)
-                create = partial(spec.create, episode, job.episode.scenario, rng, many=many)
-                how = {"needs_depth": job.suite.needs_depth, **_known_of(job, name, note)}
-                runs.append(TrackerRun(name, spec, repeat, GuardedTracker(create, job.limit_s, many=many, **how)))
+                create = partial(spec.create, episode, scenario, rng, many=many)
+                guard = GuardedTracker(create, many=many, needs_depth=job.suite.needs_depth, **how(name))
+                runs.append(TrackerRun(name, spec, repeat, guard))
         link = job.episode.command_link(episode)
         yield OpenJob(job, Loop(episode, [each.guard for each in runs], link), runs, controller)
     finally:
         episode.close()
-        for guard in (*(each.guard for each in runs), *([] if controller is None else [controller])):
-            guard.close()
+        guards: list[Guard | None] = [*(each.guard for each in runs), controller]
+        for each in filter(None, guards):
+            each.close()
+
+
+@contextmanager
+def _noting(file: Path | None) -> Iterator[Callable[[str, int], object]]:
+    """Keep a note of what runs in a file (None = none) during the context; only a crashed process leaves it behind."""
+    if file is None:
+        yield lambda name, frame: None
+        return
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open("wb", buffering=0) as note:
+        try:
+            # One write in place takes some microseconds.
+            yield lambda name, frame: os.pwrite(note.fileno(), f"{frame} {name}".encode().ljust(_NOTE_BYTES), 0)
+        finally:
+            file.unlink(missing_ok=True)
+
+
+def read_note(file: Path | None) -> tuple[str, int] | None:
+    """Return what ran, and the frame, of a note left behind; None without a note or with an empty one."""
+    frame, _, name = file.read_text().partition(" ") if file is not None and file.is_file() else ("", "", "")
+    return (name.rstrip(), int(frame)) if frame else None
 
 
 def run_job(job: Job) -> JobResult:
@@ -208,7 +252,7 @@ def run_job(job: Job) -> JobResult:
     numba.set_num_threads(1)
     started = time.perf_counter()
     try:
-        with note_at(job.note_file) as note, opened(job, job.suite.truth, note) as live:
+        with _noting(job.note_file) as note, opened(job, job.suite.truth, note) as live:
             episode = live.loop.episode
             judge: Judge = job.episode.judge(job.suite, episode)
             keeping = None if job.keeper is None else job.keeper.judge(judge)
@@ -224,7 +268,9 @@ def run_job(job: Job) -> JobResult:
                 keeping.write(job.out / ESTIMATES, result.blocks, [(each.name, each.guard) for each in live.runs])
     except UnreadableSequence as error:
         return JobResult(job.name, unusable=str(error))
-    return replace(result, oddities=result.oddities + _left_running(live))
+    # Of several runs of a tracker each oddity counts once.
+    odd = {(name, what): 1 for name, guard in live.guards() for what in guard.oddities}
+    return replace(result, oddities=result.oddities + Counter(odd))
 
 
 def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
@@ -234,24 +280,18 @@ def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
         sheet.keep(loop.frame, answer)
 
 
-def _known_of(job: Job, name: str, note: Note | None) -> dict[str, Any]:
-    """Return ``how`` a guard notes what runs, and what earlier attempts have noted, see ``Guard``."""
-    known: dict[str, Any] = {"ends_process_at": job.deadly.get(name)}
-    return known if note is None else known | {"note": partial(note.write, name)}
-
-
 def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobResult:
-    job, episode = live.job, live.loop.episode
-    blocks: list[list[Row]] = []
-    silent, oddities, unusable = Counter[str](), Oddities(), ""
+    job, frame_count = live.job, live.loop.episode.frame_count
+    result, unusable = JobResult(job.name), ""
     controller_failed_at = None if live.controller is None else live.controller.failed_at_frame
     for name, group in groupby(zip(live.runs, sheets, strict=True), key=lambda pair: pair[0].name):
         own = list(group)
         guards = [run.guard for run, _ in own]
         if any(map(_lacks_package, guards)):
             continue
-        if episode.frame_count == 0 and guards[0].gap_method is None and guards[0].reason is None:
-            oddities.add(name, AnswerWatch(), ["has no gap_method and so no row"])
+        whole = guards[0].reason is None
+        if whole and frame_count == 0 and guards[0].gap_method is None:
+            result.oddities[name, "has no gap_method and so no row"] += 1
             continue
         scores = [
             (run.repeat, score)
@@ -260,20 +300,25 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
         ]
         if controller_failed_at is not None:
             scores.append((0, Score(CONTROLLER_FAILED_AT, float(controller_failed_at))))
-        made = _blocks(job, own[0][0], scores, episode.frame_count, seconds)
-        if not made and guards[0].reason is None:
+        made = _blocks(job, name, scores, frame_count, seconds)
+        if whole and not made:
             unusable = f"{job.episode.preset}: expected tracks that are long enough for gaps, got none that is"
-        blocks += made
-        silent[name] += sum(guard.silent_frames for guard in guards if guard.reason is None)
-    return JobResult(job.name, blocks, live.failures(), silent, oddities, unusable)
+        result.blocks.extend(made)
+        result.silent[name] += sum(guard.silent_frames for guard in guards if guard.reason is None)
+    return replace(result, failures=live.failures(), unusable=unusable)
+
+
+def _lacks_package(guard: Guard) -> bool:
+    """Return whether a tracker could not begin, as a package is not installed: that is no figure of the method."""
+    return guard.failed_at_frame == 0 and issubclass(guard.error or type(None), ModuleNotFoundError)
 
 
 def _blocks(
-    job: Job, run: TrackerRun, scores: Sequence[tuple[int, Score]], frame_count: int, seconds: float
+    job: Job, tracker: str, scores: Sequence[tuple[int, Score]], frame_count: int, seconds: float
 ) -> list[list[Row]]:
     """Return the rows of a tracker's scores: a block, or one for each block of time of a recording."""
-    heading = heading_of(job, run.name)
-    ending = {"seconds": seconds, "editions": job.editions.get(run.name, {})}
+    heading = heading_of(job, tracker)
+    ending = {"seconds": seconds, "editions": job.editions.get(tracker, {})}
     if frame_count:
         return [block_of(job.suite, heading, scores, frame_count, ending)]
     of_time: dict[TimeBlock, list[tuple[int, Score]]] = {}
@@ -304,21 +349,6 @@ def block_of(
         }
         for repeat, score in (*scores, (0, Score(LAST_METRIC, float(frame_count))))
     ]
-
-
-def _lacks_package(guard: Guard) -> bool:
-    """Return whether a tracker could not begin, as a package is not installed: that is no figure of the method."""
-    return guard.failed_at_frame == 0 and issubclass(guard.error or type(None), ModuleNotFoundError)
-
-
-def _left_running(live: OpenJob) -> Oddities:
-    """Return what was odd about the trackers of a closed episode."""
-    found = Oddities()
-    for each in live.runs:
-        found.add(each.name, each.guard.watch, each.guard.left)
-    if live.controller is not None and live.job.episode.steering is not None:
-        found.add(live.job.episode.steering.name, AnswerWatch(), live.controller.left)
-    return found
 
 
 def heading_of(job: Job, tracker: str, controller_role: str | None = None) -> Row:

@@ -7,11 +7,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.contract.text import counted
 from benchmarks.run.failures import Failure
@@ -19,66 +18,25 @@ from scenarios.scenario import Frame
 from trackers.types import Answer, Estimate, Track
 
 _BOXES = "boxes are x_min, y_min, x_max, y_max in pixels of the picture"
-_SHOWN_FROM: Mapping[str, tuple[float, str]] = {
-    "no depth": (0.0, "{n} of {m} tracks have no depth_m, which this suite needs; CONTRIBUTING.md says what else"),
-    "new identities": (
-        0.9,
-        "in {n} of {m} pictures all identities are new; a target keeps its own from picture to picture",
-    ),
-    "fractions": (0.5, f"in {{n}} of {{m}} pictures the estimate lies in its first pixel, from 0 to 1; {_BOXES}"),
-    "apart": (0.5, f"in {{n}} of {{m}} pictures the position lies outside its box; {_BOXES}"),
-    "outside": (0.99, f"in {{n}} of {{m}} pictures the estimate lies outside the picture; {_BOXES}"),
+_ODDITIES: Mapping[str, tuple[float, str]] = {
+    "no depth": (0.0, "gives tracks without depth_m, which this suite needs; CONTRIBUTING.md says what else"),
+    "new identities": (0.9, "gives all targets new identities; a target keeps its own from picture to picture"),
+    "fractions": (0.5, f"answers in the picture's first pixel, from 0 to 1; {_BOXES}"),
+    "apart": (0.5, f"answers with positions outside their boxes; {_BOXES}"),
+    "outside": (0.99, f"answers outside the picture; {_BOXES}"),
 }
-"""Oddity -> share of pictures, or tracks, beyond which it is told, and the words. A picture counts where all of its
-tracks are odd."""
+"""Oddity -> share of pictures beyond which it is told, and the words. A picture is odd if all of its tracks are; one
+without a depth, if any is."""
 _FEWEST = 5
-"""Pictures, or tracks, that say something."""
-
-
-@dataclass
-class Oddities:
-    """Numbers of odd answers.
-
-    Attributes:
-        odd: (tracker, oddity) -> number of pictures or tracks. of: the same -> of how many.
-        told: (tracker, what else it did or lacks) -> number of episodes.
-    """
-
-    odd: Counter[tuple[str, str]] = field(default_factory=Counter)
-    of: Counter[tuple[str, str]] = field(default_factory=Counter)
-    told: Counter[tuple[str, str]] = field(default_factory=Counter)
-
-    def __add__(self, other: Oddities) -> Oddities:
-        return Oddities(self.odd + other.odd, self.of + other.of, self.told + other.told)
-
-    def add(self, name: str, watch: AnswerWatch, told: Sequence[str]) -> None:
-        """Add what one episode has shown of a tracker; ``told``: what else, in words, e.g. what it left running."""
-        self.odd.update({(name, oddity): number for oddity, number in watch.odd.items()})
-        self.of.update({(name, oddity): number for oddity, number in watch.of.items()})
-        self.told.update((name, what) for what in told)
-
-    def in_words(self) -> Iterator[str]:
-        """Yield a line for each tracker and oddity."""
-        for (name, oddity), m in self.of.items():
-            share, words = _SHOWN_FROM[oddity]
-            n = self.odd[name, oddity]
-            if m >= _FEWEST and n > share * m:
-                yield f"{name}: {words.format(n=f'{n:,}', m=f'{m:,}')}"
-        for (name, what), n in self.told.items():
-            yield f"{name} {what}, in {counted(n, 'episode')}"
+"""Pictures that say something."""
 
 
 class AnswerWatch:
-    """Counts the odd answers of one tracker.
-
-    Attributes:
-        odd, of: oddity -> number, see ``Oddities``.
-    """
+    """Counts the odd answers of one tracker in one episode."""
 
     def __init__(self, needs_depth: bool = False) -> None:
         """``needs_depth``: whether tracks without a depth score nothing."""
-        self.odd: Counter[str] = Counter()
-        self.of: Counter[str] = Counter()
+        self._odd, self._of = Counter[str](), Counter[str]()
         self._needs_depth = needs_depth
         self._before: frozenset[int] = frozenset()
 
@@ -90,32 +48,31 @@ class AnswerWatch:
             self._see_tracks(answer)
             estimates = [track.estimate for track in answer]
         answered = [each for each in estimates if not np.isnan(each.position_px).any()]
-        if answered:
-            size_px = np.array([frame.observation.camera.width_px, frame.observation.camera.height_px])
-            self._see_places(answered, size_px)
+        if not answered:
+            return
+        places, camera = np.array([each.position_px for each in answered]), frame.observation.camera
+        self._count("outside", ((places < 0) | (places > (camera.width_px, camera.height_px))).any(axis=1).all())
+        self._count("fractions", ((places >= 0) & (places <= 1)).all())
+        boxed = np.array([(*each.position_px, *each.box_xyxy) for each in answered if each.box_xyxy is not None])
+        if len(boxed):
+            self._count("apart", ((boxed[:, :2] < boxed[:, 2:4]) | (boxed[:, :2] > boxed[:, 4:])).any(axis=1).all())
 
     def _see_tracks(self, tracks: Sequence[Track]) -> None:
         identities = frozenset(track.identity for track in tracks)
         if self._before and identities:
             self._count("new identities", identities.isdisjoint(self._before))
         self._before = identities
-        if self._needs_depth:
-            self.of["no depth"] += len(tracks)
-            self.odd["no depth"] += sum(track.estimate.depth_m is None for track in tracks)
+        if self._needs_depth and tracks:
+            self._count("no depth", any(track.estimate.depth_m is None for track in tracks))
 
-    def _see_places(self, answered: Sequence[Estimate], size_px: NDArray[np.int64]) -> None:
-        places = np.array([each.position_px for each in answered])
-        boxed = [each for each in answered if each.box_xyxy is not None]
-        self._count("outside", bool(((places < 0) | (places > size_px)).any(axis=1).all()))
-        self._count("fractions", bool(((places >= 0) & (places <= 1)).all()))
-        if boxed:
-            boxes = np.array([each.box_xyxy for each in boxed])
-            middles = np.array([each.position_px for each in boxed])
-            self._count("apart", bool(((middles < boxes[:, :2]) | (middles > boxes[:, 2:])).any(axis=1).all()))
+    def _count(self, oddity: str, is_odd: bool | np.bool_) -> None:
+        self._of[oddity] += 1
+        self._odd[oddity] += bool(is_odd)
 
-    def _count(self, oddity: str, is_odd: bool) -> None:
-        self.of[oddity] += 1
-        self.odd[oddity] += is_odd
+    def in_words(self) -> list[str]:
+        """Return what is odd about most answers."""
+        known = ((words, self._odd[oddity], share, self._of[oddity]) for oddity, (share, words) in _ODDITIES.items())
+        return [words for words, odd, share, of in known if of >= _FEWEST and odd > share * of]
 
 
 WHY_MOVED = "rows of other editions or of a stopped run, or ones that a second run in the folder has made too"
@@ -134,7 +91,8 @@ class Outcome:
         summary: the list of ``summary.json``.
         failures: of trackers and controllers, also in episodes that existed already.
         silent: tracker → number of frames without an answer, in the episodes that were run.
-        oddities: of the answers in these episodes, which may be why a tracker does not score.
+        oddities: (tracker, what is odd about it in these episodes) → number of episodes; it may be why a tracker does
+            not score.
         episodes: number of (tracker, episode) pairs that were run; ``resumed``: those that existed already.
         moved: messages about rows that were moved to another file.
         unusable: messages about real recordings that could not be used and have no rows.
@@ -143,7 +101,7 @@ class Outcome:
     summary: list[dict[str, Any]] = field(default_factory=list, repr=False)
     failures: list[Failure] = field(default_factory=list)
     silent: Counter[str] = field(default_factory=Counter)
-    oddities: Oddities = field(default_factory=Oddities)
+    oddities: Counter[tuple[str, str]] = field(default_factory=Counter)
     episodes: int = 0
     resumed: int = 0
     moved: list[str] = field(default_factory=list)
@@ -156,11 +114,8 @@ class Outcome:
 
     def followed_by(self, later: Outcome) -> Outcome:
         """Return this result joined with that of a later run into the same folder."""
-        failures, moved = [*self.failures, *later.failures], [*self.moved, *later.moved]
-        episodes, resumed = self.episodes + later.episodes, self.resumed + later.resumed
-        silent, oddities = self.silent + later.silent, self.oddities + later.oddities
-        unusable = [*self.unusable, *later.unusable]
-        return Outcome(later.summary, failures, silent, oddities, episodes, resumed, moved, unusable)
+        both = {each.name: getattr(self, each.name) + getattr(later, each.name) for each in fields(self)}
+        return Outcome(**both | {"summary": later.summary})
 
     def problems_in_words(self, silence: str) -> Iterator[str]:
         """Yield a line for moved rows and, once for each tracker, for failures and what is odd about answers."""
@@ -182,6 +137,6 @@ class Outcome:
         ``silence``: what a frame without an answer counts as.
         """
         for name, frames in self.silent.items():
-            if frames:
-                yield f"{name} gave no answer (NaN) on {frames} frames; each counts as {silence}"
-        yield from self.oddities.in_words()
+            yield f"{name} gave no answer (NaN) on {frames} frames; each counts as {silence}"
+        for (name, what), count in self.oddities.items():
+            yield f"{name} {what}, in {counted(count, 'episode')}"

@@ -6,38 +6,27 @@ writeable. A copy costs a tenth of a millisecond for a picture of 640 x 480 pixe
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-_Input = TypeVar("_Input")
-
 COPY_IT = "inputs are read-only: change a copy, image = observation.image_rgb.copy()"
 
 
-def own(value: _Input) -> _Input:
+def own(value: Any) -> Any:
     """Return a copy of what trackers are given, e.g. an ``Observation`` or a ``Start``; its arrays are read-only.
 
     Objects and tuples in it are copied too. Arrays keep their layout, on which the last digit of a sum may depend.
     """
-    return _own(value)  # type: ignore[no-any-return]
-
-
-def check_unchanged(given: Any, now: Any, name: str) -> None:
-    """Raise ValueError, naming the field, if a copy ``now`` is not what was ``given`` any more. ``name``: of both."""
-    if (changed := _first_change(given, now, name)) is not None:
-        raise ValueError(f"{changed}: expected it as it was given, got it changed; {COPY_IT}")
-
-
-def _own(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return _own_array(value)
     if isinstance(value, tuple | list):
-        return tuple(map(_own, value))
+        return tuple(map(own, value))
     if is_dataclass(value) and not isinstance(value, type):
-        return replace(value, **{each.name: _own(getattr(value, each.name)) for each in fields(value)})
+        return replace(value, **{each.name: own(getattr(value, each.name)) for each in fields(value)})
     return value
 
 
@@ -54,19 +43,27 @@ def _own_array(array: NDArray[Any]) -> NDArray[Any]:
     return copied
 
 
-def _first_change(given: Any, now: Any, name: str) -> str | None:
-    """Return the path of the first field that differs, None if there is none."""
-    if given is now:
-        return None
-    if type(given) is not type(now) and not isinstance(given, list):
-        return name
-    if isinstance(given, np.ndarray):
-        same = given.dtype == now.dtype and np.array_equal(given, now, equal_nan=given.dtype.kind == "f")
-        return None if same else name
-    if isinstance(given, tuple | list):
-        parts = [(old, new, f"{name}[{k}]") for k, (old, new) in enumerate(zip(given, now, strict=True))]
-    elif is_dataclass(given):
-        parts = [(getattr(given, each.name), getattr(now, each.name), f"{name}.{each.name}") for each in fields(given)]
+def check_unchanged(given: Any, now: Any, name: str) -> None:
+    """Raise ValueError, naming the field, if a copy ``now`` is not what was ``given`` any more. ``name``: of both."""
+    values = dict(_values(now, name))
+    for place, value in _values(given, name):
+        if not _same(value, values.get(place)):
+            raise ValueError(f"{place}: expected it as it was given, got it changed; {COPY_IT}")
+
+
+def _values(value: Any, name: str) -> Iterator[tuple[str, Any]]:
+    """Yield the arrays, numbers and texts in a value, each with its path."""
+    if isinstance(value, tuple | list):
+        for k, each in enumerate(value):
+            yield from _values(each, f"{name}[{k}]")
+    elif is_dataclass(value):
+        for field in fields(value):
+            yield from _values(getattr(value, field.name), f"{name}.{field.name}")
     else:
-        return None if given == now else name
-    return next((changed for part in parts if (changed := _first_change(*part)) is not None), None)
+        yield name, value
+
+
+def _same(given: Any, now: Any) -> bool:
+    if isinstance(given, np.ndarray) and isinstance(now, np.ndarray):
+        return given.dtype == now.dtype and np.array_equal(given, now, equal_nan=given.dtype.kind == "f")
+    return type(given) is type(now) and bool(given == now)

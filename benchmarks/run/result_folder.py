@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import itertools
 import os
 from collections.abc import Callable, Collection, Iterator, Sequence
@@ -39,16 +40,11 @@ def check_file(file: Path, parameter: str) -> None:
 def alone_in(folder: Path, parameter: str = "out") -> Iterator[None]:
     """Hold a folder while the context lasts; the system lets go of it when the process ends, however that is.
 
-    Windows, and network disks without such locks, hold nothing.
+    Network disks without such locks hold nothing.
 
     Raises:
         ValueError: if another process, or another thread of this one, holds it.
     """
-    if os.name == "nt":
-        yield
-        return
-    import fcntl
-
     held = os.open(folder, os.O_RDONLY)
     try:
         try:

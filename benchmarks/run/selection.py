@@ -5,8 +5,7 @@ from __future__ import annotations
 import importlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any, cast, get_args
+from typing import Any, NamedTuple, cast, get_args
 
 import numpy as np
 
@@ -120,14 +119,6 @@ def default_controllers(scenario: Scenario, *, variants: bool = False) -> tuple[
     return tuple(name for name, entry in known.items() if variants or entry.role != "variant")
 
 
-def controllers_of(suite: Suite, scenario: Scenario) -> tuple[str, ...]:
-    """Return the names of the controllers of a suite, with ``SET_PATH`` where a set path is a choice."""
-    steering = tuple(catalogue.controllers(scenario.carrier.name))
-    if suite.judges_controllers:
-        return steering
-    return (SET_PATH,) if suite.controller is None else (SET_PATH, *steering)
-
-
 def check_renderer(name: str) -> RendererName:
     """Return a renderer's name. Raises ValueError for an unknown one."""
     check_choice("renderer", name, get_args(RendererName))
@@ -171,7 +162,8 @@ def experiment_on(
     for name in controllers or ():
         _check_controller(judged, scene, name)
     check_choice("link", link, LINKS)
-    chosen = trackers if isinstance(trackers, Mapping) else _trackers_named(judged, scene, trackers, how)
+    if not isinstance(trackers, Mapping):
+        trackers = {name: _tracker_of(judged, scene, name, bool(how.get("modules"))) for name in trackers}
     drawn = check_renderer(renderer)
     check("seeds", 0 <= seeds.start < seeds.stop, "A:B with 0 <= A < B", f"{seeds.start}:{seeds.stop}")
     kinds = [
@@ -179,7 +171,7 @@ def experiment_on(
         for name, preset in presets.items()
         for steering in _steering(judged, scene, preset, controllers, link)
     ]
-    return Experiment(judged, Grid(kinds, seeds), chosen, **how)
+    return Experiment(judged, Grid(kinds, seeds), trackers, **how)
 
 
 def job_on(
@@ -224,10 +216,13 @@ def job_of(row: Row, seed: int) -> Job:
 
 def _check_controller(suite: Suite, scenario: Scenario, name: str) -> None:
     """Raise ValueError for an unknown controller, or a file without a usable policy."""
+    carrier = scenario.carrier.name
     if name.startswith(catalogue.POLICY) and suite.controller is not None:
-        catalogue.controller_entry(name, scenario.carrier.name)
-    else:
-        check_choice("controllers", name, controllers_of(suite, scenario), why=catalogue.steers_instead(name))
+        catalogue.controller_entry(name, carrier)
+        return
+    on_set_path = () if suite.judges_controllers else (SET_PATH,)
+    steering = () if suite.controller is None else tuple(catalogue.controllers(carrier))
+    check_choice("controllers", name, on_set_path + steering, why=catalogue.steers_instead(name))
 
 
 def _steering(
@@ -243,12 +238,6 @@ def _steering(
     return [None if name == SET_PATH else Steering(name, *how) for name in controllers]
 
 
-def _trackers_named(
-    suite: Suite, scenario: Scenario, names: Sequence[str], how: Mapping[str, Any]
-) -> dict[str, TrackerSpec]:
-    return {name: _tracker_of(suite, scenario, name, bool(how.get("modules"))) for name in names}
-
-
 def _tracker_of(suite: Suite, scenario: Scenario, name: str, own_modules: bool) -> TrackerSpec:
     """Return a tracker that may take part. Raises ValueError for another name."""
     scene = suite.scene(scenario.id)
@@ -258,7 +247,7 @@ def _tracker_of(suite: Suite, scenario: Scenario, name: str, own_modules: bool) 
         if name in expected:
             return expected[name]
         known = trackers_of()
-        whose = f", which is of suite {_suites_in_words(known[name].suites)}" if name in known else ""
+        whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
         if not (whose or own_modules):
             whose = suggestion(name, expected) + f"{registry.OWN_NEEDS_MODULE} (--modules; in Python modules=)"
         check_choice("trackers", name, expected, why=whose)
@@ -268,28 +257,7 @@ def _tracker_of(suite: Suite, scenario: Scenario, name: str, own_modules: bool) 
     return registered(entry)
 
 
-def _suites_in_words(wanted: Sequence[str]) -> str:
-    """Return the names of a tracker's suites, which a user may have misspelt."""
-    return ", ".join(name if name in suites() else f"{name} (there is no such suite)" for name in wanted)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Selection:
-    """Names that a user gives.
-
-    Attributes:
-        scenarios: () = all of the suite. presets: () = each scenario's default.
-        trackers: () = the scenario's. controllers: () = all where they compete.
-    """
-
-    scenarios: tuple[str, ...] = ()
-    presets: tuple[str, ...] = ()
-    trackers: tuple[str, ...] = ()
-    controllers: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(NamedTuple):
     """What runs in one scenario, by names.
 
     Attributes:
@@ -303,74 +271,77 @@ class Choice:
     controllers: tuple[str, ...]
 
 
-def choices(suite: Suite, selection: Selection, *, variants: bool, absent: bool = False) -> list[Choice]:
-    """Return what runs, scenario by scenario.
+def choices(
+    suite: Suite,
+    *,
+    scenarios: Sequence[str] = (),
+    presets: Sequence[str] = (),
+    trackers: Sequence[str] = (),
+    controllers: Sequence[str] = (),
+    variants: bool,
+) -> list[Choice]:
+    """Return what runs, scenario by scenario, of the names that a user gives.
 
     Each scenario gets the given names that it knows; a scenario that knows none is left out. A name that no scenario
     knows goes to the first one, which refuses it.
 
     Args:
-        variants: whether ablations are included by default. absent: whether trackers that are not installed are, too.
+        scenarios: () = all of the suite. presets: () = each scenario's default.
+        trackers: () = the scenario's. controllers: () = all where they compete.
+        variants: whether ablations are included by default.
 
     Raises:
         ValueError: for scenarios that the suite does not have.
     """
-    scenes = _scenes(suite, selection.scenarios, selection.presets)
-    several = len(scenes) > 1
-    among = [trackers_in(suite, scene).__contains__ for scene in scenes] if several else []
-    tracking = _shared(selection.trackers, among)
-    driving = _shared(selection.controllers, [partial(_steers, scene) for scene in scenes] if several else [])
-    found = []
-    for (scene, shown), watching, commanding in zip(scenes.items(), tracking, driving, strict=True):
-        if (selection.trackers and not watching) or (selection.controllers and not commanding):
-            continue
-        scenario = catalog.scenario(scene.scenario)
-        controllers = default_controllers(scenario, variants=variants) if suite.judges_controllers else ()
-        found.append(
-            Choice(
-                scenario.id,
-                shown,
-                watching or scene.trackers or _default_trackers(suite, scene, variants, absent),
-                commanding or controllers,
-            )
-        )
-    if not found:
-        wanted = f"some that {', '.join(selection.controllers)} can steer by"
-        raise ValueError(f"trackers: expected {wanted}, got {', '.join(selection.trackers)}")
-    return found
-
-
-def _scenes(suite: Suite, scenarios: Sequence[str], presets: Sequence[str]) -> dict[Scene, tuple[str, ...]]:
-    """Return the scenes, each with its presets."""
-    given = [catalog.id_of(name) for name in scenarios]
     latest = [catalog.id_of(scene.scenario) for scene in suite.scenes]
+    given = [catalog.id_of(name) for name in scenarios]
     for name in given:
         if not suite.is_about(name):
             check_choice("scenario", name, latest)
-    chosen = [replace(suite.scene(name), scenario=name) for name in given or latest]
-    if not presets:
-        return {scene: (scene.preset or suite.preset,) for scene in chosen}
-    known = [partial(_has_preset, scene.scenario) for scene in chosen] if len(chosen) > 1 else []
-    return {scene: share for scene, share in zip(chosen, _shared(presets, known), strict=True) if share}
+    scenes = [replace(suite.scene(name), scenario=name) for name in given or latest]
+    shown: list[tuple[str, ...]] = [(scene.preset or suite.preset,) for scene in scenes]
+    if presets:
+        shown = _shared(presets, scenes, lambda scene, name: name in catalog.scenario(scene.scenario).presets)
+        scenes = [scene for scene, share in zip(scenes, shown, strict=True) if share]
+    found = []
+    for scene, its_presets, its_trackers, its_controllers in zip(
+        scenes,
+        filter(None, shown),
+        _shared(trackers, scenes, lambda scene, name: name in trackers_in(suite, scene)),
+        _shared(controllers, scenes, _steers),
+        strict=True,
+    ):
+        if (trackers and not its_trackers) or (controllers and not its_controllers):
+            continue
+        scenario = catalog.scenario(scene.scenario)
+        if suite.judges_controllers:
+            its_controllers = its_controllers or default_controllers(scenario, variants=variants)
+        its_trackers = (
+            its_trackers
+            or scene.trackers
+            or tuple(
+                name
+                for name, each in trackers_in(suite, scene).items()
+                if not each.missing() and (variants or each.role != "variant")
+            )
+        )
+        found.append(Choice(scenario.id, its_presets, its_trackers, its_controllers))
+    check("trackers", bool(found), f"some that {', '.join(controllers)} can steer by", ", ".join(trackers))
+    return found
 
 
-def _has_preset(scenario: str, preset: str) -> bool:
-    return preset in catalog.scenario(scenario).presets
-
-
-def _shared(names: Sequence[str], known_by: Sequence[Callable[[str], bool]]) -> list[tuple[str, ...]]:
-    """Return for each scene the names that it knows; the first scene also gets names that none knows.
-
-    ``known_by``: empty for a single scene.
-    """
-    if not known_by:
+def _shared(
+    names: Sequence[str], scenes: Sequence[Scene], knows: Callable[[Scene, str], bool]
+) -> list[tuple[str, ...]]:
+    """Return for each scene the names that it knows; the first scene also gets names that none knows."""
+    if len(scenes) == 1:
         return [tuple(names)]
-    shares: list[list[str]] = [[] for _ in known_by]
-    for name in names:
-        knowing = [share for share, knows in zip(shares, known_by, strict=True) if knows(name)]
-        for share in knowing or shares[:1]:
-            share.append(name)
-    return [tuple(share) for share in shares]
+    known = {(scene, name) for scene in scenes for name in names if knows(scene, name)}
+    unknown = [name for name in names if not any((scene, name) in known for scene in scenes)]
+    return [
+        tuple(name for name in names if (scene, name) in known or (scene is scenes[0] and name in unknown))
+        for scene in scenes
+    ]
 
 
 def _steers(scene: Scene, name: str) -> bool:
@@ -379,9 +350,3 @@ def _steers(scene: Scene, name: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _default_trackers(suite: Suite, scene: Scene, variants: bool, absent: bool) -> tuple[str, ...]:
-    """Return a scene's trackers, those that need what is not installed only if ``absent``."""
-    known = {name: each for name, each in trackers_in(suite, scene).items() if absent or not each.missing()}
-    return tuple(name for name, each in known.items() if variants or each.role != "variant")

@@ -21,10 +21,8 @@ from typing import NamedTuple
 
 from numba.core import event
 
-_CLOCKS = tuple(
-    getattr(signal, name) for name in ("ITIMER_PROF", "ITIMER_REAL", "ITIMER_VIRTUAL") if hasattr(signal, name)
-)
-"""Alarm clocks of CPU time, wall time and CPU time outside of the system; Windows has none."""
+_CLOCKS = (signal.ITIMER_PROF, signal.ITIMER_REAL, signal.ITIMER_VIRTUAL)
+"""Alarm clocks of CPU time, wall time and CPU time outside of the system."""
 WALL = 10.0
 """Limit of wall time over that of CPU time: for what sleeps or waits for ever, not for what waits for a busy core."""
 _DEAF = 3
@@ -91,8 +89,8 @@ def at_most(limit_s: float) -> Iterator[Stopwatch]:
     """Raise TooSlow after ``limit_s`` > 0 seconds of CPU time of the process, or ten times that of wall time.
 
     Code that never returns to Python, or goes on all the same, is ended after three times these limits, with its
-    process. Not nested: there is one alarm clock of each kind. Alarms reach the main thread alone: in another one, and
-    on a system without them, nothing is stopped, which is told.
+    process. Not nested: there is one alarm clock of each kind. Alarms reach the main thread alone: in another one
+    nothing is stopped, which is told.
     """
     calls = 0
 
@@ -125,7 +123,7 @@ def at_most(limit_s: float) -> Iterator[Stopwatch]:
 @cache
 def _tell_without_limit() -> None:
     """Say once a process that nothing is stopped."""
-    print("note: trackers have no time limit here, which needs the main thread and alarm clocks", file=sys.stderr)
+    print("note: trackers have no time limit here, which needs the main thread", file=sys.stderr)
 
 
 def _now() -> Taken:

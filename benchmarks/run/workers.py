@@ -12,8 +12,7 @@ import joblib
 import numpy as np
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
-from benchmarks.run.jobs import Job, JobResult, run_job
-from benchmarks.run.notes import read_note
+from benchmarks.run.jobs import Job, JobResult, read_note, run_job
 from benchmarks.run.own_modules import load_modules
 from sim.checks import check
 

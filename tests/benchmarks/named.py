@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.run.experiment import Experiment, run
-from benchmarks.run.keeping import Keeper
+from benchmarks.run.jobs import Keeper
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.selection import experiment_on

@@ -85,6 +85,19 @@ def test_one_that_does_not_revise_leaves_nothing(episode: YardEpisode) -> None:
     assert GuardedTracker(lambda: FromPictures(FakeTracker()), 60.0).ending() == Ending()
 
 
+def test_one_that_saw_no_picture_has_none_to_revise_and_bridges_gaps_all_the_same() -> None:
+    """As on tracks, on which its answers are never asked for."""
+
+    class Asked(Bridges):
+        def revised(self) -> Any:
+            raise AttributeError("it has not begun")
+
+    guard = GuardedTracker(lambda: ManyFromPictures(Asked()), 60.0, many=True)
+    ending = guard.ending()
+    assert (guard.reason, ending.failed_at_frame, ending.revised) == (None, None, None)
+    assert ending.new_gap_method is not None
+
+
 def late(seen: int) -> list[list[Track]]:
     time.sleep(60.0)
     return [[]] * seen

@@ -88,7 +88,7 @@ class KeepingJudge:
 
 @dataclass(frozen=True)
 class Estimates:
-    """Keeps all answers of a run as tables, see ``benchmarks.run.keeping.Keeper``."""
+    """Keeps all answers of a run as tables, see ``benchmarks.run.jobs.Keeper``."""
 
     def judge(self, judge: Judge) -> KeepingJudge:
         """See ``Keeper``."""

@@ -154,10 +154,7 @@ def test_a_users_module_is_known_by_its_content_and_not_by_how_it_is_written(own
     before, text = own_code(own.stem), own.read_text()
     assert before
     for change in (
-        ('"""A tracker."""', '"""A better text."""'),
-        ('    """Return it."""\n', ""),
         ("  # Twice.", "  # Two times."),
-        ("import math\n", "import cmath\nimport json\n"),
         ("GAIN * value", "(GAIN\n        * value)"),
     ):
         assert text.count(change[0]) == 1
@@ -171,29 +168,6 @@ def test_what_a_users_module_imports_and_reads_is_part_of_it(own: Path) -> None:
     assert code_with(own, "weights.npz", "1") == before
     assert code_with(own, "another.npz", "1") == before
     assert code_with(own, "own_gain_model.py", "WEIGHTS = 'weights.npz'\nMORE = 1\n") != before
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "same"),
-    [
-        ("from scipy.ndimage import maximum_filter as f", "from scipy.ndimage import minimum_filter as f", False),
-        ("from cv2 import blur as f", "from scipy.ndimage import blur as f", False),
-        ("import numpy as f", "import cupy as f", False),
-        ("from numpy import *  # f", "from scipy import *  # f", False),
-        ("import numpy as f", "import numpy as g", True),
-        ("from numpy import fft as f", "import numpy.fft as g", True),
-        ("from own_gain_model import WEIGHTS as f", "from own_gain_model import WEIGHTS as g", True),
-        ("import trackers.sort as f", "import trackers.bytetrack as f", False),
-        ("from trackers.one import Model as f", "from trackers.two import Model as f", False),
-        ("import one as f, two as f", "import one as f, three as f", False),
-        ("import three as f, two as f", "import one as f, two as f", False),
-        ("import one as f, two as f", "import two as f, one as f", True),
-    ],
-)
-def test_what_an_import_brings_counts_and_not_its_name(own: Path, first: str, second: str, same: bool) -> None:
-    text = own.read_text()
-    before, after = (code_with(own, own.name, f"{text}{each}\nUSED = {each[-1]}\n") for each in (first, second))
-    assert (before == after) == same
 
 
 def test_a_package_and_its_data_and_what_is_imported_by_name_are_part_of_a_module(own: Path) -> None:

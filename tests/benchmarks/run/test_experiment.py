@@ -14,7 +14,7 @@ from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run import experiment
 from benchmarks.run.jobs import Job, run_job
 from benchmarks.run.outcome import Outcome
-from benchmarks.run.selection import SET_PATH, _suites_in_words, job_on, tracker_named
+from benchmarks.run.selection import SET_PATH, job_on, tracker_named
 from benchmarks.show.provenance import provenance
 from tests import fakes_scenario
 from tests.benchmarks.named import NamedExperiment as Experiment
@@ -136,19 +136,6 @@ def test_jobs_are_made_as_they_are_worked_at(tmp_path: Path, monkeypatch: pytest
         run(replace(TINY, seeds=range(1_000_000)), tmp_path, lambda done, of: shown.append((done, of)))
     assert shown == [(0, 2_000_000)]
     assert made == [0]
-
-
-def test_a_note_follows_no_link_and_lies_in_no_shared_folder(tmp_path: Path) -> None:
-    job = job_on("frame-out", "fake-town", "tiny", 0, ("fake_still",))
-    assert job.note_file is None
-    ours = replace(job, out=tmp_path)
-    assert ours.note_file is not None
-    ours.note_file.parent.mkdir()
-    (tmp_path / "precious").write_text("whole")
-    ours.note_file.symlink_to(tmp_path / "precious")
-    run_job(ours)
-    assert (tmp_path / "precious").read_text() == "whole"
-    assert list(ours.note_file.parent.iterdir()) == []
 
 
 @pytest.mark.heavy
@@ -273,7 +260,3 @@ def test_settings_that_are_tried_draw_the_numbers_of_their_tracker() -> None:
     assert errors[0] == errors[1]
     with pytest.raises(ValueError, match="fake_knowing: expected no parameter, got 'nix'"):
         tracker_named("fake_knowing", nix=1)
-
-
-def test_a_suite_that_does_not_exist_is_said_beside_the_name() -> None:
-    assert _suites_in_words(("frame-out", "framout")) == "frame-out, framout (there is no such suite)"

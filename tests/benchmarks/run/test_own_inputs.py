@@ -62,7 +62,7 @@ def test_nothing_in_a_copy_is_that_of_another() -> None:
         ("start.camera.focal_px", lambda mine: object.__setattr__(mine.camera, "focal_px", 0.0)),
         ("start.site.edge_m[1]", lambda mine: object.__setattr__(mine.site, "edge_m", (0.0, 2.0))),
         ("start.background[1].image_rgb", lambda mine: mine.background[1].image_rgb.base.__setitem__(3, 99)),
-        ("start.background[0].ego", lambda mine: object.__setattr__(mine.background[0], "ego", None)),
+        ("start.background[0].ego.T_world_camera", lambda mine: object.__setattr__(mine.background[0], "ego", None)),
     ],
 )
 def test_what_is_changed_is_named(path: str, change: Any) -> None:

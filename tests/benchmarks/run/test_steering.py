@@ -10,9 +10,8 @@ import pytest
 from benchmarks.contract.suite import suite
 from benchmarks.run.episodes import simulated
 from benchmarks.run.failures import ENDED_PROCESS
-from benchmarks.run.jobs import Job, run_job
-from benchmarks.run.notes import read_note
-from benchmarks.run.selection import Selection, choices, default_controllers, tracker_named
+from benchmarks.run.jobs import Job, read_note, run_job
+from benchmarks.run.selection import choices, default_controllers, tracker_named
 from scenarios import catalog
 from tests.benchmarks.run.fake_steering import NothingToSet, RaisingController
 from tests.fakes_scenario import FAKE_TOWN
@@ -23,7 +22,7 @@ from trackers.types import CameraCommand, Estimate, Observation
 
 def test_all_controllers_of_the_carrier_steer_by_default() -> None:
     scenario = "road-town-v2"
-    (choice,) = choices(suite("follow"), Selection(scenarios=(scenario,)), variants=False)
+    (choice,) = choices(suite("follow"), scenarios=(scenario,), variants=False)
     assert {"hold", "centre", "search", "reentry"} <= set(choice.controllers)
     assert choice.controllers == default_controllers(catalog.scenario(scenario))
 

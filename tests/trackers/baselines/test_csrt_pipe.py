@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.suite import suite
 from benchmarks.run.guards import GuardedTracker
-from benchmarks.run.selection import Selection, choices
+from benchmarks.run.selection import choices
 from benchmarks.run.time_limit import TooSlow, at_most
 from scenarios.loop import FromPictures
 from tests.benchmarks.fake_episode import FakeEpisode
@@ -200,10 +200,10 @@ def test_default_runs_take_it_where_its_interpreter_exists(tmp_path: Path, monke
             fake(tmp_path, monkeypatch)
         else:
             monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
-        [choice] = choices(frame_out, Selection(), variants=False)
+        [choice] = choices(frame_out, variants=False)
         assert ("opencv_csrt" in choice.trackers) == present
     monkeypatch.setenv(PYTHON_VARIABLE, str(tmp_path / "none"))
-    [choice] = choices(frame_out, Selection(trackers=("opencv_csrt",)), variants=False)
+    [choice] = choices(frame_out, trackers=("opencv_csrt",), variants=False)
     assert choice.trackers == ("opencv_csrt",)
 
 

@@ -132,13 +132,13 @@ def test_real_tracks_have_gaps_and_links(files: tuple[Path, list[Path]], capsys:
     ("words", "message"),
     [
         (["--real", "nothing.csv"], "real: expected files that exist, got 'nothing.csv'"),
-        (["--real", "x", "--preset", "quick"], "real: expected no scenario, preset or controller, got quick"),
+        (["--real", "x", "--preset", "quick"], "preset: expected none with --real, which runs no episodes, got"),
         (["--real", "x", "--workers", "-1"], "workers: expected a whole number >= 0, got -1"),
         (["--real", "x", "--layout", "otb"], "layout: expected none but with --real and a suite that judges pictures"),
         (["--real", "x", "--limit-s", "0"], "limit_s: expected a number of seconds > 0, got 0"),
-        (["--real", "x", "--seeds", "0:3"], "seeds: expected none with --real, which runs no episodes, got '0:3'"),
-        (["--real", "x", "--renderer", "pybullet"], "renderer: expected none with --real"),
-        (["--real", "x", "--link", "noisy"], "link: expected none with --real"),
+        (["--real", "x", "--seeds", "0:3"], "seeds: expected none with --real, which runs no episodes, got range"),
+        (["--real", "x", "--renderer", "pybullet"], "renderer: expected raster with --real"),
+        (["--real", "x", "--link", "noisy"], "link: expected prompt, since suite fish knows no other"),
     ],
 )
 def test_wrong_arguments_are_named(
