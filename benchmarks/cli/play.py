@@ -16,6 +16,7 @@ from benchmarks.run.result_folder import make_folder
 from benchmarks.show.page import write_report
 from benchmarks.statistics.summary import write_summary
 from scenarios import catalog
+from scenarios.envs.settings import FollowSettings
 from sim.checks import check
 
 
@@ -57,9 +58,8 @@ class Play(WithModules):
         out = self.out or Path("results") / controllers_suite().name
         make_folder(out)
         scenario, usual = catalog.envs()[self.env]
-        preset, tracker = self.preset or catalog.env_preset(scenario), self.tracker or usual
-        asked = playing.Play(self.env, preset, tracker, self.link, self.seeds, out, self.zoom, self.modules)
-        if playing.play(asked) == 0:
+        settings = FollowSettings(scenario, self.tracker or usual, preset=self.preset or None, link=self.link)
+        if playing.play(settings, self.seeds, out, self.zoom, self.modules) == 0:
             print("no episode was played to its end with a key pressed")
             return 0
         print_leaderboard(write_summary(out))

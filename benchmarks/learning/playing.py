@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-import itertools
 import sys
 import time
-import warnings
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import cv2
-import gymnasium as gym
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.judging import Ending, Judge, ScoreSheet
+from benchmarks.contract.judging import Ending, ScoreSheet
 from benchmarks.contract.rows import HUMAN
 from benchmarks.contract.suite import controllers_suite
 from benchmarks.run.episodes import Steering, editions_of, simulated
 from benchmarks.run.jobs import Job, block_of, heading_of, take_in
+from benchmarks.run.packages import check_packages
 from benchmarks.run.result_folder import append_block
 from benchmarks.run.selection import tracker_named
 from benchmarks.show.video.drawing import draw_steered
-from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.view import open_display
+from scenarios.envs.settings import FollowSettings
+from scenarios.envs.view import Window, draw_place, open_display
+from scenarios.loop import Loop
 from trackers.types import BODY_COMMANDS, Carrier
 
 _KEYS = {
@@ -43,170 +41,106 @@ _TURNS_BY_SIDE = ("a", "d")
 """Keys that turn a carrier that moves as a whole, without sideways motion."""
 _SHARE_OF_A_HEAD = 0.25
 """Of a head's limits that a key commands: at all of it a narrow view is past the target within a frame or two."""
-_ESTIMATE_RGB = (230, 159, 0)
-_INSTALL = "pip install 'frameout[play]'"
-
-
-class _AllPlayed(Exception):
-    """No episode is left."""
-
-
-@dataclass(frozen=True)
-class Play:
-    """Settings of a play.
-
-    Attributes:
-        env: env id. preset, tracker, link: see ``FollowSettings``.
-        seeds: of the episodes.
-        out: folder for the rows.
-        zoom: of the picture on the screen. modules: users' own modules, which the rows name.
-    """
-
-    env: str
-    preset: str
-    tracker: str
-    link: str
-    seeds: range
-    out: Path
-    zoom: float = 1.0
-    modules: tuple[str, ...] = ()
 
 
 def check_screen() -> None:
     """Raise ValueError if pygame or a screen is missing."""
-    _pygame_play()
+    check_packages(["pygame"], "play")
     open_display("display")
 
 
-def play(played: Play) -> int:
+def play(settings: FollowSettings, seeds: range, out: Path, zoom: float = 1.0, modules: tuple[str, ...] = ()) -> int:
     """Open a window and play the episodes; return how many were played to their end with a key pressed.
+
+    Args:
+        settings: of the env; tracker and link by name.
+        out: folder for the rows. zoom: of the picture on the screen. modules: users' own, which the rows name.
 
     Raises:
         ValueError: see ``check_screen``.
     """
     check_screen()
-    pygame_play = _pygame_play()
-    env = gym.make(
-        f"scenarios:{played.env}",
-        preset=played.preset,
-        tracker=played.tracker,
-        link=played.link,
-        render_mode="rgb_array",
-        disable_env_checker=True,
+    env = FollowEnv(
+        settings.scenario, preset=settings.preset_name, tracker=settings.tracker, link=settings.link, action="command"
     )
-    recorded = _Recorded(env, played)
-    keys = {word: shares.astype(np.float32) for word, shares in key_combinations(recorded.carrier)}
+    window = Window(env.metadata["render_fps"])
+    held: set[int] = set()
+    finished = 0
     try:
-        noop = np.zeros(env.action_space.shape or (), np.float32)
-        pygame_play(recorded, fps=env.metadata["render_fps"], zoom=played.zoom, keys_to_action=keys, noop=noop)
-    except _AllPlayed:
-        pass
-    finally:
-        recorded.close()
-        _quit_pygame()
-    return recorded.finished
-
-
-def key_combinations(carrier: Carrier) -> Iterator[tuple[str, NDArray[np.float64]]]:
-    """Yield keys held together and their action (A,), each number 0 or a share of the limit with a sign."""
-    names = [axis.name for axis in carrier.axes]
-    pairs = [_KEYS[name] for name in names]
-    if "yaw_rate_rad_s" in names and "right_mps" not in names:
-        pairs[names.index("yaw_rate_rad_s")] = _TURNS_BY_SIDE
-    shares = np.array([1.0 if name in BODY_COMMANDS else _SHARE_OF_A_HEAD for name in names])
-    for signs in itertools.product((0, 1, -1), repeat=len(names)):
-        word = "".join(pair[0 if sign > 0 else 1] for pair, sign in zip(pairs, signs, strict=True) if sign)
-        if word:
-            yield word, shares * np.array(signs)
-
-
-class _Recorded(gym.Wrapper[Any, Any, Any, Any]):
-    """Plays one seed after the other and writes rows of every steered episode that ends.
-
-    Attributes:
-        finished: number of episodes with written rows.
-    """
-
-    def __init__(self, env: gym.Env[Any, Any], played: Play) -> None:
-        super().__init__(env)
-        unwrapped = env.unwrapped
-        assert isinstance(unwrapped, FollowEnv)
-        self._follow = unwrapped
-        self.carrier = unwrapped.carrier
-        self.finished = 0
-        self._played, self._left = played, list(played.seeds)
-        self._judge: Judge | None = None
-        self._sheet: ScoreSheet | None = None
-        self._started = 0.0
-        self._steered = False
-
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
-        """Begin the next seed's episode."""
-        if not self._left:
-            raise _AllPlayed
-        result = self.env.reset(seed=seed, options={"episode_seed": self._left[0]})
-        self._started, self._steered = time.perf_counter(), False
-        scenario = catalog.scenario(self._follow.settings.scenario)
-        self._judge = controllers_suite().judge(self._follow.episode.episode, scenario)
-        self._sheet = self._judge.sheet()
-        take_in(self._follow.episode, self._judge, [self._sheet])
-        return result
-
-    def step(self, action: Any) -> Any:
-        """Step, and pass the frame to the judge."""
-        result = self.env.step(action)
-        self._steered = self._steered or bool(np.any(action))
-        assert self._judge is not None
-        assert self._sheet is not None
-        take_in(self._follow.episode, self._judge, [self._sheet])
-        if result[2] or result[3]:
-            # Only now: an episode may be reset more than once before it is played.
-            seed = self._left.pop(0)
-            if self._steered:
-                self._write(seed)
+        for seed in seeds:
+            env.reset(options={"episode_seed": seed})
+            loop, suite, started = env.episode, controllers_suite(), time.perf_counter()
+            judge = suite.judge(loop.episode, simulated(settings.scenario, settings.preset_name, seed).scenario)
+            sheet, steered = judge.sheet(), False
+            take_in(loop, judge, [sheet])
+            while not loop.is_over:
+                window.show(_picture(loop, zoom))
+                if not _read_keys(held):
+                    return finished
+                action = action_of(env.carrier, held)
+                env.step(action)
+                take_in(loop, judge, [sheet])
+                steered = steered or bool(action.any())
+            if steered:
+                _write(settings, seed, loop, sheet, time.perf_counter() - started, out, modules)
+                finished += 1
             else:
                 print(f"note: episode {seed} is not scored: no key was pressed", file=sys.stderr)
-        return result
-
-    def render(self) -> Any:
-        """Return the picture (H, W, 3) that the tracker gets, with its estimate, and what a second camera looks at."""
-        episode = self._follow.episode
-        picture = episode.frame.observation.image_rgb.copy()
-        draw_steered(picture, episode.frame, 1.0)
-        place = np.asarray(episode.estimate.position_px, dtype=float)
-        if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
-            cv2.drawMarker(picture, [int(v) for v in np.rint(place)], _ESTIMATE_RGB, cv2.MARKER_CROSS, 15, 2)
-        return picture
-
-    def _write(self, seed: int) -> None:
-        episode, played = self._follow.episode, self._played
-        settings = self._follow.settings
-        suite = controllers_suite()
-        watched = simulated(settings.scenario, played.preset, seed, renderer=settings.renderer)
-        made = editions_of(suite, watched, tracker := tracker_named(played.tracker))
-        steering = Steering(HUMAN, watched.scenario.carrier.name, played.link)
-        job = Job(suite, replace(watched, steering=steering), {played.tracker: tracker}, played.modules)
-        ending = {"seconds": round(time.perf_counter() - self._started, 3), "editions": made}
-        heading = heading_of(job, played.tracker, controller_role="external")
-        assert self._sheet is not None
-        scores = [(0, score) for score in self._sheet.scores(Ending())]
-        append_block(played.out, block_of(suite, heading, scores, episode.frame.truth.frame + 1, ending))
-        self.finished += 1
+    finally:
+        env.close()
+        window.close()
+    return finished
 
 
-def _pygame_play() -> Any:
-    """Return Gymnasium's ``play``. Raises ValueError without pygame."""
-    try:
-        with warnings.catch_warnings():
-            # It warns without Tk, which only its unused curves need.
-            warnings.simplefilter("ignore")
-            from gymnasium.utils.play import play as gymnasium_play
-    except gym.error.DependencyNotInstalled:
-        raise ValueError(f"play: expected pygame to be installed ({_INSTALL}), got none") from None
-    return gymnasium_play
+def action_of(carrier: Carrier, held: set[int]) -> NDArray[np.float32]:
+    """Return the action (A,) of the keys that are held down, each number 0 or a share of the limit with a sign."""
+    names = [axis.name for axis in carrier.axes]
+    action = np.zeros(len(names), np.float32)
+    for k, name in enumerate(names):
+        turns_by_side = name == "yaw_rate_rad_s" and "right_mps" not in names
+        up, down = map(ord, _TURNS_BY_SIDE if turns_by_side else _KEYS[name])
+        action[k] = ((up in held) - (down in held)) * (1.0 if name in BODY_COMMANDS else _SHARE_OF_A_HEAD)
+    return action
 
 
-def _quit_pygame() -> None:
+def _read_keys(held: set[int]) -> bool:
+    """Bring the keys that are held down up to date; return False if the window is closed, or Escape is pressed."""
     import pygame
 
-    pygame.quit()
+    for event in pygame.event.get():
+        if event.type == pygame.QUIT or (event.type == pygame.KEYDOWN and event.key == pygame.K_ESCAPE):
+            return False
+        if event.type == pygame.KEYDOWN:
+            held.add(event.key)
+        elif event.type == pygame.KEYUP:
+            held.discard(event.key)
+    return True
+
+
+def _picture(loop: Loop, zoom: float) -> NDArray[np.uint8]:
+    """Return the picture (H, W, 3) that the tracker gets, with its estimate, and what a second camera looks at."""
+    picture = loop.frame.observation.image_rgb.copy()
+    draw_steered(picture, loop.frame, 1.0)
+    draw_place(picture, loop.estimate.position_px)
+    enlarged: Any = cv2.resize(picture, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_NEAREST)
+    return np.asarray(enlarged, np.uint8)
+
+
+def _write(
+    settings: FollowSettings,
+    seed: int,
+    loop: Loop,
+    sheet: ScoreSheet,
+    seconds: float,
+    out: Path,
+    modules: tuple[str, ...],
+) -> None:
+    """Write the rows of an episode."""
+    suite, tracker = controllers_suite(), tracker_named(settings.tracker)
+    episode = simulated(settings.scenario, settings.preset_name, seed, renderer=settings.renderer)
+    ending = {"seconds": round(seconds, 3), "editions": editions_of(suite, episode, tracker)}
+    steering = Steering(HUMAN, episode.scenario.carrier.name, str(settings.link))
+    job = Job(suite, replace(episode, steering=steering), {settings.tracker: tracker}, modules)
+    heading = heading_of(job, settings.tracker, controller_role="external")
+    scores = [(0, score) for score in sheet.scores(Ending())]
+    append_block(out, block_of(suite, heading, scores, loop.episode.frame_count, ending))

@@ -8,7 +8,7 @@ from typing import Any
 import cv2
 import gymnasium as gym
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from scenarios.loop import Loop
 from sim.native_stderr import native_stderr_discarded
@@ -31,10 +31,15 @@ def draw_view(loop: Loop, target: int) -> NDArray[np.uint8]:
     view[inside] = loop.frame.observation.image_rgb
     _rectangle(view, observed, _FRAME_RGB)
     _rectangle(view, truth.box_xyxy[target] + np.tile(margin, 2), _TRUE_RGB)
-    place = np.asarray(loop.estimate.position_px, dtype=float) + margin
-    if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
-        cv2.drawMarker(view, tuple(int(v) for v in np.rint(place)), _BELIEVED_RGB, cv2.MARKER_CROSS, 15, 2)
+    draw_place(view, loop.estimate.position_px + margin)
     return view
+
+
+def draw_place(picture: NDArray[np.uint8], place_px: ArrayLike) -> None:
+    """Draw an estimate's place, an orange cross; nothing if it is not finite, or far away."""
+    place = np.asarray(place_px, dtype=float)
+    if np.isfinite(place).all() and (np.abs(place) < 1e5).all():
+        cv2.drawMarker(picture, tuple(int(v) for v in np.rint(place)), _BELIEVED_RGB, cv2.MARKER_CROSS, 15, 2)
 
 
 def _rectangle(view: NDArray[np.uint8], box_xyxy: NDArray[Any], colour: tuple[int, int, int]) -> None:
