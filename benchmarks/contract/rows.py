@@ -85,7 +85,7 @@ tracker without a posterior in the episode; for others a frame without one is a 
 ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5 %, 5-10 % … of the
 posterior; flat = calibrated), ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``, ``precision_curve``
 and ``recall_curve`` (*series* over ``statistics.long_term.THRESHOLDS``), ``centre_error_px``, ``precision_20_px``,
-``success_auc``, ``success_curve`` (*series* over ``metrics.single_object.THRESHOLDS``), ``time_seen``, ``time_in_view``
+``success_auc``, ``success_curve`` (*series* over ``metrics.localisation.THRESHOLDS``), ``time_seen``, ``time_in_view``
 and ``losses_per_minute`` (closed loop only, see ``judges.view_time``), ``run_kept`` (1 if every frame-out that can be
 judged was kept), ``silent_frames``, the times (see ``judges.tracker_speed.times``), ``failed_at_frame`` (only if the
 tracker failed), ``frames``. For real sequences see ``frame_out.real``.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from benchmarks.contract.judging import Score
 from benchmarks.contract.suite import suite
 from benchmarks.judges import in_view, recovery
-from benchmarks.judges.frame_out.metrics import localisation, offscreen, posterior, single_object
+from benchmarks.judges.frame_out.metrics import localisation, posterior
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut, find_frame_outs
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
 from benchmarks.statistics import long_term
@@ -29,14 +29,12 @@ def score_episode(
         failed_at_frame: first frame of a failure, None without one; from there on every frame has the worst score,
             in-view detection included.
     """
-    frame_outs = find_frame_outs(truth)
-    on_target = localisation.on_target(truth, estimate)
+    on_target = localisation.on_object(truth, estimate)[:, truth.target]
     on_other = localisation.on_other(truth, estimate)
-    error_m = offscreen.ground_error_m(truth, estimate)
-    one_second = round(truth.rate_hz)
+    error_m = localisation.ground_error_m(truth, estimate)
     scores: list[Score] = []
-    for frame_out in frame_outs:
-        scores += recovery_scores(frame_out, on_target, on_other, one_second, closed_loop=closed_loop)
+    for frame_out in find_frame_outs(truth):
+        scores += recovery_scores(frame_out, on_target, on_other, round(truth.rate_hz), closed_loop=closed_loop)
         scores += errors_while_out(frame_out, error_m, on_target)
     scores += offscreen_scores(truth, estimate, error_m)
     scores += in_view_scores(truth, estimate, on_target, failed_at_frame)
@@ -88,7 +86,7 @@ def errors_while_out(
     """
     exit_frame, frames = frame_out.exit_frame, frame_out.length_frames
     had = bool(on_target[max(exit_frame - 1, 0) : exit_frame + 1].any())
-    by_frame_m = offscreen.error_by_frames_since_exit_m(error_m, frame_out)
+    by_frame_m = error_m[exit_frame : exit_frame + frames]
     yield Score("had", float(had), event=frame_out)
     for ending in ("_m", "_if_had_m") if had else ("_m",):
         yield Score(f"offscreen_error{ending}", float(by_frame_m.mean()), float(frames), frame_out)
@@ -111,7 +109,8 @@ def offscreen_scores(truth: TruthSeries, estimate: EstimateSeries, error_m: NDAr
     frames = float(out.sum())
     if frames == 0:
         return
-    yield Score("offscreen_error_car_lengths", float(error_m[out].mean()) / truth.car_length_m, frames)
+    car_length_m = float(truth.object_size_m[truth.target, 0])
+    yield Score("offscreen_error_car_lengths", float(error_m[out].mean()) / car_length_m, frames)
     judged = bool(estimate.has_posterior.any())
     weight = frames if judged else 0.0
     level = estimate.credible_level[out]
@@ -131,23 +130,22 @@ def in_view_scores(
 ) -> Iterator[Score]:
     """Yield the scores in pixels: the target's presence, VOT-LT's curves, and OTB's scores of the frames in view."""
     present, absent = in_view.present_and_absent(truth.state, truth.visible_fraction)
-    says = estimate.says_in_view(truth.size_px)
-    failed = in_view.failed_frames(truth.frame_count, failed_at_frame)
-    yield from in_view.oxuva_scores(present, absent, says, on_target, failed)
-
+    confidence = estimate.confidence(truth.size_px)
+    failed = in_view.failed_frames(len(present), failed_at_frame)
+    yield from in_view.oxuva_scores(present, absent, confidence >= 0.5, on_target, failed)
     iou = localisation.box_iou(estimate.box_xyxy, truth.box_xyxy[:, truth.target])
     visible = np.isin(truth.state, ("in", "partial"))
-    confidence = np.where(failed, 0.0, estimate.confidence_inside(truth.size_px))
     if visible.any():
-        precision, recall = long_term.precision_recall_curves(iou, confidence, visible)
+        # A position outside the picture predicts no box in it.
+        sure = np.where(estimate.inside(truth.size_px) & ~failed, confidence, 0.0)
+        precision, recall = long_term.precision_recall_curves(iou, sure, visible)
         yield Score("precision_curve", precision.tolist())
         yield Score("recall_curve", recall.tolist())
     if present.any():
         weight = float(present.sum())
-        target_px = truth.position_px[:, truth.target]
-        error_px = single_object.centre_error_px(estimate.position_px, target_px, truth.size_px)
-        curve = single_object.success_curve(iou[present])
-        yield Score("centre_error_px", float(error_px[present].mean()), weight)
-        yield Score("precision_20_px", single_object.precision_20_px(error_px[present]), weight)
-        yield Score("success_auc", single_object.success_auc(curve), weight)
+        error_px = localisation.centre_error_px(truth, estimate)[present]
+        curve = localisation.success_curve(iou[present])
+        yield Score("centre_error_px", float(error_px.mean()), weight)
+        yield Score("precision_20_px", float((error_px <= localisation.PRECISION_PX).mean()), weight)
+        yield Score("success_auc", float(curve.mean()), weight)
         yield Score("success_curve", curve.tolist(), weight)

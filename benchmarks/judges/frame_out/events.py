@@ -1,4 +1,4 @@
-"""Frame-outs, the events of their suite: their kinds, metrics that are compared, and a description of all of them."""
+"""Frame-outs, the events of their suite: their kinds, and a description of all of them."""
 
 from __future__ import annotations
 
@@ -9,32 +9,14 @@ from typing import Any
 from benchmarks.contract.suite import EventTest, EventWords
 from benchmarks.contract.text import counted, lengths_text
 
-_LENGTHS = (1, 16, 31, 61, 121, 1_000_000)
+_LENGTHS = (1, 16, 31, 61, 121)
 
 
-def _tests() -> dict[str, EventTest]:
-    tests: dict[str, EventTest] = {
-        "all": lambda frame_out: True,
-        "on the road": lambda frame_out: frame_out["kind"] == "road",
-        "off the road": lambda frame_out: frame_out["kind"] == "excursion",
-        "with a turn": lambda frame_out: bool(frame_out["turned"]),
-        "without a turn": lambda frame_out: frame_out["turned"] is False,
-        "longer than drawn": lambda frame_out: frame_out.get("long") is True,
-        "as long as drawn": lambda frame_out: frame_out.get("long") is False,
-    }
-    for side in ("left", "right", "top", "bottom"):
-        tests[f"left by the {side}"] = _is_by(side)
-    for low, high in pairwise(_LENGTHS):
-        name = f"{low} to {high - 1} frames" if high < _LENGTHS[-1] else f"{low} frames and more"
-        tests[name] = _lasts(low, high)
-    return tests
+def _is(name: str, value: Any) -> EventTest:
+    return lambda frame_out: bool(frame_out.get(name) == value)
 
 
-def _is_by(side: str) -> EventTest:
-    return lambda frame_out: bool(frame_out["side"] == side)
-
-
-def _lasts(low: int, high: int) -> EventTest:
+def _lasts(low: int, high: float) -> EventTest:
     return lambda frame_out: bool(low <= frame_out["length_frames"] < high)
 
 
@@ -57,6 +39,17 @@ def _describe(frame_outs: Sequence[dict[str, Any]]) -> str:
 EVENTS = EventWords(
     name="frame-outs",
     key="frame_out",
-    tests=_tests(),
+    tests={
+        "all": lambda frame_out: True,
+        "on the road": _is("kind", "road"),
+        "off the road": _is("kind", "excursion"),
+        "with a turn": _is("turned", True),
+        "without a turn": _is("turned", False),
+        "longer than drawn": _is("long", True),
+        "as long as drawn": _is("long", False),
+        **{f"left by the {side}": _is("side", side) for side in ("left", "right", "top", "bottom")},
+        **{f"{low} to {high - 1} frames": _lasts(low, high) for low, high in pairwise(_LENGTHS)},
+        f"{_LENGTHS[-1]} frames and more": _lasts(_LENGTHS[-1], float("inf")),
+    },
     describe=_describe,
 )

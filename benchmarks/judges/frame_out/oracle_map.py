@@ -7,12 +7,14 @@ whether the car leaves the road, cannot be known.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.judges.frame_out.oracle_routes import fan_of_routes
-from scenarios.loop import given
+from benchmarks.contract.tracker_spec import TrackerSpec
+from benchmarks.judges.frame_out.oracle_routes import RouteFan
+from scenarios.loop import LoopTracker, given
 from scenarios.road_town.plan import EXCURSION_ALONG_M, EXCURSION_ASIDE_M, STOP_S
 from scenarios.road_town.presets import STANDARD
 from scenarios.road_town.road_map import RoadMap
@@ -28,7 +30,7 @@ from scenarios.road_town.traffic import (
     STANDSTILL_GAP_M,
     TIME_GAP_S,
 )
-from scenarios.scenario import Frame
+from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.truth import Truth
 from sim.optics import project
 from trackers.kernels.particles import geometric_median
@@ -36,7 +38,7 @@ from trackers.types import Estimate, Start
 
 _HELD_UP_WITHIN_S = 4.0
 _PROPOSALS_PER_PARTICLE = 12
-_BRAKING_REACH_M = np.arange(0.0, 22.0, 2.0)
+_BRAKING_REACH_M = np.arange(0.0, 22.0, 2.0)[:, None]
 _RECENT_FRAMES = 5
 _MEDIAN_STEPS = 40
 
@@ -78,25 +80,15 @@ class OracleParameters:
     acceleration_sigma_mps2: float = 0.6
 
 
-@dataclass(eq=False)
-class _Guesses:
-    """K guesses of the car's further drive. Every array is (K,)."""
-
-    route: NDArray[np.int64]
-    arc_m: NDArray[np.float64]
-    speed_mps: NDArray[np.float64]
-    cruise_mps: NDArray[np.float64]
-    stop_at_m: NDArray[np.float64]
-    wait_s: NDArray[np.float64]
-    leave_m: NDArray[np.float64]
-    along_m: NDArray[np.float64]
-    aside_m: NDArray[np.float64]
-    held_up_in_s: NDArray[np.float64]
-    held_up_mps: NDArray[np.float64]
-    noise_mps2: NDArray[np.float64]
+class _Guesses(SimpleNamespace):
+    """K guesses of the car's further drive. Every attribute is an array (K,)."""
 
     def chosen(self, index: NDArray[np.int64]) -> _Guesses:
-        return _Guesses(*(getattr(self, name)[index] for name in self.__dataclass_fields__))
+        return _Guesses(**{name: values[index] for name, values in vars(self).items()})
+
+    def aside_share(self, arc_m: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the sideways share (..., K) of a way off the road at arc lengths (..., K)."""
+        return aside_share(arc_m, self.leave_m, self.along_m)
 
 
 class OracleMap:
@@ -111,9 +103,7 @@ class OracleMap:
 
     def __init__(self, parameters: OracleParameters, road_map: RoadMap, target: str, rng: np.random.Generator) -> None:
         """``target``: name of the car."""
-        self._parameters = parameters
-        self._map, self._target = road_map, target
-        self._rng = rng
+        self._parameters, self._map, self._target, self._rng = parameters, road_map, target, rng
         self._poses: list[NDArray[np.float64]] = []
         self._speeds: list[float] = []
         self._time_s = 0.0
@@ -140,7 +130,7 @@ class OracleMap:
         if self._guesses is None:
             # The state at the exit is that of the first frame outside.
             self._remember(truth)
-            self._fan = fan_of_routes(self._map, np.array(self._poses))
+            self._fan = RouteFan(self._map, np.array(self._poses))
             self._guesses = self._first_guesses(passed_s)
         else:
             self._drive(self._guesses, passed_s)
@@ -215,7 +205,7 @@ class OracleMap:
         """Return the intelligent driver model of the scenario: ``a = A (1 - (v / limit)^4 - (wanted gap / gap)^2)``."""
         limit = np.minimum(self._fan.limit_mps(guesses.route, guesses.arc_m), guesses.cruise_mps)
         if self._parameters.slows_off_road:
-            limit = np.minimum(limit, self._aside_limit_mps(guesses))
+            limit = np.minimum(limit, _aside_limit_mps(guesses))
         limit = np.where(guesses.held_up_in_s <= 0, np.minimum(limit, guesses.held_up_mps), limit)
         wanted_m = STANDSTILL_GAP_M + guesses.speed_mps * TIME_GAP_S
         free_m = np.maximum(guesses.stop_at_m - guesses.arc_m, 0.0) + STANDSTILL_GAP_M
@@ -225,26 +215,12 @@ class OracleMap:
     def _places(self, guesses: _Guesses) -> NDArray[np.float64]:
         place, heading = self._fan.at(guesses.route, guesses.arc_m)
         left = np.column_stack([-np.sin(heading), np.cos(heading)])
-        return place + (guesses.aside_m * self._aside_share(guesses, guesses.arc_m))[:, None] * left
+        return place + (guesses.aside_m * guesses.aside_share(guesses.arc_m))[:, None] * left
 
     def _headings(self, guesses: _Guesses) -> NDArray[np.float64]:
         _, heading = self._fan.at(guesses.route, guesses.arc_m)
-        rise = self._aside_share(guesses, guesses.arc_m + 0.5) - self._aside_share(guesses, guesses.arc_m - 0.5)
+        rise = guesses.aside_share(guesses.arc_m + 0.5) - guesses.aside_share(guesses.arc_m - 0.5)
         return heading + np.arctan(guesses.aside_m * rise)
-
-    def _aside_share(self, guesses: _Guesses, arc_m: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the sideways share (0-1 of the maximum) of a way off the road: a smooth step out and one back."""
-        shape = (-1,) + (1,) * (arc_m.ndim - 1)
-        return aside_share(arc_m, guesses.leave_m.reshape(shape), guesses.along_m.reshape(shape))
-
-    def _aside_limit_mps(self, guesses: _Guesses) -> NDArray[np.float64]:
-        """Return the speed (K,) that the bends of a way off the road allow, here and in reach of the brakes."""
-        ahead_m = guesses.arc_m[:, None] + _BRAKING_REACH_M
-        step = _BRAKING_REACH_M[1] - _BRAKING_REACH_M[0]
-        before, here, after = (self._aside_share(guesses, ahead_m + offset) for offset in (-step, 0.0, step))
-        curvature = np.abs(guesses.aside_m[:, None] * (before - 2 * here + after)) / step**2
-        squared = np.maximum(LATERAL_ACCELERATION_MPS2 / np.maximum(curvature, 1e-6), SLOWEST_LIMIT_MPS**2)
-        return np.sqrt((squared + 2 * BRAKING_MPS2 * _BRAKING_REACH_M).min(axis=1))
 
     def _estimate(self, frame: Frame, places_m: NDArray[np.float64]) -> Estimate:
         truth = frame.truth
@@ -254,3 +230,43 @@ class OracleMap:
         points = np.column_stack([np.vstack([best_m, places_m]), np.full(len(places_m) + 1, height_m)])
         pixels, _ = project(frame.camera, truth.T_world_camera, points)
         return Estimate(pixels[0], in_view_probability=0.0, particles_px=pixels[1:])
+
+
+def _aside_limit_mps(guesses: _Guesses) -> NDArray[np.float64]:
+    """Return the speed (K,) that the bends of a way off the road allow, here and in reach of the brakes."""
+    step = _BRAKING_REACH_M[1, 0] - _BRAKING_REACH_M[0, 0]
+    ahead_m = guesses.arc_m + _BRAKING_REACH_M
+    before, here, after = (guesses.aside_share(ahead_m + offset) for offset in (-step, 0.0, step))
+    curvature = np.abs(guesses.aside_m * (before - 2 * here + after)) / step**2
+    squared = np.maximum(LATERAL_ACCELERATION_MPS2 / np.maximum(curvature, 1e-6), SLOWEST_LIMIT_MPS**2)
+    return np.sqrt((squared + 2 * BRAKING_MPS2 * _BRAKING_REACH_M).min(axis=0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class MapOracle(TrackerSpec):
+    """Knows the road graph and the state at the exit; gets no picture until the car is back."""
+
+    role: str = "oracle"
+    suites: tuple[str, ...] = ("frame-out",)
+    module: str = OracleMap.__module__
+
+    def create(
+        self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
+    ) -> LoopTracker:
+        """See ``TrackerSpec``."""
+        assert scenario is not None
+        return OracleMap(self.parameters, RoadMap(episode.map_of().graph), scenario.target, rng)
+
+
+ORACLES = (
+    MapOracle(
+        name="oracle_map",
+        summary="knows the road graph and the state at the exit; no picture until the car is back",
+        parameters=OracleParameters(),
+    ),
+    MapOracle(
+        name="oracle_driver",
+        summary="oracle_map that also knows the driver model: an upper bound",
+        parameters=OracleParameters(slows_off_road=True),
+    ),
+)

@@ -13,10 +13,10 @@ from benchmarks.judges import in_view
 from benchmarks.judges.frame_out.episode_scores import NEES_CAP, errors_while_out, offscreen_scores
 from benchmarks.judges.frame_out.events import EVENTS
 from benchmarks.judges.frame_out.judge import FrameOutJudge
-from benchmarks.judges.frame_out.metrics import localisation, offscreen, posterior, single_object
+from benchmarks.judges.frame_out.metrics import localisation, posterior
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut
+from benchmarks.judges.frame_out.oracle_map import ORACLES
 from benchmarks.judges.frame_out.real import ON_SEQUENCES
-from benchmarks.judges.frame_out.references import ORACLES
 from benchmarks.judges.recovery import Recovery, judge_recovery, recovery_times
 from benchmarks.judges.tracker_speed import SPEED
 from benchmarks.judges.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
@@ -34,82 +34,72 @@ _SEEN = "frames with the whole car in the picture, at least half of it seen"
 _OTB = "OTB: Wu, Lim and Yang, Online object tracking: a benchmark, CVPR 2013"
 _VOT_LT = "VOT-LT: Lukezic et al., Now you see me: evaluating performance in long-term visual tracking, 2018"
 _NEES = "Bar-Shalom, Li and Kirubarajan, Estimation with applications to tracking and navigation, 2001; cap: Frameout"
-_ABOUT_RECOVERY = (FrameOut, Recovery, judge_recovery, localisation.on_object)
-
-RECOVERED, KEPT, WRONG_CAR = (
-    Quantity(name, 0, 1, _JUDGED, OWN, _ABOUT_RECOVERY) for name in ("recovered", "kept", "locked_on_wrong_car")
-)
-_HAD = Quantity(
-    "had",
-    0,
-    1,
-    f"the last frame before each exit and the first one outside; {_ON_CAR}",
-    OWN,
-    (errors_while_out, localisation.on_object),
-)
-REENTRY = Quantity(
-    "reentry_error_m",
-    0,
-    offscreen.WORST_ERROR_M,
-    "the last frame of each frame-out",
-    OWN,
-    (offscreen.ground_error_m, errors_while_out),
-)
-_CURVES = (
-    Quantity(
-        "precision_curve",
-        0,
-        1,
-        "frames with an answer inside the picture",
-        _VOT_LT,
-        (long_term.precision_recall_curves,),
-    ),
-    Quantity(
-        "recall_curve", 0, 1, "frames with the car at least partly seen", _VOT_LT, (long_term.precision_recall_curves,)
-    ),
-)
 
 
-def _rate(name: str, summary: str, quantity: Quantity, kind: str | None = None) -> Metric:
-    return Metric(name, summary, "fraction", "higher", Mean(quantity, kind=kind))
+def _quantity(name: str, conditions: str, *defined_by: Any, high: float = 1, source: str = OWN) -> Quantity:
+    return Quantity(name, 0, high, conditions, source, defined_by)
+
+
+_RECOVERED, _KEPT, _WRONG_CAR = (
+    _quantity(name, _JUDGED, FrameOut, Recovery, judge_recovery, localisation.on_object)
+    for name in ("recovered", "kept", "locked_on_wrong_car")
+)
+_RUN_KEPT = _quantity("run_kept", "episodes with such a frame-out", FrameOut, Recovery, judge_recovery)
+_AT_EXIT = f"the last frame before each exit and the first one outside; {_ON_CAR}"
+_HAD = _quantity("had", _AT_EXIT, errors_while_out, localisation.on_object)
+_CAR_LENGTHS = _quantity("offscreen_error_car_lengths", _OUT, localisation.ground_error_m, offscreen_scores, high=inf)
+_NEES_OUT = _quantity("nees", _POSTERIOR, offscreen_scores, posterior.Calibration, high=NEES_CAP, source=_NEES)
+_CURVES = [
+    _quantity(f"{name}_curve", conditions, long_term.precision_recall_curves, source=_VOT_LT)
+    for name, conditions in (
+        ("precision", "frames with an answer inside the picture"),
+        ("recall", "frames with the car at least partly seen"),
+    )
+]
+
+
+def _outside(name: str, conditions: str) -> Quantity:
+    return _quantity(name, conditions, localisation.ground_error_m, errors_while_out, high=localisation.WORST_ERROR_M)
+
+
+_REENTRY = _outside("reentry_error_m", "the last frame of each frame-out")
+
+
+def _rate(name: str, summary: str, of: Quantity, kind: str | None = None, *, better: Better = "higher") -> Metric:
+    return Metric(name, summary, "fraction", better, Mean(of, kind=kind))
 
 
 def _coverage(share: float) -> Metric:
     name = f"coverage_{100 * share:g}"
     words = f"frames outside whose truth lies in the posterior's {100 * share:g} % region ({share:g} is right)"
-    defined_by = (offscreen_scores, posterior.Calibration, posterior.coverage)
-    quantity = Quantity(name, 0, 1, _POSTERIOR, OWN, defined_by)
-    return Metric(name, words, "fraction", "higher", Mean(quantity), ideal=share)
-
-
-def _outside(name: str, conditions: str) -> Quantity:
-    return Quantity(name, 0, offscreen.WORST_ERROR_M, conditions, OWN, (offscreen.ground_error_m, errors_while_out))
+    of = _quantity(name, _POSTERIOR, offscreen_scores, posterior.Calibration, posterior.coverage)
+    return Metric(name, words, "fraction", "higher", Mean(of), ideal=share)
 
 
 def _errors_outside() -> Iterator[Metric]:
     """Yield mean and median of the errors outside, of all frame-outs and of those at whose exit the car was had."""
-    of_all = {
-        "offscreen_error": ("error on all frames outside", _OUT),
-        **{
-            f"offscreen_error_{n}": (
-                f"error {n} frames after the exit, of frame-outs that last longer",
-                f"frame-outs of more than {n} frames",
-            )
-            for n in (30, 100)
-        },
+    whens = {"": ("error on all frames outside", _OUT)} | {
+        f"_{n}": (
+            f"error {n} frames after the exit, of frame-outs that last longer",
+            f"frame-outs of more than {n} frames",
+        )
+        for n in (30, 100)
     }
     for ending, condition in (("", ""), ("_if_had", ", where the tracker had the car at the exit")):
-        for name, (summary, frames) in of_all.items():
-            quantity = _outside(f"{name}{ending}_m", frames + condition)
-            yield Metric(quantity.name, summary + condition, "m", "lower", Mean(quantity))
-            words = f"median over frame-outs of the {'mean ' if name == 'offscreen_error' else ''}{summary}{condition}"
-            yield Metric(f"{name}{ending}_median_m", words, "m", "lower", Median(quantity))
+        for when, (summary, frames) in whens.items():
+            name, words = f"offscreen_error{when}{ending}", f"{summary}{condition}"
+            of = _outside(f"{name}_m", frames + condition)
+            yield Metric(of.name, words, "m", "lower", Mean(of))
+            median = f"median over frame-outs of the {'' if when else 'mean '}{words}"
+            yield Metric(f"{name}_median_m", median, "m", "lower", Median(of))
 
 
-def _in_pictures(name: str, summary: str, unit: str, better: Better, high: float, *defined_by: Any) -> Metric:
-    source = f"{_OTB}, there without a cap" if unit == "px" else _OTB
-    quantity = Quantity(name, 0, high, _SEEN, source, (in_view.present_and_absent, *defined_by))
-    return Metric(name, summary, unit, better, Mean(quantity))
+def _in_pictures(name: str, summary: str, defined_by: Any, unit: str = "fraction") -> Metric:
+    """Return a metric of OTB; one in pixels has no cap there, and is better if lower."""
+    in_px = unit == "px"
+    source, high = (f"{_OTB}, there without a cap", inf) if in_px else (_OTB, 1)
+    of = _quantity(name, _SEEN, in_view.present_and_absent, defined_by, high=high, source=source)
+    return Metric(name, summary, unit, "lower" if in_px else "higher", Mean(of))
 
 
 FRAME_OUT = Suite(
@@ -121,25 +111,14 @@ FRAME_OUT = Suite(
     quick_preset="quick",
     judge=FrameOutJudge,
     metrics=(
-        _rate("recovery_rate", "frame-outs after which the tracker is on the car within 5 frames", RECOVERED),
-        _rate("road_recovery_rate", "the same, of frame-outs on the road", RECOVERED, "road"),
-        _rate("excursion_recovery_rate", "the same, of those with a way off the road", RECOVERED, "excursion"),
-        _rate("turn_recovery_rate", "the same, of those with a turn at a crossing", RECOVERED, "turned"),
-        _rate("long_recovery_rate", "the same, of those longer than any that the preset draws", RECOVERED, "long"),
-        _rate("kept_rate", "frame-outs recovered and still on the car one second later", KEPT),
-        _rate("road_kept_rate", "the same, of frame-outs on the road", KEPT, "road"),
-        _rate("excursion_kept_rate", "the same, of those with a way off the road", KEPT, "excursion"),
+        _rate("recovery_rate", "frame-outs after which the tracker is on the car within 5 frames", _RECOVERED),
+        _rate("excursion_recovery_rate", "the same, of those with a way off the road", _RECOVERED, "excursion"),
+        _rate("kept_rate", "frame-outs recovered and still on the car one second later", _KEPT),
+        _rate("road_kept_rate", "the same, of frame-outs on the road", _KEPT, "road"),
+        _rate("excursion_kept_rate", "the same, of those with a way off the road", _KEPT, "excursion"),
+        _rate("kept_run_rate", "episodes with all judged frame-outs kept", _RUN_KEPT),
         _rate(
-            "kept_run_rate",
-            "episodes with all judged frame-outs kept",
-            Quantity("run_kept", 0, 1, "episodes with such a frame-out", OWN, (FrameOut, Recovery, judge_recovery)),
-        ),
-        Metric(
-            "wrong_car_rate",
-            "frame-outs after which the tracker is locked on another car",
-            "fraction",
-            "lower",
-            Mean(WRONG_CAR),
+            "wrong_car_rate", "frame-outs after which the tracker is locked on another car", _WRONG_CAR, better="lower"
         ),
         Metric(
             "time_to_recover_frames",
@@ -158,22 +137,20 @@ FRAME_OUT = Suite(
             Mean(_outside("offscreen_error_m", _OUT), kind="long"),
         ),
         Metric(
-            "offscreen_error_car_lengths",
+            _CAR_LENGTHS.name,
             "error on all frames outside, in lengths of the car",
             "car lengths",
             "lower",
-            Mean(
-                Quantity("offscreen_error_car_lengths", 0, inf, _OUT, OWN, (offscreen.ground_error_m, offscreen_scores))
-            ),
+            Mean(_CAR_LENGTHS),
         ),
-        Metric("reentry_error_m", "error on the last frame outside", "m", "lower", Mean(REENTRY)),
-        *(_coverage(share) for share in (0.5, 0.9, 0.95)),
+        Metric(_REENTRY.name, "error on the last frame outside", "m", "lower", Mean(_REENTRY)),
+        *map(_coverage, (0.5, 0.9, 0.95)),
         Metric(
             "nees",
             f"normalised error squared of the posterior outside, of a frame at most {NEES_CAP:g} (2 is right)",
             "1",
             "lower",
-            Mean(Quantity("nees", 0, NEES_CAP, _POSTERIOR, _NEES, (offscreen_scores, posterior.Calibration))),
+            Mean(_NEES_OUT),
             ideal=2.0,
         ),
         *in_view.IN_VIEW,
@@ -186,26 +163,13 @@ FRAME_OUT = Suite(
             "higher",
             BestF(*_CURVES),
         ),
-        _in_pictures(
-            "centre_error_px", "centre error on frames in view", "px", "lower", inf, single_object.centre_error_px
-        ),
+        _in_pictures("centre_error_px", "centre error on frames in view", localisation.centre_error_px, "px"),
         _in_pictures(
             "precision_20_px",
             "frames in view with a centre error of at most 20 px (OTB)",
-            "fraction",
-            "higher",
-            1,
-            single_object.precision_20_px,
+            localisation.centre_error_px,
         ),
-        _in_pictures(
-            "success_auc",
-            "area under the success curve (OTB)",
-            "fraction",
-            "higher",
-            1,
-            single_object.success_curve,
-            single_object.success_auc,
-        ),
+        _in_pictures("success_auc", "area under the success curve (OTB)", localisation.success_curve),
         TIME_SEEN,
         TIME_IN_VIEW,
         LOSSES_PER_MINUTE,
@@ -236,12 +200,12 @@ FRAME_OUT = Suite(
     events=replace(
         EVENTS,
         compared=(
-            Metric("recovered", "on the car within 5 frames", "fraction", "higher", Mean(RECOVERED)),
-            Metric("kept", "and still one second later", "fraction", "higher", Mean(KEPT)),
-            Metric("reentry_error_m", "error on the last frame outside", "m", "lower", Mean(REENTRY)),
+            _rate("recovered", "on the car within 5 frames", _RECOVERED),
+            _rate("kept", "and still one second later", _KEPT),
+            Metric("reentry_error_m", "error on the last frame outside", "m", "lower", Mean(_REENTRY)),
         ),
     ),
-    silence=f"the worst error, {offscreen.WORST_ERROR_M:g} m",
+    silence=f"the worst error, {localisation.WORST_ERROR_M:g} m",
     references=ORACLES,
     on_sequences=ON_SEQUENCES,
 )

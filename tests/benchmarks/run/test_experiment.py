@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from benchmarks.contract.rows import read_blocks, read_rows
-from benchmarks.judges.frame_out.metrics.offscreen import WORST_ERROR_M
+from benchmarks.judges.frame_out.metrics.localisation import WORST_ERROR_M
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run import experiment
 from benchmarks.run.jobs import Job, run_job

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.judges.frame_out.metrics.series import TruthSeries
 from benchmarks.judges.runs import runs
@@ -38,10 +36,10 @@ class FrameOut:
     length_frames: int
     back_frame: int | None
     watch_end_frame: int
-    kind: Literal["road", "excursion", "unseen"]
-    side: str
-    turned: bool | None
-    long: bool | None
+    kind: Literal["road", "excursion", "unseen"] = "unseen"
+    side: str = ""
+    turned: bool | None = None
+    long: bool | None = None
 
     @property
     def first_frame(self) -> int:
@@ -50,44 +48,26 @@ class FrameOut:
 
     def attributes(self) -> dict[str, Any]:
         """Return its attributes in rows."""
-        values = asdict(self)
-        del values["watch_end_frame"]
-        return values
+        return {name: value for name, value in asdict(self).items() if name != "watch_end_frame"}
 
 
 def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
     """Return the episode's frame-outs in order: every maximal stretch of frames with state ``out``."""
     found: list[FrameOut] = []
-    for exit_frame, end, back_frame, watch_end in _stretches_outside(truth.state):
+    spans = list(runs(truth.state == "out"))
+    watch_ends = [*(exit_frame for exit_frame, _ in spans[1:]), len(truth.state)]
+    for (exit_frame, end), watch_end in zip(spans, watch_ends, strict=False):
+        whole_again = np.flatnonzero(truth.state[end:watch_end] == "in")
+        back_frame = end + int(whole_again[0]) if len(whole_again) else None
         until = end if back_frame is None else back_frame
-        found.append(
-            FrameOut(
-                index=len(found),
-                exit_frame=exit_frame,
-                length_frames=end - exit_frame,
-                back_frame=back_frame,
-                watch_end_frame=watch_end,
+        frame_out = FrameOut(len(found), exit_frame, end - exit_frame, back_frame, watch_end)
+        if truth.on_road is not None and truth.turning is not None:
+            frame_out = replace(
+                frame_out,
                 kind="road" if truth.on_road[exit_frame:until].all() else "excursion",
                 side=str(truth.side[exit_frame]),
                 turned=bool(truth.turning[exit_frame:end].any()),
                 long=None if truth.longest_frames is None else end - exit_frame > truth.longest_frames,
             )
-        )
+        found.append(frame_out)
     return found
-
-
-def find_absences(state: NDArray[np.str_]) -> list[FrameOut]:
-    """Return the same of a real sequence, from the target's state (F,) alone."""
-    return [
-        FrameOut(index, exit_frame, end - exit_frame, back_frame, watch_end, "unseen", side="", turned=None, long=None)
-        for index, (exit_frame, end, back_frame, watch_end) in enumerate(_stretches_outside(state))
-    ]
-
-
-def _stretches_outside(state: NDArray[np.str_]) -> Iterator[tuple[int, int, int | None, int]]:
-    """Yield the exit frame, its end, ``back_frame`` and ``watch_end_frame`` of each stretch of state ``out``."""
-    spans = list(runs(state == "out"))
-    watch_ends = [*(exit_frame for exit_frame, _ in spans[1:]), len(state)]
-    for (exit_frame, end), watch_end in zip(spans, watch_ends, strict=False):
-        whole_again = np.flatnonzero(state[end:watch_end] == "in")
-        yield exit_frame, end, end + int(whole_again[0]) if len(whole_again) else None, watch_end

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -16,8 +16,7 @@ from trackers.types import CameraModel, Estimate
 _SMALLEST_BANDWIDTH_M = 0.1
 
 
-@dataclass(frozen=True, slots=True)
-class Calibration:
+class Calibration(NamedTuple):
     """A posterior of one frame compared with the truth.
 
     Attributes:
@@ -34,11 +33,6 @@ class Calibration:
 NO_POSTERIOR = Calibration(float("nan"), float("nan"))
 WRONG = Calibration(1.0, float("inf"))
 """Calibration of an unusable posterior: no region holds the truth."""
-
-
-def has_posterior(estimate: Estimate) -> bool:
-    """Return whether an estimate has a posterior: particles or a covariance."""
-    return estimate.particles_px is not None or estimate.covariance_px is not None
 
 
 def calibration(estimate: Estimate, truth: Truth, target: int, camera: CameraModel) -> Calibration:

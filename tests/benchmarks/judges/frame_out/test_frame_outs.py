@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.judges.frame_out.judge import FrameOutJudge
-from benchmarks.judges.frame_out.metrics.frame_outs import find_absences, find_frame_outs
+from benchmarks.judges.frame_out.metrics.frame_outs import find_frame_outs
 from scenarios import catalog
 from scenarios.road_town.presets import PRESETS
 from scenarios.road_town.scenario import RoadTownEpisode
@@ -39,7 +39,6 @@ def test_a_frame_out_is_found_with_its_attributes() -> None:
 def test_what_lasts_longer_than_any_that_the_preset_draws_is_long() -> None:
     states = ["in", "out", "out", "in", "out", "out", "out", "in"]
     assert [each.long for each in find_frame_outs(replace(truth_of(states), longest_frames=2))] == [False, True]
-    assert [each.long for each in find_absences(np.array(states))] == [None, None]
 
 
 def test_the_longest_is_that_of_the_set_path_of_the_preset() -> None:

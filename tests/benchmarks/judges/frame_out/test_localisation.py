@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.judges.frame_out.metrics.localisation import box_iou, on_other, on_target
+from benchmarks.judges.frame_out.metrics.localisation import box_iou, on_object, on_other
 from tests.benchmarks.hand_made import CAR_M, estimate_at, pixels_of, truth_of
 
 NUMBERS = st.floats(-50, 50, allow_nan=False)
@@ -31,7 +33,7 @@ def test_half_a_car_along_the_ground_is_still_on_it_and_more_is_not() -> None:
     truth = truth_of(["in", "in"], places[:, None])
     off = places + np.array([[0.49 * CAR_M[0], 0.0], [0.51 * CAR_M[0], 0.0]])
     # Boxes far too small to overlap by half: the distance alone decides.
-    assert on_target(truth, estimate_at(pixels_of(off), half_px=(0.1, 0.1))).tolist() == [True, False]
+    assert on_object(truth, estimate_at(pixels_of(off), half_px=(0.1, 0.1))).tolist() == [[True], [False]]
 
 
 def test_overlap_alone_suffices() -> None:
@@ -40,15 +42,15 @@ def test_overlap_alone_suffices() -> None:
     estimate = estimate_at(truth.position_px[:, 0])
     # The stated position is elsewhere, the box is right.
     elsewhere = estimate_at(truth.position_px[:, 0] + 60.0)
-    mixed = type(estimate)(**{**_fields(elsewhere), "box_xyxy": estimate.box_xyxy})
-    assert on_target(truth, mixed).all()
-    assert not on_target(truth, elsewhere).any()
+    mixed = replace(elsewhere, box_xyxy=estimate.box_xyxy)
+    assert on_object(truth, mixed).all()
+    assert not on_object(truth, elsewhere).any()
 
 
 def test_it_holds_outside_the_picture_too() -> None:
     places = np.array([[500.0, 3.0]])
     truth = truth_of(["out"], places[:, None])
-    assert on_target(truth, estimate_at(pixels_of(places + 0.5))).all()
+    assert on_object(truth, estimate_at(pixels_of(places + 0.5))).all()
 
 
 def test_the_wrong_car_is_the_nearest_other_one_and_never_the_target() -> None:
@@ -61,9 +63,5 @@ def test_the_wrong_car_is_the_nearest_other_one_and_never_the_target() -> None:
 def test_a_tracker_that_says_nothing_is_on_nothing() -> None:
     truth = truth_of(["in"], np.zeros((1, 2, 2)))
     silent = estimate_at(np.full((1, 2), np.nan))
-    assert not on_target(truth, silent).any()
+    assert not on_object(truth, silent).any()
     assert on_other(truth, silent).tolist() == [-1]
-
-
-def _fields(estimate: object) -> dict[str, object]:
-    return {name: getattr(estimate, name) for name in estimate.__dataclass_fields__}  # type: ignore[attr-defined]

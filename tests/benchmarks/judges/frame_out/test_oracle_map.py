@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from benchmarks.judges.frame_out import oracle_map, oracle_routes
 from benchmarks.judges.frame_out.metrics.posterior import coverage, particle_calibration
 from benchmarks.judges.frame_out.oracle_map import OracleMap, OracleParameters
-from benchmarks.judges.frame_out.oracle_routes import fan_of_routes
+from benchmarks.judges.frame_out.oracle_routes import RouteFan
 from scenarios import road_town
 from scenarios.road_town.pilot import OUT, picture_states
 from scenarios.road_town.plan import TARGET, Plan, make_plan
@@ -144,7 +144,7 @@ def test_a_fan_holds_the_route_that_is_driven(plans: list[Plan]) -> None:
             # A way off the road begins on the road.
             if not on_road[: k + 75].all():
                 continue
-            fan = fan_of_routes(roads, poses[: k + 1])
+            fan = RouteFan(roads, poses[: k + 1])
             assert fan.prior.sum() == pytest.approx(1.0)
             ahead = position_m[k : k + 45]
             distance = np.linalg.norm(fan.points_m[:, None] - ahead[None, :, None], axis=-1).min(axis=2)

@@ -9,8 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from benchmarks.judges import in_view
-from benchmarks.judges.frame_out.metrics import offscreen, single_object
-from benchmarks.judges.frame_out.metrics.frame_outs import find_frame_outs
+from benchmarks.judges.frame_out.metrics import localisation
 from benchmarks.statistics import long_term
 from tests.benchmarks.hand_made import estimate_at, pixels_of, truth_of
 
@@ -35,7 +34,7 @@ def test_rates_count_place_where_the_car_is_seen_and_not_where_it_is_away() -> N
 
 def test_without_a_probability_the_position_speaks() -> None:
     said = estimate_at(np.array([[50.0, 40.0], [150.0, 40.0], [np.nan, np.nan], [50.0, 40.0]]), [np.nan] * 3 + [0.2])
-    assert said.says_in_view((100, 80)).tolist() == [True, False, False, False]
+    assert said.confidence((100, 80)).tolist() == [1.0, 0.0, 0.0, 0.2]
 
 
 @settings(deadline=None)
@@ -62,15 +61,16 @@ def test_f_score() -> None:
 @given(st.integers(1, 25).flatmap(lambda n: arrays(float, n, elements=UNIT)))
 def test_area_under_the_success_curve_is_about_the_mean_overlap(iou: np.ndarray) -> None:
     """OTB's sum over 21 thresholds lies within one step of the integral, which is the mean IoU."""
-    curve = single_object.success_curve(iou)
-    assert single_object.success_auc(curve) == pytest.approx(iou.mean(), abs=1 / 20)
+    curve = localisation.success_curve(iou)
+    assert curve.mean() == pytest.approx(iou.mean(), abs=1 / 20)
     assert (np.diff(curve) <= 0).all()
 
 
 def test_centre_error_is_capped_and_never_missing() -> None:
-    said = np.array([[3.0, 4.0], [np.nan, np.nan], [1e6, 0.0]])
-    error = single_object.centre_error_px(said, np.zeros((3, 2)), (30, 40))
-    assert error.tolist() == [5.0, 50.0, 50.0]
+    truth = truth_of(["in"] * 3)
+    said = truth.position_px[:, 0] + np.array([[3.0, 4.0], [np.nan, np.nan], [1e6, 0.0]])
+    worst = np.hypot(100, 80)
+    assert localisation.centre_error_px(truth, estimate_at(said)) == pytest.approx([5.0, worst, worst])
 
 
 def test_offscreen_error_is_in_metres_on_the_ground_and_unconditional() -> None:
@@ -78,12 +78,5 @@ def test_offscreen_error_is_in_metres_on_the_ground_and_unconditional() -> None:
     truth = truth_of(["out"] * 4, places[:, None])
     said = pixels_of(places + np.array([[3.0, 4.0], [0.0, 0.0], [500.0, 0.0], [0.0, 0.0]]))
     said[3] = np.nan
-    error = offscreen.ground_error_m(truth, estimate_at(said))
-    np.testing.assert_allclose(error, [5.0, 0.0, offscreen.WORST_ERROR_M, offscreen.WORST_ERROR_M], atol=1e-6)
-
-
-def test_error_by_frames_since_exit_starts_at_the_exit() -> None:
-    truth = truth_of(["in", "out", "out", "out", "in"])
-    (frame_out,) = find_frame_outs(truth)
-    error = np.arange(5.0)
-    assert offscreen.error_by_frames_since_exit_m(error, frame_out).tolist() == [1.0, 2.0, 3.0]
+    error, worst = localisation.ground_error_m(truth, estimate_at(said)), localisation.WORST_ERROR_M
+    np.testing.assert_allclose(error, [5.0, 0.0, worst, worst], atol=1e-6)

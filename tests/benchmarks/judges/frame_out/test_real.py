@@ -11,8 +11,7 @@ from pycocotools import mask
 
 from benchmarks.contract.judging import Score
 from benchmarks.judges.frame_out.events import EVENTS
-from benchmarks.judges.frame_out.metrics import single_object
-from benchmarks.judges.frame_out.metrics.frame_outs import find_absences
+from benchmarks.judges.frame_out.metrics.frame_outs import find_frame_outs
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
 from benchmarks.judges.frame_out.real import score_sequence
 
@@ -33,9 +32,7 @@ def truth_of_boxes(box_xyxy: NDArray[np.float64], rate_hz: float = 4.0) -> Truth
         box_xyxy=box_xyxy[:, None],
         visible_fraction=np.where(state == "out", 0.0, np.nan),
         state=state,
-        side=np.full(frames, ""),
-        on_road=np.zeros(frames, bool),
-        turning=np.zeros(frames, bool),
+        side=np.full(frames, "left"),
     )
 
 
@@ -141,8 +138,12 @@ def test_a_return_is_found_within_five_frames_and_kept_for_a_second() -> None:
 
 
 def test_absences_are_described_without_roads_and_turns() -> None:
-    state = np.array(["in", "out", "out", "in", "out", "in"])
-    found = [each.attributes() for each in find_absences(state)]
+    boxes = np.tile([10.0, 10.0, 30.0, 20.0], (6, 1))
+    boxes[[1, 2, 4]] = np.nan
+    found = [each.attributes() for each in find_frame_outs(truth_of_boxes(boxes))]
+    assert {(each["kind"], each["side"], each["turned"], each["long"]) for each in found} == {
+        ("unseen", "", None, None)
+    }
     assert EVENTS.describe(found) == "2 absences of 1 to 2 frames"
     groups = [name for name, is_one in EVENTS.tests.items() if is_one(found[0])]
     assert groups == ["all", "1 to 15 frames"]
@@ -166,5 +167,6 @@ def test_a_failure_denies_presence_and_absence() -> None:
 
 
 def test_twenty_pixels_are_still_precise() -> None:
-    assert single_object.precision_20_px(np.array([0.0, 20.0, 20.01, 300.0])) == 0.5
-    assert np.isnan(single_object.precision_20_px(np.empty(0)))
+    boxes = np.tile([10.0, 10.0, 30.0, 20.0], (4, 1))
+    answer = answers_of(boxes + np.array([[0.0], [12.0], [12.01], [300.0]]) * [1, 4 / 3, 1, 4 / 3], np.full(4, np.nan))
+    assert values(score_sequence(truth_of_boxes(boxes), answer, None))["precision_20_px"] == 0.5
