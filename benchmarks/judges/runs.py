@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import numpy as np
+from numpy.typing import NDArray
 
 
-def runs(flags: Iterable[bool]) -> Iterator[tuple[int, int]]:
-    """Yield first frame and end (the frame after the last) of every maximal run of true ``flags``."""
-    first = None
-    frame = -1
-    for frame, flag in enumerate(flags):
-        if flag and first is None:
-            first = frame
-        elif not flag and first is not None:
-            yield first, frame
-            first = None
-    if first is not None:
-        yield first, frame + 1
+def runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Return first frame and end (the frame after the last) of every maximal run of true ``flags`` (T,)."""
+    edges = np.flatnonzero(np.diff(np.pad(flags, 1)))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

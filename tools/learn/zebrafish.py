@@ -21,7 +21,7 @@ import numpy as np
 
 from benchmarks.data.tracks import read_tracks
 from benchmarks.judges.fish.motion import motion_scores
-from benchmarks.judges.fish.scale import scaled_to_tank
+from benchmarks.judges.fish.real import scaled_to_tank
 from benchmarks.show.suites.fish import ZEBRAFISH
 from scenarios.fish_tank.presets import PRESETS
 from sim.checks import check

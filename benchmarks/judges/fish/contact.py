@@ -47,9 +47,8 @@ def stands_apart(truth: FishTruth, together_with: NDArray[np.bool_]) -> NDArray[
 def crossing(truth: FishTruth, together_with: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return (N,) whether the fish's centre line crosses that of another fish with which it lies together."""
     crossed = np.zeros(len(truth.names), dtype=bool)
-    for a, b in np.argwhere(np.triu(together_with)):
-        if _cross(truth.centre_line_px[a], truth.centre_line_px[b]):
-            crossed[[a, b]] = True
+    for pair in np.argwhere(np.triu(together_with)):
+        crossed[pair] |= _cross(*truth.centre_line_px[pair])
     return crossed
 
 

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Ending, Score, truth_as
 from benchmarks.judges.fish import contact
-from benchmarks.judges.fish.gap_scores import GapTask, gap_scores
-from benchmarks.judges.fish.identity_series import identity_series
-from benchmarks.judges.fish.link_scores import link_events, link_scores
-from benchmarks.judges.fish.links import FishGap, bearers, find_gaps, judge_links
+from benchmarks.judges.fish.gap_protocol import GapTask
+from benchmarks.judges.fish.gap_scores import gap_scores
+from benchmarks.judges.fish.gaps import FishGap, find_gaps
+from benchmarks.judges.fish.links import answered, bearers, identity_series, judge_links, link_events, link_scores
 from benchmarks.judges.fish.measured import Measurement, body_length_px
 from benchmarks.judges.fish.motion import motion_scores
 from benchmarks.judges.identities import Pairing, clear_counts, hota, identity_counts, numbered, pairing
@@ -107,38 +107,30 @@ class FishSheet:
         A method that only bridges gaps and follows no fish has no scores of its answers.
         """
         final = self._answers if ending.revised is None else ending.revised
-        answered = any(self._answers) or any(final)
-        if answered or ending.failed_at_frame is not None or ending.new_gap_method is None:
+        follows = any(self._answers) or any(final)
+        if follows or ending.failed_at_frame is not None or ending.new_gap_method is None:
             yield from self._of_answers(final)
-            yield from self._at_once()
+            yield from self._of_answers(self._answers, AT_ONCE)
         yield from self._judge.motion
         if ending.new_gap_method is not None:
             task = self._judge.task
             yield from gap_scores(task.tracks, task.bridged(ending.new_gap_method))
 
-    def _of_answers(self, answers: Sequence[Sequence[Track]]) -> Iterator[Score]:
+    def _of_answers(self, answers: Sequence[Sequence[Track]], ending: str = "") -> Iterator[Score]:
+        """Yield the scores of answers; events and series of those that count, whose scores have no ``ending``."""
         judge = self._judge
-        borne = bearers(answers, judge.position_px, 0.5 * judge.length_px)
+        told = [answered(tracks) for tracks in answers]
+        frames = [
+            pairing(places, each.identity, each.position_px, judge.length_px)
+            for places, each in zip(judge.position_px, told, strict=True)
+        ]
+        borne = bearers(told, judge.position_px, 0.5 * judge.length_px)
         links = judge_links(judge.gaps, judge.apart, borne)
-        yield from chain_scores(self._pairings(answers))
-        yield from link_scores(links)
-        yield from link_events(links)
-        yield from identity_series(borne, judge.apart)
-
-    def _at_once(self) -> Iterator[Score]:
-        judge = self._judge
-        borne = bearers(self._answers, judge.position_px, 0.5 * judge.length_px)
-        yield from chain_scores(self._pairings(self._answers), AT_ONCE)
-        yield from link_scores(judge_links(judge.gaps, judge.apart, borne), AT_ONCE)
-
-    def _pairings(self, answers: Sequence[Sequence[Track]]) -> list[Pairing]:
-        frames = []
-        for places, tracks in zip(self._judge.position_px, answers, strict=True):
-            answered = [track for track in tracks if np.isfinite(track.estimate.position_px).all()]
-            names = np.array([track.identity for track in answered], dtype=int)
-            at = np.array([track.estimate.position_px for track in answered]).reshape(-1, 2)
-            frames.append(pairing(places, names, at, self._judge.length_px))
-        return numbered(frames)
+        yield from chain_scores(numbered(frames), ending)
+        yield from link_scores(links, ending)
+        if not ending:
+            yield from link_events(links)
+            yield from identity_series(borne, judge.apart)
 
 
 def chain_scores(frames: Sequence[Pairing], ending: str = "") -> Iterator[Score]:

@@ -26,34 +26,32 @@ class Measurement:
         self._detector = Detector(DetectorParameters())
         self._detector.start(background)
         self._interval_s = interval_s
-        self._frames: list[list[Detection | None]] = []
+        self._frames: list[dict[int, Detection]] = []
         self._true_px: list[NDArray[np.float64]] = []
 
     def see(self, observation: Observation, truth: FishTruth, apart: NDArray[np.bool_]) -> None:
         """Take the next frame; ``apart``: (N,) which fish stand apart in it."""
         self._true_px.append(truth.position_px)
-        self._frames.append(_assigned(self._detector.detect(observation), truth, apart))
+        self._frames.append(_of_fish(self._detector.detect(observation), truth, apart))
 
     def tracks(self) -> Tracks:
         """Return the tracks of all frames so far, with the true positions."""
-        points = next((len(each.centre_line_px) for frame in self._frames for each in frame if each is not None), 0)
-        shape = (len(self._frames), len(self._true_px[0]))
-        position_px, line_px = np.full((*shape, 2), np.nan), np.full((*shape, points, 2), np.nan)
+        true_px = np.array(self._true_px)
+        points = next((len(each.centre_line_px) for frame in self._frames for each in frame.values()), 1)
+        position_px, line_px = np.full_like(true_px, np.nan), np.full((*true_px.shape[:2], points, 2), np.nan)
         for k, frame in enumerate(self._frames):
-            for fish, each in enumerate(frame):
-                if each is not None:
-                    position_px[k, fish], line_px[k, fish] = each.position_px, each.centre_line_px
-        for fish in range(shape[1]):
+            for fish, each in frame.items():
+                position_px[k, fish], line_px[k, fish] = each.position_px, each.centre_line_px
+        for fish in range(true_px.shape[1]):
             line_px[:, fish] = head_first(line_px[:, fish])
-        ahead_px = line_px[:, :, 0] - position_px if points else np.full((*shape, 2), np.nan)
+        ahead_px = line_px[:, :, 0] - position_px
         heading_rad = np.arctan2(ahead_px[..., 1], ahead_px[..., 0])
-        return Tracks(position_px, self._interval_s, heading_rad, line_px, np.array(self._true_px))
+        return Tracks(position_px, self._interval_s, heading_rad, line_px, true_px)
 
 
 def body_length_px(truth: FishTruth) -> NDArray[np.float64]:
     """Return the length (N,) of each fish's centre line in the picture."""
-    steps_px = np.linalg.norm(np.diff(truth.centre_line_px, axis=1), axis=2)
-    return steps_px.sum(axis=1)  # type: ignore[no-any-return]
+    return np.asarray(np.linalg.norm(np.diff(truth.centre_line_px, axis=1), axis=2).sum(axis=1))
 
 
 def head_first(line_px: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -63,35 +61,30 @@ def head_first(line_px: NDArray[np.float64]) -> NDArray[np.float64]:
     end is the head is decided for each frame by those up to it, so that no past knows what a gap hides.
     """
     turned = line_px.copy()
-    measured: list[bool] = [bool(line.size) and bool(np.isfinite(line).all()) for line in line_px]
-    for first, end in runs(measured):
+    for first, end in runs(np.asarray(np.isfinite(line_px).all(axis=(1, 2)))):
         flips = np.zeros(end - first, dtype=bool)
         for k in range(first + 1, end):
-            as_it_is, reversed_px = (_gap_px(turned[k - 1], line) for line in (line_px[k], line_px[k, ::-1]))
-            flips[k - first] = reversed_px < as_it_is
-            if flips[k - first]:
-                turned[k] = line_px[k, ::-1]
+            both = np.stack([line_px[k], line_px[k, ::-1]])
+            as_it_is, reversed_px = np.linalg.norm(turned[k - 1] - both, axis=2).sum(axis=1)
+            if reversed_px < as_it_is:
+                flips[k - first], turned[k] = True, both[1]
         wrong = first + np.flatnonzero(2 * np.cumsum(flips) > np.arange(1, end - first + 1))
         turned[wrong] = turned[wrong, ::-1]
     return turned
 
 
-def _gap_px(first_px: NDArray[np.float64], second_px: NDArray[np.float64]) -> float:
-    return float(np.linalg.norm(first_px - second_px, axis=1).sum())
-
-
-def _assigned(found: Sequence[Detection], truth: FishTruth, apart: NDArray[np.bool_]) -> list[Detection | None]:
-    """Return the detection of each fish, None where it is in doubt."""
-    assigned: list[Detection | None] = [None] * len(apart)
+def _of_fish(found: Sequence[Detection], truth: FishTruth, apart: NDArray[np.bool_]) -> dict[int, Detection]:
+    """Return the detection of each fish, if it is beyond doubt."""
     if not found:
-        return assigned
+        return {}
     places = np.array([each.position_px for each in found])
     away_px = np.linalg.norm(truth.position_px[:, None] - places[None], axis=2)
     half_px = 0.5 * body_length_px(truth)
     boxes = np.array([each.box_xyxy for each in found])
     inside = (truth.position_px[:, None] >= boxes[:, :2]) & (truth.position_px[:, None] <= boxes[:, 2:])
     alone = inside.all(axis=2).sum(axis=0) <= 1
-    for fish in np.flatnonzero(apart & (truth.state == "in")):
+    assigned = {}
+    for fish in np.flatnonzero(apart & (truth.state == "in")).tolist():
         nearest = int(away_px[fish].argmin())
         mutual = np.nanargmin(away_px[:, nearest]) == fish
         if away_px[fish, nearest] < half_px[fish] and mutual and alone[nearest]:

@@ -9,14 +9,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.contract.judging import USUAL_RATE_HZ, Ending, Score, TimeBlock
 from benchmarks.contract.track_table import TrackTable
-from benchmarks.judges.fish.gap_protocol import BLOCK_FRAMES, Tracks
-from benchmarks.judges.fish.gap_scores import GapTask, gap_scores
-from benchmarks.judges.fish.link_scores import LENGTHS, link_events, link_scores
+from benchmarks.judges.fish.gap_protocol import BLOCK_FRAMES, GapTask, Tracks
+from benchmarks.judges.fish.gap_scores import gap_scores
+from benchmarks.judges.fish.links import LENGTHS, link_events, link_scores
 from benchmarks.judges.fish.motion import motion_scores
-from benchmarks.judges.fish.scale import TANK_PX, scaled_to_tank
 from benchmarks.judges.fish.tracklets import link_tracklets
 from scenarios.scenario import Frame
 from sim.checks import check
@@ -24,14 +24,17 @@ from trackers.types import CameraCommand
 
 STRIDE_FRAMES = 50
 """Frames from one cut gap of an animal to its next of the same length."""
+TANK_PX = 600.0
+"""Length of the simulated tank in the overview's picture, which methods have parameters for."""
 _FAR_PX = 1000.0
 """No animal goes so far from one frame to the next."""
 
 
 class FishRecording:
-    """See ``benchmarks.contract.judging.Recording``. Blocks are those of the gap protocol.
+    """See ``benchmarks.contract.judging.Recording``; its own sheet, as it takes no answers.
 
-    Places in another unit than pixels are scaled, see ``scaled_to_tank``, since methods are made for pixels.
+    Blocks are those of the gap protocol. Places in another unit than pixels are scaled, see ``scaled_to_tank``, since
+    methods are made for pixels.
     """
 
     def __init__(self, table: TrackTable) -> None:
@@ -48,44 +51,45 @@ class FishRecording:
 
     @cached_property
     def _task(self) -> GapTask:
-        flat = self._tracks.position_px.reshape(-1, 2)
-        cap_px = float(np.hypot(*(np.nanmax(flat, axis=0) - np.nanmin(flat, axis=0))))
-        return GapTask(self._tracks, STRIDE_FRAMES, cap_px, sees_mates=False)
+        x0, y0, x1, y1 = self._tracks.bounds_xyxy[-1]
+        return GapTask(self._tracks, STRIDE_FRAMES, float(np.hypot(x1 - x0, y1 - y0)), sees_mates=False)
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``. There is no frame."""
 
-    def sheet(self) -> RecordingSheet:
+    def sheet(self) -> FishRecording:
         """See ``Judge``."""
-        return RecordingSheet(self)
-
-    def scores(self, ending: Ending) -> Iterator[Score]:
-        """Yield the scores of gaps cut out, of which no method sees the other animals, and of links."""
-        if ending.new_gap_method is None:
-            return
-        gaps = self._task.bridged(ending.new_gap_method).by_block()
-        links = link_tracklets(ending.new_gap_method, self._tracks, self._task.jump_px)
-        for block in sorted({*gaps, *(link.gap.first_frame // BLOCK_FRAMES for link in links)}):
-            own = [link for link in links if link.gap.first_frame // BLOCK_FRAMES == block]
-            bridged = list(gap_scores(self._tracks, gaps[block])) if block in gaps else []
-            first = block * BLOCK_FRAMES
-            motion = motion_scores(self._tracks.position_px[first : first + BLOCK_FRAMES], None)
-            for score in (*bridged, *link_scores(own, groups=LENGTHS), *link_events(own), *motion):
-                yield replace(score, block=TimeBlock(block, BLOCK_FRAMES))
-
-
-class RecordingSheet:
-    """See ``benchmarks.contract.judging.ScoreSheet``: takes no answers."""
-
-    def __init__(self, recording: FishRecording) -> None:
-        self._recording = recording
+        return self
 
     def keep(self, frame: Frame, answer: Any) -> None:
         """See ``ScoreSheet``. There is no frame."""
 
     def scores(self, ending: Ending) -> Iterator[Score]:
-        """See ``ScoreSheet``."""
-        return self._recording.scores(ending)
+        """Yield the scores of gaps cut out, of which no method sees the other animals, and of links."""
+        if ending.new_gap_method is None:
+            return
+        bridged = self._task.bridged(ending.new_gap_method)
+        links = link_tracklets(ending.new_gap_method, self._tracks)
+        starts = [each.gap.first for each in (*bridged.extrapolated, *bridged.interpolated)]
+        starts += [link.gap.first_frame for link in links]
+        for block in sorted({start // BLOCK_FRAMES for start in starts}):
+            first = block * BLOCK_FRAMES
+            own = [link for link in links if first <= link.gap.first_frame < first + BLOCK_FRAMES]
+            gaps = gap_scores(self._tracks, bridged.of_block(block))
+            motion = motion_scores(self._tracks.position_px[first : first + BLOCK_FRAMES], None)
+            for score in (*gaps, *link_scores(own, groups=LENGTHS), *link_events(own), *motion):
+                yield replace(score, block=TimeBlock(block, BLOCK_FRAMES))
+
+
+def scaled_to_tank(position: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return places (T, N, 2) of any unit in pixels, scaled so that the box of all is as wide as the tank is long.
+
+    Raises:
+        ValueError: for places that do not differ in x.
+    """
+    width = float(np.nanmax(position[..., 0]) - np.nanmin(position[..., 0]))
+    check("position", width > 0.0, "places that differ in x", f"a width of {width:g}")
+    return position * (TANK_PX / width)
 
 
 def recordings(tables: Sequence[TrackTable]) -> tuple[list[FishRecording], list[str], list[str]]:

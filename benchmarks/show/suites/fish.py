@@ -8,7 +8,7 @@ from pathlib import Path
 
 from benchmarks.contract.metric import Mean, Quantity
 from benchmarks.contract.rows import Row
-from benchmarks.judges.fish.gap_scores import GAP_FRAMES
+from benchmarks.judges.fish.gap_protocol import GAP_FRAMES
 from benchmarks.judges.fish.motion import ANY, LAGS, MOTION
 from benchmarks.show.charts import Chart, curves_of, lines_of, series_mean
 from benchmarks.show.showing import Showing
@@ -32,7 +32,7 @@ SWIMS = Facts(
     "bootstrap intervals. Directions are those of the velocity over 5 frames. Real zebrafish: five in a video (Sridhar "
     "et al. 2019), tracked by idTracker, scaled so that their tank is as long in the picture as the simulated one; "
     "means over pieces as long as an episode.",
-    lines={**{f"over {lag} frames": lag for lag in LAGS}, "at any time": ANY},
+    lines={**{f"over {lag} frames": str(lag) for lag in LAGS}, "at any time": ANY},
     columns=MOTION,
     beside={"real zebrafish": json.loads(ZEBRAFISH.read_text())},
 )

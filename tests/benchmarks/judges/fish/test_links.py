@@ -10,9 +10,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from benchmarks.judges.fish.link_scores import link_events, link_scores, precision_at
-from benchmarks.judges.fish.links import FishGap, Link, Outcome, bearers, find_gaps, judge_links
+from benchmarks.judges.fish.gaps import FishGap, find_gaps
+from benchmarks.judges.fish.links import (
+    Bearers,
+    Link,
+    Outcome,
+    answered,
+    bearers,
+    judge_links,
+    link_events,
+    link_scores,
+    precision_at,
+)
 from tests.benchmarks.judges.fish.hand_made import track
+from trackers.types import Track
 
 FRAMES, FIRST, END = 40, 15, 22
 PLACES = np.stack([np.full((FRAMES, 2), 10.0), np.full((FRAMES, 2), 50.0), np.full((FRAMES, 2), 90.0)], axis=1)
@@ -35,6 +46,10 @@ def gaps_of(apart: NDArray[np.bool_] = APART) -> list[FishGap]:
     return find_gaps(apart, [PAIR] * FRAMES, np.zeros((FRAMES, 3), bool))
 
 
+def on_fish(answers: Sequence[Sequence[Track]], places: NDArray[np.float64] = PLACES) -> Bearers:
+    return bearers([answered(tracks) for tracks in answers], places, 8.0)
+
+
 def outcomes(before: Sequence[int | None], after: Sequence[int | None], confidence: float = 0.5) -> list[Link]:
     """Links of a tracker that calls the fish ``before`` and ``after`` the gap so, None = no track."""
     answers = [
@@ -45,7 +60,7 @@ def outcomes(before: Sequence[int | None], after: Sequence[int | None], confiden
         ]
         for k in range(FRAMES)
     ]
-    return judge_links(gaps_of(), APART, bearers(answers, PLACES, 8.0))
+    return judge_links(gaps_of(), APART, on_fish(answers))
 
 
 @pytest.mark.parametrize(
@@ -75,7 +90,7 @@ def test_an_identity_that_a_fish_had_earlier_is_right_again() -> None:
     apart = apart_of((0, 8, 12), (0, 22, 26))
     names = [4 if k < 12 or k >= 26 else 7 for k in range(FRAMES)]
     answers = [[track(name, PLACES[k, 0])] for k, name in enumerate(names)]
-    links = judge_links(gaps_of(apart), apart, bearers(answers, PLACES, 8.0))
+    links = judge_links(gaps_of(apart), apart, on_fish(answers))
     assert [link.outcome for link in links] == [Outcome.ABSTAINED, Outcome.RIGHT]
 
 
@@ -87,7 +102,7 @@ def test_a_new_name_that_another_fish_took_on_in_the_gap_is_stolen() -> None:
         for k in range(FRAMES)
         for names in ([(4, 5), (None, 7), (7, 8)][(k >= 20) + (k >= 28)],)
     ]
-    links = judge_links(gaps_of(apart), apart, bearers(answers, PLACES, 8.0))
+    links = judge_links(gaps_of(apart), apart, on_fish(answers))
     assert [(link.gap.fish, link.outcome.name) for link in links] == [(0, "WRONG"), (1, "ABSTAINED")]
 
 
@@ -95,13 +110,13 @@ def test_a_name_that_a_fish_took_on_in_its_own_gap_is_new() -> None:
     """It stands apart on two frames within the gap, too few to end it."""
     apart = apart_of((0, 15, 18), (0, 20, 25))
     answers = [[track(4 if k < 18 else 7, PLACES[k, 0])] for k in range(FRAMES)]
-    (link,) = judge_links(gaps_of(apart), apart, bearers(answers, PLACES, 8.0))
+    (link,) = judge_links(gaps_of(apart), apart, on_fish(answers))
     assert (link.gap.length_frames, link.outcome) == (10, Outcome.ABSTAINED)
 
 
 def test_the_confidence_is_that_of_the_first_track_after_the_gap() -> None:
     answers = [[track(4, PLACES[k, 0], 0.01 * k)] for k in range(FRAMES)]
-    (first, _) = judge_links(gaps_of(), APART, bearers(answers, PLACES, 8.0))
+    (first, _) = judge_links(gaps_of(), APART, on_fish(answers))
     assert first.confidence == pytest.approx(0.01 * END)
     assert all(np.isnan(link.confidence) for link in outcomes((4, 5, 6), (7, 8, 6)))
 
@@ -117,9 +132,8 @@ def test_gaps_near_each_other_are_one_and_open_ends_are_none() -> None:
 
 def test_each_track_is_on_the_fish_that_it_is_nearest_to_all_in_all() -> None:
     places = np.array([[[0.0, 0.0], [10.0, 0.0], [np.nan, np.nan]]])
-    borne = bearers(
-        [[track(1, (6, 0), 0.5), track(2, (11, 0)), track(3, (40, 0)), track(4, (np.nan, np.nan))]], places, 8.0
-    )
+    tracks = [track(1, (6, 0), 0.5), track(2, (11, 0)), track(3, (40, 0)), track(4, (np.nan, np.nan))]
+    borne = on_fish([tracks], places)
     assert borne.identity.tolist() == [[1, 2, -1]]
     assert borne.confidence[0, 0] == 0.5
     assert np.isnan(borne.confidence[0, 1:]).all()

@@ -58,9 +58,7 @@ def test_rows_are_defined_and_summed_up(episode: Path) -> None:
     assert not {"hota", "link_made", *TIMES} & by_tracker["fake_holds"]
     made = {each.name for metric in suite("fish").metrics for each in metric.statistic.of}
     drawn = ("identity_runs_", "gap_runs_", "motion_", "gap_error_by_frame_px", "link_made", "link_right", "frames")
-    assert not [
-        name for name in by_tracker["fake_nearest"] - made if not name.startswith(drawn) and "_turn_" not in name
-    ]
+    assert not [name for name in by_tracker["fake_nearest"] - made if not name.startswith(drawn)]
 
 
 @pytest.mark.heavy
