@@ -115,7 +115,7 @@ pair whose right picture is not lost, over pixels that both cameras see:
 GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is there).
 
 Rows of suite ``fish`` are defined in its modules: ``judge.chain_scores``, ``link_scores``, ``gap_scores``, ``motion``,
-``timelines``; ``_at_once`` marks immediate answers; of suite ``harbour``: ``found``, ``alarms``, ``sizes`` ….
+``identity_series``; ``_at_once`` marks immediate answers; of suite ``harbour``: ``found``, ``alarms``, ``sizes`` ….
 
 Rows of suite ``follow``, formulas in ``metrics.following`` and ``judges.view_time``; about a loss: ``recovery_frames``
 (from leaving view to being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end);
