@@ -67,7 +67,7 @@ clean:
 
 .venv/installed-dev: .venv/installed
 	@echo "installing what tests, tuning, training, play, data sets and the site need"
-	@$(INSTALL) --no-build-isolation -e '.[dev,docs,tune,train,play,data,s3,dask,ray,rerun]'
+	@$(INSTALL) --no-build-isolation -e '.[dev,docs,tune,train,play,data,s3,dask,rerun]'
 	@# It asks for the OpenCV with windows, which would take the place of the headless one.
 	@$(INSTALL) --no-deps trackeval
 	@touch $@

@@ -250,7 +250,7 @@ def test_ci_runs_the_tests_without_standard_input(machine: Machine) -> None:
     assert done.returncode == 0, done.stderr
     calls = machine.calls()
     assert calls[-1].startswith("pytest -n 2")
-    assert any("-e .[dev,docs,tune,train,play,data,s3,dask,ray,rerun]" in call for call in calls)
+    assert any("-e .[dev,docs,tune,train,play,data,s3,dask,rerun]" in call for call in calls)
 
 
 def test_ci_fails_if_the_tests_do(machine: Machine) -> None:

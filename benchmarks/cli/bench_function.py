@@ -147,7 +147,7 @@ def bench(
     folder = Path(out or Path("results") / name)
     for experiment in experiments:
         title = f"{wanted.name}, {counted(len(experiment.trackers), 'tracker')}"
-        with progress(title) as report, _damage_told(data):
+        with progress(title) as report:
             outcome = outcome.followed_by(run(experiment, folder, report or (lambda done, of: None)))
     silence = wanted.silence_in(REAL if paths else "")
     for line in (*outcome.unusable, *outcome.failures_in_words(), *outcome.oddities_in_words(silence)):
@@ -230,16 +230,6 @@ def _trackers_on_real(wanted: Suite, names: tuple[str, ...], *, quick: bool) -> 
     chosen: dict[str, TrackerSpec] = {name: ours[name] for name in names or able}
     _check_usable(chosen.values())
     return chosen
-
-
-def _damage_told(data: str | None) -> AbstractContextManager[None]:
-    if data is None:
-        return nullcontext()
-    # Here, since they import the packages of the extra.
-    from benchmarks.data.sets.places import place_of
-    from benchmarks.data.sets.verifying import damage_told
-
-    return damage_told(place_of(data)[1], "data")
 
 
 def stored_seeds(data: str) -> range:

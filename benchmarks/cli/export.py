@@ -50,19 +50,16 @@ class Export(WithModules):
         # After the check, since they import these packages.
         from benchmarks.data.exports.exporter import export
         from benchmarks.data.sets.data_set import DataSet
-        from benchmarks.data.sets.verifying import damage_told
 
-        data = DataSet(self.directory)
-        with damage_told(data.root):
-            left_out = export(
-                data,
-                self.format,
-                self.out,
-                allow_incomplete=self.allow_incomplete,
-                classes=self.classes,
-                min_visible=self.min_visible,
-                min_size_px=self.min_size,
-            )
+        left_out = export(
+            DataSet(self.directory),
+            self.format,
+            self.out,
+            allow_incomplete=self.allow_incomplete,
+            classes=self.classes,
+            min_visible=self.min_visible,
+            min_size_px=self.min_size,
+        )
         print(self.out)
         if left_out:
             print(f"{counted(left_out, 'object')} of single pictures below --min-visible or --min-size")

@@ -46,9 +46,8 @@ class Generate(WithModules):
         rate_hz: frames a second (default: the preset's).
         frame_count: frames of an episode (default: the preset's).
         renderer: raster or pybullet.
-        workers: processes; 0 = run in this process. On a cluster: episodes under way at once.
-        backend: loky for processes of this machine; dask or ray for a cluster (`frameout[dask]`, `frameout[ray]`).
-        address: of the cluster (default: a new one on this machine).
+        workers: processes; 0 = run in this process. On a cluster: half as many as the episodes under way at once.
+        address: of the scheduler of a Dask cluster (`frameout[dask]`; default: processes of this machine).
         on_error: stop at the first episode that cannot be built, or skip it: the others are made, and the seeds that
             are left out are named at the end, in the data card and in manifest.json.
         dry_run: say how large the data set will be and how long it takes; make nothing.
@@ -67,7 +66,6 @@ class Generate(WithModules):
     frame_count: Annotated[int | None, COUNT] = None
     renderer: str = "raster"
     workers: Annotated[int | None, WORKERS] = None
-    backend: str = "loky"
     address: Annotated[str | None, ONE_NAME] = None
     on_error: Literal["stop", "skip"] = "stop"
     dry_run: bool = False
@@ -104,7 +102,7 @@ class Generate(WithModules):
             return self._say(forecast(request, on_error=self.on_error), max(workers, 1))
         began = time.perf_counter()
         with progress_bar(f"{request.scenario} {request.preset}") as progress:
-            makers = Workers(workers, self.backend, self.address, self.modules)
+            makers = Workers(workers, self.address, self.modules)
             data = generate(request, self.out, makers, progress, self.on_error)
         made: dict[str, Any] = {"episodes": len(data.seeds), "frames": len(data), "bytes": data.files.du(data.root)}
         seconds = time.perf_counter() - began

@@ -53,7 +53,6 @@ FRAMEOUT = Program(
         "play": ("benchmarks.cli.play:Play", "steer a camera by hand, scored like a controller"),
         "render": ("benchmarks.cli.render:Render", "write an episode as an MP4"),
         "report": ("benchmarks.cli.report:Report", "make the report of a result folder again from its rows"),
-        "show": ("benchmarks.cli.show:Show", "make a page about a data set"),
         "train": ("benchmarks.cli.train:Train", "train a policy that steers by a tracker's estimate"),
         "tune": ("benchmarks.cli.tune:Tune", "search parameters of trackers and controllers"),
     },

@@ -26,21 +26,15 @@ def field_of(name: str, hint: Any, meaning: Meaning) -> pa.Field:
     The first axis of a field with an entry for each object is that of the rows. An array with an axis ``K`` may have
     any length.
     """
-    hint, shape = _given(hint), meaning.shape if meaning.table == "frames" else meaning.shape[1:]
-    if get_origin(hint) is tuple:
-        kind = type_of(get_args(hint)[0])
-    elif meaning.shape and not dataclasses.is_dataclass(hint):
-        dtype = _dtype_of(hint)
-        kind = pa.string() if dtype.kind == "U" else pa.from_numpy_dtype(dtype)
-        if shape:
-            kind = pa.list_(kind, -1 if "K" in shape else math.prod(int(length) for length in shape))
-    else:
-        kind = type_of(hint)
-    return pa.field(name, kind, metadata={"unit": meaning.unit, "coding": meaning.coding})
+    shape = meaning.shape if meaning.table == "frames" else meaning.shape[1:]
+    return pa.field(name, type_of(hint, shape), metadata={"unit": meaning.unit, "coding": meaning.coding})
 
 
-def type_of(hint: Any) -> pa.DataType:
-    """Return the type of a value of a type hint: a number, a word, an array of any length, or a dataclass of those.
+def type_of(hint: Any, shape: tuple[Any, ...] = ("K",)) -> pa.DataType:
+    """Return the type of a value of a type hint: a number, a word, an array, or a dataclass of those.
+
+    Args:
+        shape: of an array in one row; by default it may have any length.
 
     Raises:
         ValueError: for another type hint.
@@ -50,10 +44,14 @@ def type_of(hint: Any) -> pa.DataType:
         return _SCALARS[hint]
     if get_origin(hint) is Literal:
         return pa.string()
+    if get_origin(hint) is tuple:
+        return type_of(get_args(hint)[0])
     if dataclasses.is_dataclass(hint):
         return pa.struct([(name, type_of(each)) for name, each in get_type_hints(hint).items()])
     if get_origin(hint) is np.ndarray:
-        return pa.list_(pa.from_numpy_dtype(_dtype_of(hint)))
+        dtype = _dtype_of(hint)
+        kind = pa.string() if dtype.kind == "U" else pa.from_numpy_dtype(dtype)
+        return pa.list_(kind, -1 if "K" in shape else math.prod(shape)) if shape else kind
     raise ValueError(f"truth: expected numbers, words, arrays or dataclasses of them, got {hint}")
 
 
@@ -76,20 +74,18 @@ def value_of(stored: Any, hint: Any, shape: tuple[Any, ...] = (), name: str = ""
         return hint(**{key: value_of(stored[key], each, (), key) for key, each in hints.items()})  # type: ignore[operator]
     if get_origin(hint) is np.ndarray:
         return np.array(stored, _dtype_of(hint)).reshape(shape or ((4, 4) if name.startswith("T_") else -1))
-    return stored
+    return tuple(stored) if get_origin(hint) is tuple else stored
 
 
 def column_of(values: NDArray[Any], kind: pa.DataType) -> pa.Array:
     """Return an array (M, …) as a column."""
     if pa.types.is_fixed_size_list(kind):
         return pa.FixedSizeListArray.from_arrays(pa.array(np.ascontiguousarray(values).ravel()), type=kind)
-    return pa.array(values.tolist() if values.dtype.kind == "U" else values, kind)
+    return pa.array(values, kind)
 
 
 def array_of(column: pa.ChunkedArray, dtype: np.dtype[Any], shape: tuple[Any, ...]) -> NDArray[Any]:
     """Return a column as an array (M, *shape)."""
-    if pa.types.is_string(column.type):
-        return np.array(column.to_pylist(), dtype=str)
     whole = column.combine_chunks()
     flat = whole.flatten() if pa.types.is_fixed_size_list(whole.type) else whole
     return flat.to_numpy(zero_copy_only=False).astype(dtype, copy=False).reshape(-1, *shape)

@@ -18,8 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import ABSENT, Instance
-from benchmarks.data.sets.channel_pictures import channel_picture
-from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES
+from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES, channel_picture
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.show.video import marks
 from scenarios.scenario import Frame

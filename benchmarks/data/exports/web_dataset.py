@@ -16,7 +16,7 @@ from benchmarks.data.exports.exporter import Exporter, export_format, set_name
 from benchmarks.data.exports.labels import Instance, Labels, StoredFrame
 from benchmarks.data.sets.card import split_of
 from benchmarks.data.sets.channels import CODINGS, COUNTS, NORMALS, PICTURES
-from benchmarks.data.sets.shards import ShardWriter
+from benchmarks.data.sets.episode_writer import ShardWriter
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios.truth import dtype_of, meanings
 from trackers.types import Observation
@@ -65,7 +65,7 @@ class WebDataset(Exporter):
         for split in dict.fromkeys(map(split_of, self.data.seeds)):
             shards = ShardWriter(files, str(self.folder), f"{name}-{split}", 2 * SHARD_BYTES)
             self._splits[split] = shards
-            self.stack.callback(shards.abandon)
+            self.stack.callback(shards.finish)
 
     def write_episode(self, episode: StoredEpisode) -> None:
         """Write the samples of an episode."""
@@ -76,11 +76,6 @@ class WebDataset(Exporter):
             if place.offset + place.bytes > SHARD_BYTES:
                 # Between samples only: a reader takes what follows in another shard for another sample.
                 shards.finish()
-
-    def end(self) -> None:
-        """Finish the last shards."""
-        for shards in self._splits.values():
-            shards.finish()
 
     def _files(self, stored: StoredFrame) -> Iterator[tuple[str, bytes]]:
         """Yield the ending and the content of each file of a sample."""

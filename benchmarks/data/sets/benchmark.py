@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
-from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES, coding_of
+from benchmarks.data.sets.channels import LOSSY, NORMALS, PICTURES, coding_of
 from benchmarks.data.sets.data_set import DataSet, stored_episode
 from benchmarks.data.sets.request import Request
 from benchmarks.run.editions import package_versions, preset_edition
@@ -27,7 +27,7 @@ def benchmark_of(data: str) -> Request:
     wanted = f"the frames of the preset {request.preset}, since scores on others are not comparable"
     options = ", ".join(f"--{name.removesuffix('_px').replace('_', '-')}" for name in changes)
     check("data", not changes, wanted, f"a set that was made with {options}")
-    lossy = [c for c in PICTURES if c in request.channels and not CODINGS[coding_of(c, request.pictures)].is_lossless]
+    lossy = [c for c in PICTURES if c in request.channels and coding_of(c, request.pictures) == LOSSY]
     check("data", not lossy, "pictures without loss", f"{request.pictures} for {', '.join(lossy)}")
     gone = sorted(set(range(*request.seeds)) - set(stored.seeds))
     check("data", not gone, "a whole data set", f"one without {len(gone)} episodes; `frameout generate` makes them")

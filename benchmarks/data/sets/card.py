@@ -2,29 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator
 from fnmatch import fnmatch
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-import cv2
+import pandas as pd
+import pyarrow as pa
+import pyarrow.compute as pc
 
 from benchmarks.contract.rows import TEST_SPLIT
 from benchmarks.contract.text import counted, ranges_text
-from benchmarks.data.sets.channels import NORMALS, coding_of
+from benchmarks.data.sets.channels import CODINGS, NORMALS, coding_of
 from benchmarks.data.sets.contact_sheet import LEGEND, contact_sheet
 from benchmarks.data.sets.data_set import MANIFEST, DataSet
 from benchmarks.data.sets.places import put
-from benchmarks.data.sets.statistics import STATES, Statistics, statistics
 from benchmarks.show.page import page_environment
 from benchmarks.show.tables import markdown_table
 from scenarios import catalog
-from scenarios.truth import meanings
+from scenarios.truth import INSIDE, VisibilityState, meanings
 
 CARD, SHEET = "README.md", "contact-sheet.jpg"
-_UNITS = {NORMALS: "unit vectors in the world"}
 AXES = Path(__file__).with_name("axes.md").read_text(encoding="utf-8")
 """Text of all READMEs: where axes and pixels begin."""
+TARGET, OTHERS, STANDING = "target", "other objects", "standing about"
+"""Groups of objects: the one that a tracker of a single target is started on, all others that the scene asks about, and
+what is parked or moored.
+"""
+_STATES: tuple[str, ...] = get_args(VisibilityState)
 _SIZES = ("n<1K", "1K<n<10K", "10K<n<100K", "100K<n<1M", "1M<n<10M", "10M<n<100M", "100M<n<1B")
 """Words of the Hugging Face Hub for powers of ten of samples."""
 _TASKS = {
@@ -57,104 +62,119 @@ def hub_head(data: DataSet, configs: dict[str, dict[str, list[str]]]) -> str:
 
 def table_configs(data: DataSet) -> dict[str, dict[str, list[str]]]:
     """Return the configurations of a data set's tables: frames, objects and what stands about."""
-    test = f"{TEST_SPLIT.start // 10_000:02d}*"
-    folders = {"train": ["00*", "0[2-9]*", "[1-9]*"], "test": [test]}
-    found = {
-        split: [each for each in patterns if any(fnmatch(f"{seed:06d}", each) for seed in data.seeds)]
-        for split, patterns in folders.items()
-    }
-    return {
-        table: {
-            split: [f"episodes/{folder}/{table}.parquet" for folder in patterns]
-            for split, patterns in found.items()
-            if patterns
-        }
-        for table in data.tables
-    }
-
-
-@dataclass(frozen=True)
-class CardTable:
-    """A table of the card and the page: heads, lines of cells, and how many columns are words (the rest: numbers)."""
-
-    heads: tuple[str, ...]
-    lines: list[list[str]]
-    words: int = 1
-
-
-def about(data: DataSet) -> list[str]:
-    """Return what a data set is, what it lacks and what made it, a sentence each."""
-    request, first = data.request, data.episode(data.seeds[0])
-    missing = [f"Missing: seeds {ranges_text(data.missing())}."] if data.missing() else []
-    packages = ", ".join(f"{name} {version}" for name, version in request.packages.items())
-    return [
-        f"{counted(len(data.seeds), 'episode')} (seeds {ranges_text(data.seeds)}), {len(data)} frames of "
-        f"{first.camera.width_px} x {first.camera.height_px} pixels at {first.rate_hz:g} a second; "
-        f"drawn by the renderer `{request.renderer}`.",
-        *missing,
-        *(f"Left out, since it could not be built: seed {seed}: {why}" for seed, why in data.left_out.items()),
-        "Simulated by Frameout; nobody is recorded. Licence: MIT, that of Frameout. The same request gives the "
-        "same bytes with the same edition (`scene` in `dataset.json`), on Linux with AVX2.",
-        f"Made with {packages or 'packages that were not noted'}.",
-    ]
-
-
-def card_tables(data: DataSet, held: Statistics) -> list[CardTable]:
-    """Return what the objects do, what pictures show, and what each channel takes."""
-    lines = []
-    for group, shares in held.states.iterrows():
-        outs = held.frame_outs[held.frame_outs["group"] == group]
-        frames = outs["frames"]
-        lengths = f"{frames.median():g}, {frames.max()}" if len(outs) else ""
-        percent = [f"{100 * share:.1f}" for share in shares]
-        lines.append([str(group), *percent, str(len(outs)), str(outs["unfinished"].sum()), lengths])
-    heads = (*(f"{state} (%)" for state in STATES), "frame-outs", "to the end", "frames of one: median, longest")
-    objects = CardTable(("objects", *heads), lines)
-    seen = CardTable(
-        ("seen in pictures", *held.seen.columns), [[kind, *map(str, row)] for kind, *row in held.seen.itertuples()]
-    )
-    stored, pictures = data.stored_bytes(), data.request.pictures
-    units = {name: each.unit for name, each in meanings(catalog.scenario(data.request.scenario).truth).items()} | _UNITS
-    channels = [
-        [
-            name,
-            coding_of(name, pictures) if name != "tables" else "Parquet",
-            units.get(name, ""),
-            f"{size / len(data) / 1024:.1f}",
-        ]
-        for name, size in stored.items()
-    ]
-    return [objects, seen, CardTable(("channel", "coding", "unit", "KiB a frame"), channels, words=3)]
+    folders = {"train": ["00*", "0[2-9]*", "[1-9]*"], "test": [f"{TEST_SPLIT.start // 10_000:02d}*"]}
+    configs: dict[str, dict[str, list[str]]] = {table: {} for table in data.tables}
+    for split, patterns in folders.items():
+        found = [each for each in patterns if any(fnmatch(f"{seed:06d}", each) for seed in data.seeds)]
+        for table in data.tables if found else ():
+            configs[table][split] = [f"episodes/{folder}/{table}.parquet" for folder in found]
+    return configs
 
 
 def write_card(data: DataSet) -> None:
-    """Write the data card into a data set."""
-    sheet = cv2.imencode(".jpg", cv2.cvtColor(contact_sheet(data), cv2.COLOR_RGB2BGR))[1].tobytes()
-    put(data.files, f"{data.root}/{SHEET}", sheet)
-    put(data.files, f"{data.root}/{CARD}", _text(data).encode())
+    """Write the data card and the contact sheet into a data set."""
+    put(data.files, f"{data.root}/{SHEET}", CODINGS["jpeg"].encode(contact_sheet(data)))
+    put(data.files, f"{data.root}/{CARD}", card_text(data).encode())
 
 
-def _text(data: DataSet) -> str:
-    scenario = catalog.scenario(data.request.scenario)
-    fields = [
-        [f"`{name}`", each.table, each.unit, each.coding]
-        for name, each in meanings(scenario.truth).items()
-        if not each.per_pixel
-    ]
-    tables = card_tables(data, statistics(data))
+def card_text(data: DataSet) -> str:
+    """Return the data card; no pixel is read."""
+    request, scenario = data.request, catalog.scenario(data.request.scenario)
+    fields = meanings(scenario.truth)
     return _render(
         "card.md.jinja",
         head=hub_head(data, table_configs(data)),
-        request=data.request,
+        request=request,
         summary=scenario.summary,
-        about=about(data),
+        episodes=counted(len(data.seeds), "episode"),
+        seeds=ranges_text(data.seeds),
+        missing=ranges_text(data.missing()),
+        data=data,
+        first=data.episode(data.seeds[0]),
+        packages=", ".join(f"{name} {version}" for name, version in request.packages.items()),
         sheet=SHEET,
         legend=LEGEND,
-        tables=[markdown_table(each.heads, each.lines, each.words) for each in tables],
+        tables=[*_object_tables(data), _channel_table(data)],
         manifest=MANIFEST,
-        fields=markdown_table(("field", "table", "unit", "coding"), fields, 4),
+        fields=markdown_table(
+            ("field", "table", "unit", "coding"),
+            [[f"`{name}`", each.table, each.unit, each.coding] for name, each in fields.items() if not each.per_pixel],
+            4,
+        ),
         axes=AXES,
     )
+
+
+def _object_tables(data: DataSet) -> Iterator[str]:
+    """Yield what the objects do, and how many of each kind are seen."""
+    is_seen = pc.is_finite(pc.list_element(pc.field("visible_box_xyxy"), 0))
+    is_target = pc.field("names") == catalog.scenario(data.request.scenario).target
+    # A data set may have many millions of objects.
+    columns = {
+        "seed": pc.field("seed").cast(pa.int32()),
+        "index": pc.field("index"),
+        "state": pc.field("state"),
+        "kind": pc.field("kinds"),
+        "group": pc.if_else(is_target, TARGET, OTHERS),
+        "is_seen": is_seen,
+    }
+    objects = _rows(data, "objects", columns)
+    outs = frame_outs(objects)
+    shares = pd.crosstab(objects["group"], objects["state"], normalize="index").reindex(columns=_STATES, fill_value=0.0)
+    lines = []
+    for group in (each for each in (TARGET, OTHERS) if each in shares.index):
+        own = outs[outs["group"] == group]
+        lengths = f"{own['frames'].median():g}, {own['frames'].max()}" if len(own) else ""
+        states = [f"{100 * share:.1f}" for share in shares.loc[group]]
+        lines.append([group, *states, str(len(own)), str(own["unfinished"].sum()), lengths])
+    heads = (*(f"{state} (%)" for state in _STATES), "frame-outs", "to the end", "frames of one: median, longest")
+    yield markdown_table(("objects", *heads), lines, 1)
+
+    seen = [objects.loc[objects["is_seen"], ["kind", "group"]]]
+    if "standing" in data.tables:
+        standing = _rows(data, "standing", {"kind": pc.field("standing_kinds"), "is_seen": is_seen})
+        seen.append(standing.loc[standing["is_seen"], ["kind"]].assign(group=STANDING))
+    found = pd.concat([each.astype(str) for each in seen])
+    groups = [TARGET, OTHERS, STANDING]
+    counts = pd.crosstab(found["kind"], found["group"]).reindex(columns=groups, fill_value=0)
+    yield markdown_table(
+        ("seen in pictures", *groups), [[kind, *map(str, row)] for kind, *row in counts.itertuples()], 1
+    )
+
+
+def _rows(data: DataSet, table: str, columns: dict[str, pc.Expression]) -> pd.DataFrame:
+    return pa.Table.from_batches(data.batches(table, columns)).to_pandas(strings_to_categorical=True)
+
+
+def frame_outs(objects: pd.DataFrame) -> pd.DataFrame:
+    """Return each run of the state ``out`` of an object that was in the picture just before.
+
+    Args:
+        objects: a row for each object of each frame, in order of frames: ``seed``, ``index``, ``state``, ``group``.
+
+    Returns:
+        ``group``, ``frames``, and ``unfinished``: it lasts to the episode's end, or to where the object leaves the
+        world.
+    """
+    named = ["seed", "index"]
+    rows = objects[[*named, "state", "group"]].sort_values(named, kind="stable")
+    begins = (rows[[*named, "state"]] != rows[[*named, "state"]].shift()).any(axis=1)
+    runs = rows[begins].assign(frames=rows.groupby(begins.cumsum()).size().to_numpy())
+    before, after = runs.shift(), runs.shift(-1)
+    was_seen = (runs[named] == before[named]).all(axis=1) & before["state"].isin(INSIDE)
+    ends = (runs[named] != after[named]).any(axis=1) | (after["state"] == "absent")
+    return runs.assign(unfinished=ends)[(runs["state"] == "out") & was_seen][["group", "frames", "unfinished"]]
+
+
+def _channel_table(data: DataSet) -> str:
+    """Return what each channel takes."""
+    units = {name: each.unit for name, each in meanings(catalog.scenario(data.request.scenario).truth).items()}
+    units |= {NORMALS: "unit vectors in the world"}
+    lines = []
+    for name, size in data.stored_bytes().items():
+        coding = "Parquet" if name == "tables" else coding_of(name, data.request.pictures)
+        lines.append([name, coding, units.get(name, ""), f"{size / len(data) / 1024:.1f}"])
+    return markdown_table(("channel", "coding", "unit", "KiB a frame"), lines, 3)
 
 
 def _render(template: str, **values: Any) -> str:

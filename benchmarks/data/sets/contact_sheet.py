@@ -6,15 +6,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.sets.channel_pictures import EMPTY, Rgb, channel_picture
-from benchmarks.data.sets.channels import PICTURES, value_of
+from benchmarks.data.sets.channels import EMPTY, PICTURES, Rgb, channel_picture, value_of
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.show.video import marks
 from benchmarks.show.video.drawing import picture_sheet
 from scenarios import catalog
 from scenarios.truth import INSIDE, Truth, meanings
-from sim.checks import check
 
 LEGEND = "visible boxes blue, amodal ones orange at their corners, those of what is parked or moored pink"
 _STANDING_RGB = (204, 121, 167)
@@ -30,12 +28,7 @@ Cell = tuple[str, Rgb]
 
 
 def contact_sheet(data: DataSet) -> NDArray[np.uint8]:
-    """Return frames with boxes, a row an episode, and below them one frame's channels: (H, W, 3).
-
-    Raises:
-        ValueError: if the set has no pixels.
-    """
-    check("channels", bool(data.request.channels), "a data set with at least one", "none")
+    """Return frames with boxes, a row an episode, and below them one frame's channels: (H, W, 3)."""
     rows = boxed_frames(data)
     count = len(rows[0])
     cells = channel_cells(data)
@@ -56,12 +49,9 @@ def channel_cells(data: DataSet) -> list[Cell]:
     count = len(episode)
     seen = np.array([np.isfinite(episode.visible_boxes_of(k)[:, 0]).sum() for k in range(count)])
     index = int(np.argmax(seen - np.abs(np.arange(count) - count / 2) / (count + 1)))
-    drawn = [(channel, _drawn(data, episode, index, channel)) for channel in data.request.channels]
-    return [
-        (f"{channel} {found[1]}".strip(), _zoomed(found[0], _WIDTH_PX))
-        for channel, found in drawn
-        if found is not None and channel != _background(data)
-    ]
+    others = (channel for channel in data.request.channels if channel != _background(data))
+    drawn = [(channel, _drawn(episode, index, channel)) for channel in others]
+    return [(f"{channel} {found[1]}".strip(), _zoomed(found[0], _WIDTH_PX)) for channel, found in drawn if found]
 
 
 def _spread(count: int, wanted: int) -> list[int]:
@@ -75,7 +65,7 @@ def _background(data: DataSet) -> str:
     return next((each for each in PICTURES if each in data.request.channels), data.request.channels[0])
 
 
-def _drawn(data: DataSet, episode: StoredEpisode, index: int, channel: str) -> tuple[Rgb, str] | None:
+def _drawn(episode: StoredEpisode, index: int, channel: str) -> tuple[Rgb, str] | None:
     """Return a channel of a frame as a picture with its range in words; None for a picture that was lost."""
     frame = episode.frame(index, (channel,))
     value = value_of(frame, channel, lambda: episode.normals_of(index))
@@ -86,9 +76,8 @@ def _drawn(data: DataSet, episode: StoredEpisode, index: int, channel: str) -> t
 def _boxed(data: DataSet, episode: StoredEpisode, index: int) -> Cell:
     frame = episode.frame(index, ())
     truth, camera = frame.truth, frame.observation.camera
-    drawn = _drawn(data, episode, index, _background(data))
-    nothing = np.full((camera.height_px, camera.width_px, 3), EMPTY, np.uint8)
-    large = _zoomed(nothing if drawn is None else drawn[0], _WIDTH_PX)
+    drawn = _drawn(episode, index, _background(data))
+    large = _zoomed(drawn[0] if drawn else np.full((camera.height_px, camera.width_px, 3), EMPTY, np.uint8), _WIDTH_PX)
     zoom = large.shape[1] / camera.width_px
     draw_boxes(large, zoom, truth, episode.visible_boxes_of(index), catalog.scenario(data.request.scenario).target)
     for box_xyxy in episode.visible_boxes_of(index, "standing"):

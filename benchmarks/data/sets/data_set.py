@@ -5,24 +5,22 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from threading import Lock
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute
 import pyarrow.dataset
-from fsspec import AbstractFileSystem
 
-from benchmarks.data.sets.episode_writer import episode_folder, read_mark
+from benchmarks.data.sets.episode_writer import episode_folder, is_whole, read_mark
 from benchmarks.data.sets.places import place_of, reached
 from benchmarks.data.sets.request import Request, request_of
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios.scenario import Frame
 from sim.checks import check
 
-_OPEN = 4
-"""Episodes whose tables and files are kept for reading in any order."""
+_KEPT = 4
+"""Episodes whose tables are kept for reading in any order."""
 _SCANNED = 32
 """Episodes whose tables are read as one Arrow dataset."""
 REQUEST, MANIFEST = "dataset.json", "manifest.json"
@@ -47,10 +45,7 @@ class DataSet:
                 raise ValueError(f"directory: expected a data set with a file {REQUEST}, got none in {self.url}")
             self.request: Request = request_of(self.files.cat_file(f"{self.root}/{REQUEST}"), REQUEST)
             self.seeds = tuple(seed for seed in range(*self.request.seeds) if is_whole(self.files, self.root, seed))
-        self._known = frozenset(self.seeds)
         self._episodes: dict[int, StoredEpisode] = {}
-        self._lock = Lock()
-        self._ends: np.ndarray | None = None
 
     @cached_property
     def left_out(self) -> dict[int, str]:
@@ -67,23 +62,15 @@ class DataSet:
             listed: dict[str, Any] = json.loads(self.files.cat_file(path))
         except ValueError as error:
             raise ValueError(f"{MANIFEST}: expected the list of a data set's files, got {error}") from None
-        check(MANIFEST, isinstance(listed, dict), "the list of a data set's files", type(listed).__name__)
         return listed
 
     def missing(self) -> list[int]:
         """Return the seeds that were asked for and are neither there nor left out."""
         return [seed for seed in range(*self.request.seeds) if seed not in self._known and seed not in self.left_out]
 
-    def __getstate__(self) -> dict[str, Any]:
-        """Without the lock: another process makes its own."""
-        return {name: value for name, value in self.__dict__.items() if name != "_lock"}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__ |= state | {"_lock": Lock()}
-
     def __len__(self) -> int:
         """Return the number of frames."""
-        return int(self._episode_ends()[-1])
+        return int(self._episode_ends[-1])
 
     def __getitem__(self, index: int) -> Frame:
         """Return a frame of the whole set. Raises IndexError."""
@@ -96,25 +83,23 @@ class DataSet:
             yield from self.episode(seed)
 
     def episode(self, seed: int) -> StoredEpisode:
-        """Return an episode; the last few are kept open. Raises ValueError if it does not exist."""
+        """Return an episode; the last few are kept. Raises ValueError if it does not exist."""
         check("seed", seed in self._known, f"one of the {len(self.seeds)} that exist in {self.url}", seed)
-        with self._lock:
-            episode = self._episodes.pop(seed, None)
-            if episode is None:
-                episode = StoredEpisode(self.files, episode_folder(self.root, seed), self.request)
-            self._episodes[seed] = episode
-            if len(self._episodes) > _OPEN:
-                # Whoever still holds it opens its files again.
-                self._episodes.pop(next(iter(self._episodes))).close()
+        episode = self._episodes.pop(seed, None)
+        if episode is None:
+            episode = StoredEpisode(self.files, episode_folder(self.root, seed), self.request)
+        self._episodes[seed] = episode
+        # Threads may read at once.
+        for old in list(self._episodes)[:-_KEPT]:
+            self._episodes.pop(old, None)
         return episode
 
     def locate(self, index: int) -> tuple[StoredEpisode, int]:
         """Return the episode of a frame of the whole set, and its index in that. Raises IndexError."""
         if not 0 <= index < len(self):
             raise IndexError(f"frame: expected 0 to {len(self) - 1}, got {index}")
-        ends = self._episode_ends()
-        k = int(np.searchsorted(ends, index, side="right")) - 1
-        return self.episode(self.seeds[k]), index - int(ends[k])
+        k = int(np.searchsorted(self._episode_ends, index, side="right")) - 1
+        return self.episode(self.seeds[k]), index - int(self._episode_ends[k])
 
     @property
     def tables(self) -> tuple[str, ...]:
@@ -138,17 +123,14 @@ class DataSet:
 
     def batches(self, name: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:
         """Yield the rows of a table in order, as columns of expressions; the number of episodes costs no memory."""
-        for part in self._parts(name):
+        for first in range(0, len(self.seeds), _SCANNED):
+            # Arrow keeps the footer of every file that it has read for as long as the dataset exists.
+            part = self._scan(name, self.seeds[first : first + _SCANNED])
             yield from part.scanner(columns=columns).to_batches()
 
     def count_rows(self, name: str) -> int:
-        """Return the number of a table's rows; no column is read."""
-        return sum(part.count_rows() for part in self._parts(name))
-
-    def _parts(self, name: str) -> Iterator[pa.dataset.Dataset]:
-        for first in range(0, len(self.seeds), _SCANNED):
-            # Arrow keeps the footer of every file that it has read for as long as the dataset exists.
-            yield self._scan(name, self.seeds[first : first + _SCANNED])
+        """Return the number of a table's rows."""
+        return self.scan(name).count_rows()
 
     def _scan(self, name: str, seeds: Sequence[int]) -> pa.dataset.Dataset:
         paths = [f"{episode_folder(self.root, seed)}/{name}.parquet" for seed in seeds]
@@ -161,8 +143,8 @@ class DataSet:
         for batch in self.batches("frames", columns) if columns else ():
             for name in total:
                 total[name] += pa.compute.sum(batch[name]).as_py() or 0
-        marks = (read_mark(self.files, episode_folder(self.root, seed))["files"] for seed in self.seeds)
-        total["tables"] = sum(m["bytes"] for files in marks for name, m in files.items() if name.endswith(".parquet"))
+        files = (file for mark in self._marks() for file in mark["files"].items())
+        total["tables"] = sum(file["bytes"] for name, file in files if name.endswith(".parquet"))
         return total
 
     def samples(self, take: Callable[[Frame], Any], channels: tuple[str, ...] | None = None) -> Samples:
@@ -174,19 +156,24 @@ class DataSet:
         return Samples(self, take, channels)
 
     def close(self) -> None:
-        """Close all files."""
+        """Forget what was read."""
         for episode in self._episodes.values():
             episode.close()
 
+    @cached_property
+    def _known(self) -> frozenset[int]:
+        return frozenset(self.seeds)
+
+    @cached_property
     def _episode_ends(self) -> np.ndarray:
-        if self._ends is None:
-            marks = (read_mark(self.files, episode_folder(self.root, seed)) for seed in self.seeds)
-            self._ends = np.cumsum([0, *(mark["frame_count"] for mark in marks)])
-        return self._ends
+        return np.cumsum([0, *(mark["frame_count"] for mark in self._marks())])
+
+    def _marks(self) -> Iterator[dict[str, Any]]:
+        return (read_mark(self.files, episode_folder(self.root, seed)) for seed in self.seeds)
 
 
 class Samples:
-    """Frames of a data set, each passed through a function; workers of a ``DataLoader`` open files of their own."""
+    """Frames of a data set, each passed through a function."""
 
     def __init__(self, frames: DataSet, take: Callable[[Frame], Any], channels: tuple[str, ...] | None) -> None:
         self._frames, self._take, self._channels = frames, take, channels
@@ -209,12 +196,3 @@ def stored_episode(url: str, seed: int) -> StoredEpisode:
         return StoredEpisode(files, episode_folder(root, seed), request)
     except FileNotFoundError as error:
         raise ValueError(f"seed: expected a whole episode in {url}, got {seed} ({error})") from None
-
-
-def is_whole(files: AbstractFileSystem, root: str, seed: int) -> bool:
-    """Return whether an episode was written to its end."""
-    try:
-        read_mark(files, episode_folder(root, seed))
-    except (FileNotFoundError, ValueError):
-        return False
-    return True

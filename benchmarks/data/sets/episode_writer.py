@@ -1,15 +1,22 @@
-"""Writes one episode: tables, shards and, last of all, its mark, without which it does not exist."""
+"""Writes one episode: tables, shards and, last of all, its mark, without which it does not exist.
+
+Shards are tar files with the coded channels of many frames. Any program can open them; the place of each value stands
+in the table of frames, so that one value is read without the others.
+"""
 
 from __future__ import annotations
 
-import dataclasses
+import hashlib
+import io
 import json
 import secrets
 import shutil
+import tarfile
 from collections.abc import Iterable, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import pyarrow as pa
@@ -18,20 +25,108 @@ from fsspec import AbstractFileSystem
 from fsspec.implementations.local import LocalFileSystem
 from numpy.typing import NDArray
 
+from benchmarks.data.codec import plain
 from benchmarks.data.sets import tables
 from benchmarks.data.sets.channels import CODINGS, PICTURES, coding_of, value_of
 from benchmarks.data.sets.request import Request
-from benchmarks.data.sets.shards import FileMark, MarkedFile, ShardWriter
-from benchmarks.data.sets.visible_boxes import visible_boxes
 from scenarios import catalog
 from scenarios.scenario import Episode
 from scenarios.truth import Truth, check_truth, without_pixels
-from trackers.types import Observation, Start
+from trackers.types import Observation
 
 MARK = "episode.json"
 _UNFINISHED = ".unfinished-"
 ROWS_AT_ONCE = 256
 """Frames of a row group: what is held in memory until it is written."""
+SHARD_BYTES = 512 * 2**20
+"""Size from which a new shard begins."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a value lies: ``bytes`` bytes of shard number ``shard`` from ``offset`` on."""
+
+    shard: int
+    offset: int
+    bytes: int
+
+
+class MarkedFile(io.RawIOBase):
+    """A file being written, with its size and its SHA-256 so far."""
+
+    def __init__(self, files: AbstractFileSystem, path: str) -> None:
+        self._file: BinaryIO = files.open(path, "wb")
+        self._sha256, self._bytes = hashlib.sha256(), 0
+
+    def writable(self) -> bool:
+        """It is."""
+        return True
+
+    def write(self, data: Any) -> int:
+        """Write bytes; return their number."""
+        written = memoryview(data).nbytes
+        self._file.write(data)
+        self._sha256.update(data)
+        self._bytes += written
+        return written
+
+    def tell(self) -> int:
+        """Return the number of bytes so far."""
+        return self._bytes
+
+    def close(self) -> None:
+        """Finish the file."""
+        if not self.closed:
+            self._file.close()
+        super().close()
+
+    @property
+    def mark(self) -> dict[str, Any]:
+        """Size and checksum so far."""
+        return {"bytes": self._bytes, "sha256": self._sha256.hexdigest()}
+
+
+class ShardWriter:
+    """Writes values into the shards ``NAME-00000.tar`` … of a folder.
+
+    Attributes:
+        written: name -> all shards so far.
+    """
+
+    def __init__(self, files: AbstractFileSystem, folder: str, name: str, shard_bytes: int | None = None) -> None:
+        self._files, self._folder, self._name = files, folder, name
+        self._limit = SHARD_BYTES if shard_bytes is None else shard_bytes
+        self.written: dict[str, MarkedFile] = {}
+        self._file: MarkedFile | None = None
+
+    def add(self, name: str, coded: bytes) -> Place:
+        """Append a value under a name; return its place."""
+        if self._file is not None and self._file.tell() > self._limit:
+            self.finish()
+        if self._file is None:
+            shard = shard_name(self._name, len(self.written))
+            self._file = self.written[shard] = MarkedFile(self._files, f"{self._folder}/{shard}")
+        member = tarfile.TarInfo(name)
+        member.size = len(coded)
+        # Names above 100 characters take a header more.
+        self._file.write(member.tobuf(tarfile.PAX_FORMAT))
+        place = Place(len(self.written) - 1, self._file.tell(), len(coded))
+        self._file.write(coded)
+        self._file.write(bytes(-len(coded) % tarfile.BLOCKSIZE))
+        return place
+
+    def finish(self) -> None:
+        """Finish the current shard."""
+        if self._file is not None:
+            with self._file as file:
+                # Two empty blocks end a tar file.
+                file.write(bytes(2 * tarfile.BLOCKSIZE))
+            self._file = None
+
+
+def shard_name(name: str, shard: int) -> str:
+    """Return the file name of a shard."""
+    return f"{name}-{shard:05d}.tar"
 
 
 def episode_folder(root: str, seed: int) -> str:
@@ -50,6 +145,15 @@ def read_mark(files: AbstractFileSystem, folder: str) -> dict[str, Any]:
     return mark
 
 
+def is_whole(files: AbstractFileSystem, root: str, seed: int) -> bool:
+    """Return whether an episode was written to its end."""
+    try:
+        read_mark(files, episode_folder(root, seed))
+    except (FileNotFoundError, ValueError):
+        return False
+    return True
+
+
 def write_episode(files: AbstractFileSystem, root: str, request: Request, seed: int, live: Episode) -> None:
     """Run an episode and write it; after a failure nothing of it is left.
 
@@ -61,17 +165,27 @@ def write_episode(files: AbstractFileSystem, root: str, request: Request, seed: 
     folder = f"{root}/episodes/{_UNFINISHED}{seed:06d}-{secrets.token_hex(8)}" if is_local else final
     files.makedirs(folder, exist_ok=True)
     try:
-        marks = _write_files(files, folder, request, seed, live)
+        with EpisodeFiles(files, folder) as opened:
+            write_background(opened, request, live.start.background)
+            _write_frames(opened, request, seed, live)
         mark = {
             "seed": seed,
             "frame_count": live.frame_count,
             "rate_hz": live.rate_hz,
-            "start": _start_row(live.start),
-            "files": {name: dataclasses.asdict(mark) for name, mark in sorted(marks.items())},
+            "start": {name: plain(getattr(live.start, name)) for name in ("camera", "box_xyxy", "site")},
+            "files": opened.marks(),
         }
         files.pipe_file(f"{folder}/{MARK}", (json.dumps(mark, indent=1) + "\n").encode())
         if is_local:
-            _move(files, Path(folder), Path(final))
+            # One that is there already is the same, unless its mark is gone.
+            if not is_whole(files, root, seed):
+                shutil.rmtree(final, ignore_errors=True)
+            try:
+                Path(folder).rename(final)
+            except OSError:
+                if not is_whole(files, root, seed):
+                    raise
+                shutil.rmtree(folder)
     except BaseException:
         # Another run on the same data set may have cleared it away.
         with suppress(FileNotFoundError):
@@ -86,130 +200,80 @@ def clear(files: AbstractFileSystem, root: str) -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _move(files: LocalFileSystem, folder: Path, final: Path) -> None:
-    """Move a finished episode to its place. One that is there already is the same, unless its mark is gone."""
-    try:
-        folder.rename(final)
-    except OSError:
-        if not final.is_dir():
-            raise
-        try:
-            read_mark(files, str(final))
-        except (ValueError, FileNotFoundError):
-            shutil.rmtree(final)
-            folder.rename(final)
-        else:
-            shutil.rmtree(folder)
+class EpisodeFiles(ExitStack):
+    """The files of one episode, being written; the end of the context closes them."""
+
+    def __init__(self, files: AbstractFileSystem, folder: str) -> None:
+        super().__init__()
+        self._files, self._folder = files, folder
+        self._tables: dict[str, MarkedFile] = {}
+        self._shards: list[ShardWriter] = []
+
+    def table(self, name: str, schema: pa.Schema) -> pq.ParquetWriter:
+        """Open a table."""
+        file = self.enter_context(MarkedFile(self._files, f"{self._folder}/{name}.parquet"))
+        self._tables[f"{name}.parquet"] = file
+        return self.enter_context(pq.ParquetWriter(file, schema, compression="zstd"))
+
+    def shards(self, name: str) -> ShardWriter:
+        """Open shards."""
+        self._shards.append(ShardWriter(self._files, self._folder, name))
+        self.callback(self._shards[-1].finish)
+        return self._shards[-1]
+
+    def marks(self) -> dict[str, dict[str, Any]]:
+        """Return size and checksum of each file by name, after the context."""
+        written = self._tables | {name: file for shards in self._shards for name, file in shards.written.items()}
+        return {name: written[name].mark for name in sorted(written)}
 
 
-def _write_files(
-    files: AbstractFileSystem, folder: str, request: Request, seed: int, live: Episode
-) -> dict[str, FileMark]:
+def _write_frames(opened: EpisodeFiles, request: Request, seed: int, live: Episode) -> None:
+    """Run an episode and write its frames, and the objects of these."""
     kind = catalog.scenario(request.scenario).truth
-    with ExitStack() as stack:
-        marks = write_background(stack, files, folder, request, live.start.background)
-        frames = _Frames(stack, files, folder, "frames", "pixels", tables.frame_schema(kind, request.channels))
-        objects = {
-            name: _Table(stack, files, f"{folder}/{name}.parquet", tables.object_schema(kind, name))
-            for name in ("objects", "standing")
-        }
-        for first in range(0, live.frame_count, ROWS_AT_ONCE):
-            truths: list[Truth] = []
-            boxes: dict[str, list[NDArray[np.float64]]] = {name: [] for name in objects}
-            for _ in range(first, min(first + ROWS_AT_ONCE, live.frame_count)):
-                frame = live.step()
-                truth = frame.truth
-                if truth.frame == 0:
-                    check_truth(truth)
-                row = tables.frame_row(truth, frame.observation) | {"seed": seed}
-                values = ((channel, value_of(frame, channel, live.normals)) for channel in request.channels)
-                frames.add(truth.frame, row, values, request.pictures)
-                for name, ids in (("objects", truth.instance_id), ("standing", truth.standing_id)):
-                    boxes[name].append(visible_boxes(truth.instance_map, ids))
-                truths.append(without_pixels(truth))
-            frames.flush()
-            for name, table in objects.items():
-                table.write(tables.object_table(truths, boxes[name], seed, name))
-        return marks | frames.close() | {f"{name}.parquet": each.close() for name, each in objects.items()}
+    schema, shards = tables.frame_schema(kind, request.channels), opened.shards("pixels")
+    frames = opened.table("frames", schema)
+    objects = {name: opened.table(name, tables.object_schema(kind, name)) for name in ("objects", "standing")}
+    for first in range(0, live.frame_count, ROWS_AT_ONCE):
+        rows: list[dict[str, Any]] = []
+        truths: list[Truth] = []
+        boxes: dict[str, list[NDArray[np.float64]]] = {name: [] for name in objects}
+        for _ in range(first, min(first + ROWS_AT_ONCE, live.frame_count)):
+            frame = live.step()
+            truth = frame.truth
+            if truth.frame == 0:
+                check_truth(truth)
+            values = ((channel, value_of(frame, channel, live.normals)) for channel in request.channels)
+            places = _written(shards, truth.frame, values, request.pictures)
+            rows.append(tables.frame_row(truth, frame.observation) | {"seed": seed} | places)
+            for name, ids in (("objects", truth.instance_id), ("standing", truth.standing_id)):
+                boxes[name].append(tables.visible_boxes(truth.instance_map, ids))
+            truths.append(without_pixels(truth))
+        frames.write_table(pa.Table.from_pylist(rows, schema))
+        for name, table in objects.items():
+            table.write_table(tables.object_table(truths, boxes[name], seed, name))
 
 
-class _Table:
-    """A Parquet file being written; ``stack`` closes it."""
-
-    def __init__(self, stack: ExitStack, files: AbstractFileSystem, path: str, schema: pa.Schema) -> None:
-        self.schema = schema
-        self._file = MarkedFile(files, path)
-        self._writer = pq.ParquetWriter(self._file, schema, compression="zstd")
-        stack.callback(self.close)
-
-    def write(self, table: pa.Table) -> None:
-        """Append a row group."""
-        self._writer.write_table(table)
-
-    def close(self) -> FileMark:
-        """Finish the file, once; return its mark."""
-        self._writer.close()
-        self._file.close()
-        return self._file.mark
-
-
-class _Frames:
-    """A table of frames and the shards with their channels, being written; ``stack`` closes them."""
-
-    def __init__(
-        self, stack: ExitStack, files: AbstractFileSystem, folder: str, name: str, shards: str, schema: pa.Schema
-    ) -> None:
-        self._name, self._rows = f"{name}.parquet", list[dict[str, Any]]()
-        self._table = _Table(stack, files, f"{folder}/{self._name}", schema)
-        self._shards = ShardWriter(files, folder, shards)
-        stack.callback(self._shards.abandon)
-
-    def add(
-        self, number: int, row: dict[str, Any], values: Iterable[tuple[str, NDArray[Any] | None]], pictures: str
-    ) -> None:
-        """Append a frame: its row, and values by channel; ``pictures``: coding of those."""
-        for channel, value in values:
-            row[channel] = None
-            if value is not None:
-                coding = CODINGS[coding_of(channel, pictures)]
-                place = self._shards.add(f"{number:06d}.{channel}.{coding.extension}", coding.encode(value))
-                row[channel] = dataclasses.asdict(place)
-        self._rows.append(row)
-
-    def flush(self) -> None:
-        """Write the rows so far as a row group."""
-        self._table.write(pa.Table.from_pylist(self._rows, self._table.schema))
-        self._rows = []
-
-    def close(self) -> dict[str, FileMark]:
-        """Finish all files; return their marks."""
-        self._shards.finish()
-        return {self._name: self._table.close(), **self._shards.marks}
-
-
-def write_background(
-    stack: ExitStack, files: AbstractFileSystem, folder: str, request: Request, background: Sequence[Observation]
-) -> dict[str, FileMark]:
-    """Write the pictures without targets that trackers learn from, if there are any, with the coding of others.
-
-    ``stack`` closes the files.
-    """
+def write_background(opened: EpisodeFiles, request: Request, background: Sequence[Observation]) -> None:
+    """Write the pictures without targets that trackers learn from, if there are any, with the coding of others."""
     if not background:
-        return {}
+        return
     pictures = tuple(channel for channel in request.channels if channel in PICTURES)
-    schema = tables.observation_schema(pictures)
-    frames = _Frames(stack, files, folder, "background", "background", schema)
+    schema, shards = tables.observation_schema(pictures), opened.shards("background")
+    rows = []
     for k, observation in enumerate(background):
         values = ((channel, getattr(observation, channel)) for channel in pictures)
-        frames.add(k, tables.observation_row(observation), values, request.pictures)
-    frames.flush()
-    return frames.close()
+        rows.append(tables.observation_row(observation) | _written(shards, k, values, request.pictures))
+    opened.table("background", schema).write_table(pa.Table.from_pylist(rows, schema))
 
 
-def _start_row(start: Start) -> dict[str, Any]:
-    box = start.box_xyxy
-    return {
-        "camera": dataclasses.asdict(start.camera),
-        "box_xyxy": None if box is None else box.tolist(),
-        "site": None if start.site is None else dataclasses.asdict(start.site),
-    }
+def _written(
+    shards: ShardWriter, number: int, values: Iterable[tuple[str, NDArray[Any] | None]], pictures: str
+) -> dict[str, dict[str, int] | None]:
+    """Write a frame's values by channel, pictures in the coding ``pictures``; return the place of each that exists."""
+    places: dict[str, dict[str, int] | None] = {}
+    for channel, value in values:
+        places[channel] = None
+        if value is not None:
+            coding = CODINGS[coding_of(channel, pictures)]
+            places[channel] = asdict(shards.add(f"{number:06d}.{channel}.{coding.extension}", coding.encode(value)))
+    return places

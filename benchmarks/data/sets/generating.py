@@ -1,31 +1,43 @@
-"""Generates a data set: episodes in worker processes or on a cluster, each whole or not at all."""
+"""Generates a data set: episodes in worker processes or on a Dask cluster, each whole or not at all."""
 
 from __future__ import annotations
 
 import json
 import time
-from contextlib import ExitStack, nullcontext
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, fields, replace
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Any, cast
 
 import cv2
 import numba
 from fsspec.implementations.local import LocalFileSystem
+from joblib.externals.loky.process_executor import BrokenProcessPool
 
-from benchmarks.data.sets.backends import Unordered, working
 from benchmarks.data.sets.card import CARD, write_card
 from benchmarks.data.sets.data_set import LEFT_OUT, MANIFEST, REQUEST, DataSet
-from benchmarks.data.sets.episode_writer import clear, write_background, write_episode
-from benchmarks.data.sets.places import lasting, new_folder, place_of, put, reached
+from benchmarks.data.sets.episode_writer import EpisodeFiles, clear, write_background, write_episode
+from benchmarks.data.sets.places import new_folder, place_of, put, reached
 from benchmarks.data.sets.request import OnError, Request, first_episode, of_seed, request_of
-from benchmarks.data.sets.verifying import damage_told, files_of
+from benchmarks.data.sets.verifying import files_of
 from benchmarks.run.experiment import Progress
 from benchmarks.run.own_modules import load_modules
+from benchmarks.run.packages import check_packages
 from benchmarks.run.result_folder import alone_in
+from benchmarks.run.workers import in_processes
 from scenarios.scenario import Episode
 from sim.checks import check
+
+_LOST = "a worker ended (killed, or out of memory); what was made is kept, the same command continues"
+_PATIENCE_S = 10.0
+"""How long a scheduler may take to answer."""
+Made = tuple[int, str]
+"""Seed of an episode, and why it could not be built; "" if it was."""
+Unordered = Callable[[Callable[[int], Made], Iterable[int]], Iterator[Made]]
+"""Calls a function on each of several seeds, and yields the results as they come."""
 
 
 @dataclass(frozen=True)
@@ -33,24 +45,14 @@ class Workers:
     """Who makes the episodes.
 
     Attributes:
-        count: processes; 0 = this process. With a cluster: how many episodes are under way at once.
-        backend: ``loky`` for processes of this machine, ``dask`` or ``ray`` for a cluster.
-        address: of the cluster; None = a new one on this machine.
+        count: processes; 0 = this process. With a cluster: half as many as the episodes that are under way at once.
+        address: of the scheduler of a Dask cluster; None = processes of this machine.
         modules: users' own modules to import first.
     """
 
     count: int
-    backend: str = "loky"
     address: str | None = None
     modules: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Made:
-    """What became of an episode: its seed, and why there is none ('' if there is)."""
-
-    seed: int
-    why_not: str = ""
 
 
 def generate(request: Request, out: str, workers: Workers, progress: Progress, on_error: OnError = "stop") -> DataSet:
@@ -61,64 +63,84 @@ def generate(request: Request, out: str, workers: Workers, progress: Progress, o
 
     Raises:
         ValueError: if ``out`` holds something else, cannot be reached, or is written by another process; for an
-            episode that cannot be built, with its seed: what was made is kept.
+            episode that cannot be built, with its seed: what was made is kept; for a cluster that does not answer.
         ChildProcessError: if a worker died; what was made is kept.
     """
-    check("on_error", on_error in ("stop", "skip"), "stop or skip", repr(on_error))
-    here = workers.backend == "loky"
-    check("workers", here or workers.count >= 1, f"at least 1 on a cluster of {workers.backend}", workers.count)
-    out = lasting(out)
-    with reached(out, "out"), working(workers.backend, workers.address, workers.count) as unordered:
+    files, root = place_of(out)
+    is_local = isinstance(files, LocalFileSystem)
+    # Workers may be in other folders.
+    out = root if is_local else out
+    whole = range(*request.seeds)
+    with reached(out, "out"), _connected(workers) as unordered:
         begin(request, out)
-        data = DataSet(out)
-        whole = range(*request.seeds)
-        missing = sorted(set(whole) - set(data.seeds))
-        if missing or not _is_told(data):
+        missing = sorted(set(whole) - set(DataSet(out).seeds))
+        if missing or not all(files.exists(f"{root}/{name}") for name in (MANIFEST, CARD)):
             # On a store nothing is held: what two processes write there is the same.
-            with alone_in(Path(data.root)) if isinstance(data.files, LocalFileSystem) else nullcontext():
-                _fill(request, out, missing, workers, unordered, progress, on_error)
+            with alone_in(Path(root)) if is_local else nullcontext():
+                before, left_out = len(whole) - len(missing), {}
+                progress(before, len(whole))
+                make = partial(make_episode, request, out, workers.modules, on_error=on_error)
+                for done, (seed, why_not) in enumerate(unordered(make, missing), start=before + 1):
+                    if why_not:
+                        left_out[seed] = why_not
+                    progress(done, len(whole))
+                clear(files, root)
+                _finish(DataSet(out), left_out)
         progress(len(whole), len(whole))
     return DataSet(out)
 
 
-def _is_told(data: DataSet) -> bool:
-    """Return whether a data set has its manifest, which can be read, and its card."""
-    try:
-        return data.manifest() is not None and data.files.exists(f"{data.root}/{CARD}")
-    except ValueError:
-        return False
-
-
-def _fill(
-    request: Request,
-    out: str,
-    missing: list[int],
-    workers: Workers,
-    unordered: Unordered,
-    progress: Progress,
-    on_error: OnError,
-) -> None:
-    """Make the missing episodes, and the manifest and the card of all."""
-    files, root = place_of(out)
-    whole = range(*request.seeds)
-    before = len(whole) - len(missing)
-    progress(before, len(whole))
-    left_out: dict[int, str] = {}
-    make = partial(make_episode, request, out, workers.modules, on_error=on_error)
-    result: Made
-    for done, result in enumerate(unordered(make, missing), start=before + 1):
-        if result.why_not:
-            left_out[result.seed] = result.why_not
-        progress(done, len(whole))
-    clear(files, root)
-    data = DataSet(out)
-    gone = len(whole) - len(data.seeds) - len(left_out)
-    check("out", gone == 0, "a place that all workers reach", f"{out!r}, where {gone} episodes are missing")
+def _finish(data: DataSet, left_out: dict[int, str]) -> None:
+    """Write the manifest and the card; the former lists all files with checksums, and what could not be built."""
+    gone = len(range(*data.request.seeds)) - len(data.seeds) - len(left_out)
+    check("out", gone == 0, "a place that all workers reach", f"{data.url!r}, where {gone} episodes are missing")
     first = next(iter(left_out.values()), "")
     check("seeds", bool(data.seeds), "some whose episodes can be built", f"none; the first one: {first}")
-    with damage_told(root, "out"):
-        _write_manifest(data, dict(sorted(left_out.items())))
-        write_card(DataSet(out))
+    content: dict[str, Any] = {f"{seed:06d}": files_of(data, seed) for seed in data.seeds}
+    if left_out:
+        content[LEFT_OUT] = {f"{seed:06d}": left_out[seed] for seed in sorted(left_out)}
+    put(data.files, f"{data.root}/{MANIFEST}", (json.dumps(content, indent=1) + "\n").encode())
+    write_card(DataSet(data.url))
+
+
+@contextmanager
+def _connected(workers: Workers) -> Iterator[Unordered]:
+    """Yield what gives the workers something to make, while the context lasts."""
+    if workers.address is None:
+        yield partial(_in_processes, workers.count)
+        return
+    check("workers", workers.count >= 1, "at least 1 on a cluster", workers.count)
+    check_packages(("distributed",), "dask")
+    from distributed import Client
+
+    try:
+        client = Client(workers.address, timeout=_PATIENCE_S)
+    except OSError as error:
+        got = f"{workers.address!r} ({error})"
+        raise ValueError(f"address: expected a Dask scheduler that answers, got {got}") from None
+    with client:
+        yield partial(_on_cluster, client, 2 * workers.count)
+
+
+def _in_processes(count: int, make: Callable[[int], Made], seeds: Iterable[int]) -> Iterator[Made]:
+    try:
+        yield from in_processes(make, seeds, count)
+    except BrokenProcessPool:
+        raise ChildProcessError(_LOST) from None
+
+
+def _on_cluster(client: Any, under_way: int, make: Callable[[int], Made], seeds: Iterable[int]) -> Iterator[Made]:
+    from distributed import KilledWorker, as_completed
+
+    # The same seeds may have to be made again: their results are not known from before.
+    calls = (client.submit(make, seed, pure=False) for seed in seeds)
+    running = as_completed(list(islice(calls, under_way)))
+    try:
+        for future in running:
+            yield future.result()
+            running.update(list(islice(calls, 1)))
+    except KilledWorker:
+        raise ChildProcessError(_LOST) from None
 
 
 def begin(request: Request, out: str) -> None:
@@ -129,25 +151,24 @@ def begin(request: Request, out: str) -> None:
     """
     files, root = place_of(out)
     path = f"{root}/{REQUEST}"
-    if files.exists(path):
-        kept_request = request_of(files.cat_file(path), f"{out}/{REQUEST}")
-        grows = kept_request.seeds[0] == request.seeds[0] and kept_request.seeds[1] < request.seeds[1]
-        found = replace(kept_request, seeds=request.seeds) if grows else kept_request
-        for name in (field.name for field in fields(request)):
-            wanted, kept = getattr(request, name), getattr(found, name)
-            why = "; made by another edition, whose frames may differ" if name == "scene" else ""
-            check("out", kept == wanted, f"a data set with {name} {wanted!r}", f"{out!r} with {kept!r}{why}")
-        if grows:
-            # Of the smaller set; a run that is killed just before it writes its own would leave them for ever.
-            for name in (MANIFEST, CARD):
-                if files.exists(f"{root}/{name}"):
-                    files.rm_file(f"{root}/{name}")
-            put(files, path, found.as_json().encode())
+    if not files.exists(path):
+        new_folder(out)
+        foreign = files.exists(root) and bool(files.ls(root))
+        check("out", not foreign, "a new or empty folder, or a data set", f"{out!r} with other files")
+        put(files, path, request.as_json().encode())
         return
-    new_folder(out)
-    foreign = files.exists(root) and bool(files.ls(root))
-    check("out", not foreign, "a new or empty folder, or a data set", f"{out!r} with other files")
-    put(files, path, request.as_json().encode())
+    found = request_of(files.cat_file(path), f"{out}/{REQUEST}")
+    grows = found.seeds[0] == request.seeds[0] and found.seeds[1] < request.seeds[1]
+    for name in (field.name for field in fields(request) if not (field.name == "seeds" and grows)):
+        wanted, kept = getattr(request, name), getattr(found, name)
+        why = "; made by another edition, whose frames may differ" if name == "scene" else ""
+        check("out", kept == wanted, f"a data set with {name} {wanted!r}", f"{out!r} with {kept!r}{why}")
+    if grows:
+        # Of the smaller set; a run that is killed just before it writes its own would leave them for ever.
+        for name in (MANIFEST, CARD):
+            if files.exists(f"{root}/{name}"):
+                files.rm_file(f"{root}/{name}")
+        put(files, path, request.as_json().encode())
 
 
 def make_episode(request: Request, out: str, modules: tuple[str, ...], seed: int, on_error: OnError = "stop") -> Made:
@@ -169,8 +190,8 @@ def make_episode(request: Request, out: str, modules: tuple[str, ...], seed: int
     except Exception as error:
         if on_error == "stop":
             raise
-        return Made(seed, " ".join(f"{type(error).__name__}: {error}".split()))
-    return Made(seed)
+        return seed, " ".join(f"{type(error).__name__}: {error}".split())
+    return seed, ""
 
 
 @dataclass(frozen=True)
@@ -178,25 +199,14 @@ class Forecast:
     """What a data set will take.
 
     Attributes:
-        frames: number. bytes_a_frame: by channel, and of ``tables``. seconds_a_frame: of one worker.
-        background_bytes, background_s: of all pictures that trackers learn from.
+        frames: number. bytes_a_frame: by channel, and of ``tables``.
+        bytes: of the whole data set. seconds: of one worker, for the whole data set.
     """
 
     frames: int
     bytes_a_frame: dict[str, float]
-    seconds_a_frame: float
-    background_bytes: float
-    background_s: float
-
-    @property
-    def bytes(self) -> float:
-        """Of the whole data set."""
-        return self.frames * sum(self.bytes_a_frame.values()) + self.background_bytes
-
-    @property
-    def seconds(self) -> float:
-        """Of one worker, for the whole data set."""
-        return self.frames * self.seconds_a_frame + self.background_s
+    bytes: float
+    seconds: float
 
 
 class FramesAlone:
@@ -218,13 +228,13 @@ def forecast(request: Request, frames: int = 30, on_error: OnError = "stop") -> 
     files, path = place_of(root)
     try:
         began = time.perf_counter()
-        with ExitStack() as stack:
-            marks = write_background(stack, files, f"{path}/background", request, live.start.background)
+        with EpisodeFiles(files, f"{path}/background") as opened:
+            write_background(opened, request, live.start.background)
         background_s = time.perf_counter() - began
         first = FramesAlone(live, frames)
         began = time.perf_counter()
         write_episode(files, path, request, request.seeds[0], cast(Episode, first))
-        seconds = (time.perf_counter() - began) / first.frame_count
+        frame_s = (time.perf_counter() - began) / first.frame_count
         files.pipe_file(f"{path}/{REQUEST}", request.as_json().encode())
         each = {name: size / first.frame_count for name, size in DataSet(root).stored_bytes().items()}
     finally:
@@ -232,13 +242,10 @@ def forecast(request: Request, frames: int = 30, on_error: OnError = "stop") -> 
         if files.exists(path):
             files.rm(path, recursive=True)
     episodes = len(range(*request.seeds))
-    background = sum(mark.bytes for mark in marks.values())
-    return Forecast(live.frame_count * episodes, each, seconds, background * episodes, background_s * episodes)
-
-
-def _write_manifest(data: DataSet, left_out: dict[int, str]) -> None:
-    """Write the list of all files with their checksums, and of the episodes that could not be built."""
-    content: dict[str, Any] = {f"{seed:06d}": files_of(data, seed) for seed in data.seeds}
-    if left_out:
-        content[LEFT_OUT] = {f"{seed:06d}": why for seed, why in left_out.items()}
-    put(data.files, f"{data.root}/{MANIFEST}", (json.dumps(content, indent=1) + "\n").encode())
+    background_bytes = sum(mark["bytes"] for mark in opened.marks().values())
+    return Forecast(
+        episodes * live.frame_count,
+        each,
+        episodes * (live.frame_count * sum(each.values()) + background_bytes),
+        episodes * (live.frame_count * frame_s + background_s),
+    )

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import fsspec
 from fsspec import AbstractFileSystem
 from fsspec.core import url_to_fs
 from fsspec.implementations.local import LocalFileSystem
@@ -14,7 +13,6 @@ from fsspec.implementations.local import LocalFileSystem
 from benchmarks.run.result_folder import make_folder
 from trackers.atomic_file import write_atomic
 
-_STORES = {"file", "s3", "gs", "az", "memory"}
 _CLIENTS = ("botocore", "aiobotocore", "aiohttp", "gcsfs", "google", "azure", "adlfs")
 """Packages whose errors are about the way to a store."""
 
@@ -27,11 +25,8 @@ def place_of(url: str) -> tuple[AbstractFileSystem, str]:
     """
     try:
         return url_to_fs(str(url))
-    except ImportError as error:
-        raise ValueError(f"place: expected one that can be reached, got {url} ({error})") from None
-    except ValueError as error:
-        known = ", ".join(sorted({*fsspec.available_protocols()} & _STORES))
-        raise ValueError(f"place: expected a folder or a URL with one of {known}, got {url} ({error})") from None
+    except (ImportError, ValueError) as error:
+        raise ValueError(f"place: expected a folder or a URL that fsspec can open, got {url} ({error})") from None
 
 
 @contextmanager
@@ -40,14 +35,13 @@ def reached(url: str, parameter: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        is_remote = not isinstance(place_of(url)[0], LocalFileSystem)
         of_client = type(error).__module__.partition(".")[0] in _CLIENTS
         # A worker that ended is an OSError too.
         of_way = isinstance(error, OSError) and not isinstance(error, FileNotFoundError | ChildProcessError)
-        if not is_remote or not (of_client or of_way):
+        if isinstance(place_of(url)[0], LocalFileSystem) or not (of_client or of_way):
             raise
-        told = " ".join(str(error).split())
-        raise ValueError(f"{parameter}: expected a store that can be reached, got {url!r} ({told})") from None
+        why = " ".join(str(error).split())
+        raise ValueError(f"{parameter}: expected a store that can be reached, got {url!r} ({why})") from None
 
 
 def new_folder(url: str) -> None:
@@ -66,18 +60,11 @@ def new_folder(url: str) -> None:
             try:
                 files.info(bucket)
             except FileNotFoundError:
-                raise ValueError(
-                    f"out: expected a bucket that exists, got {url!r} without a bucket {bucket!r}"
-                ) from None
+                expected = "out: expected a bucket that exists"
+                raise ValueError(f"{expected}, got {url!r} without a bucket {bucket!r}") from None
             except PermissionError:
                 # It is there: the right to write does not include the right to list.
                 pass
-
-
-def lasting(url: str) -> str:
-    """Return a folder or URL as workers in other folders understand it."""
-    files, path = place_of(url)
-    return path if isinstance(files, LocalFileSystem) else url
 
 
 def put(files: AbstractFileSystem, path: str, content: bytes) -> None:

@@ -63,18 +63,16 @@ class Request:
     def configuration(self) -> Any:
         """Return the preset with the changes asked for. Raises ValueError for changes that it cannot take."""
         preset = catalog.scenario(self.scenario).configuration(self.preset)
-        size = self.size_px or (None, None)
+        width_px, height_px = self.size_px or (None, None)
         wanted = {
-            "width_px": size[0],
-            "height_px": size[1],
+            "width_px": width_px,
+            "height_px": height_px,
             "rate_hz": self.rate_hz,
             "frame_count": self.frame_count,
         }
         changes = {name: value for name, value in wanted.items() if value is not None}
-        for name in changes:
-            check(
-                name, hasattr(preset, name), f"nothing, since {self.preset} of {self.scenario} sets it", changes[name]
-            )
+        for name, value in changes.items():
+            check(name, hasattr(preset, name), f"nothing, since {self.preset} of {self.scenario} sets it", value)
         return dataclasses.replace(preset, **changes)
 
     def left_out(self) -> tuple[str, ...]:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from threading import Lock
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 import pyarrow as pa
@@ -15,15 +13,15 @@ from fsspec import AbstractFileSystem
 from numpy.typing import NDArray
 from pyarrow import ArrowException
 
+from benchmarks.data.codec import value_of
 from benchmarks.data.sets import tables
 from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES, coding_of
-from benchmarks.data.sets.episode_writer import ROWS_AT_ONCE, read_mark
+from benchmarks.data.sets.episode_writer import ROWS_AT_ONCE, read_mark, shard_name
 from benchmarks.data.sets.request import Request
-from benchmarks.data.sets.shards import shard_name
 from scenarios import catalog
 from scenarios.scenario import Frame
 from sim.checks import check
-from trackers.types import CameraCommand, CameraModel, Observation, SiteSurvey, Start
+from trackers.types import CameraCommand, CameraModel, Observation, Start
 
 _KEPT_GROUPS = 4
 """Row groups that are kept for reading in any order: an episode's length costs no memory."""
@@ -49,7 +47,7 @@ class _Group:
 
 
 class StoredEpisode:
-    """See ``scenarios.scenario.Episode``; frames can also be read in any order.
+    """See ``scenarios.scenario.Episode``; frames can also be read in any order. No file is open between two calls.
 
     Attributes:
         seed, frame_count, rate_hz: of the episode.
@@ -65,19 +63,15 @@ class StoredEpisode:
         mark = read_mark(files, folder)
         self.seed, self.frame_count, self.rate_hz = mark["seed"], mark["frame_count"], mark["rate_hz"]
         self.marks: dict[str, dict[str, Any]] = mark["files"]
-        self._start = mark["start"]
+        hints = get_type_hints(Start)
+        self._start = {name: value_of(value, hints[name]) for name, value in mark["start"].items()}
         self._next = 0
         self._live: Any = None
         self._groups: dict[int, _Group] = {}
-        self._open: dict[tuple[int, str], Any] = {}
-        self._lock = Lock()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without open files and the lock: another process has its own."""
-        return {name: value for name, value in self.__dict__.items() if name != "_lock"} | {"_open": {}, "_live": None}
-
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        self.__dict__ |= state | {"_lock": Lock()}
+        """Without what is only kept: another process reads its own."""
+        return self.__dict__ | {"_groups": {}, "_live": None}
 
     def __len__(self) -> int:
         """Return the number of frames."""
@@ -95,37 +89,30 @@ class StoredEpisode:
     @property
     def camera(self) -> CameraModel:
         """The camera of the first frame."""
-        return CameraModel(**self._start["camera"])
+        return self._start["camera"]
 
     @property
     def start(self) -> Start:
         """What a tracker gets before the first picture."""
-        box, site = self._start["box_xyxy"], self._start["site"]
-        return Start(
-            self.camera,
-            None if box is None else np.array(box),
-            tuple(self._background()) if "background.parquet" in self.marks else (),
-            None if site is None else SiteSurvey(**{name: _plain(value) for name, value in site.items()}),
-        )
+        return Start(**self._start, background=tuple(self._background()))
 
     def frame(self, index: int, channels: tuple[str, ...] | None = None) -> Frame:
         """Return a frame; of its pixels only ``channels``, None = all that are stored. Raises IndexError."""
-        if not 0 <= index < self.frame_count:
-            raise IndexError(f"frame: expected 0 to {self.frame_count - 1}, got {index}")
         group, at = self._group(index)
-        row = group.rows[at]
         stored = self._request.channels
         wanted = stored if channels is None else channels
         check("channels", set(wanted) <= set(stored), f"some of {', '.join(stored)}", ", ".join(map(str, wanted)))
-        pixels = {c: self._pixels("pixels", c, row[c]) for c in wanted if c != NORMALS and row[c] is not None}
+        row = group.rows[at]
+        pixels = self._pixels("pixels", row, set(wanted) - {NORMALS})
         fields = {name: each for table in group.fields for name, each in group.objects(table, at).items()}
         truth = tables.truth_of(self._scenario.truth, row, fields, pixels)
-        return Frame(tables.observation_of(row, _pictures(pixels)), truth)
+        pictures = {channel: pixels[channel] for channel in PICTURES if channel in pixels}
+        return Frame(tables.observation_of(row, pictures), truth)
 
     def normals_of(self, index: int) -> NDArray[np.float32]:
         """Return the normals of a frame, see ``Episode.normals``. Raises ValueError if they are not stored."""
         check("channels", NORMALS in self._request.channels, f"a data set with {NORMALS}", "one without")
-        return self._pixels("pixels", NORMALS, self._row(index)[NORMALS])
+        return self._pixels("pixels", self._row(index), [NORMALS])[NORMALS]
 
     def visible_boxes_of(self, index: int, table: str = "objects") -> NDArray[np.float64]:
         """Return the boxes (N, 4) about the visible pixels of a frame's objects; NaN where none is seen.
@@ -135,12 +122,6 @@ class StoredEpisode:
         """
         group, at = self._group(index)
         return group.objects(table, at)[tables.VISIBLE_BOX] if table in group.fields else np.empty((0, 4))
-
-    def rows(self) -> list[int]:
-        """Return the numbers of the frames in the table, in its order."""
-        table = self._table("frames", lambda file: pq.read_table(file, columns=["frame"]))
-        found: list[int] = table["frame"].to_pylist()
-        return found
 
     def coded(self, index: int, channel: str) -> tuple[str, bytes] | None:
         """Return the name of the coding and the stored bytes of a frame's channel; None if it has none."""
@@ -170,11 +151,8 @@ class StoredEpisode:
         raise ValueError(f"larger_view: expected a rendered episode, got a stored one (scale {scale:g})")
 
     def close(self) -> None:
-        """Close all files, and forget the tables; what is read afterwards opens them again."""
-        with self._lock:
-            for file in self._open.values():
-                file.close()
-            self._open, self._groups = {}, {}
+        """Forget what was read; what is read afterwards is read again."""
+        self._groups = {}
         if self._live is not None:
             self._live.close()
 
@@ -183,60 +161,59 @@ class StoredEpisode:
         return group.rows[at]
 
     def _group(self, index: int) -> tuple[_Group, int]:
-        """Return the rows that were written together with a frame's, and its place among them."""
+        """Return the rows that were written together with a frame's, and its place among them. Raises IndexError."""
+        if not 0 <= index < self.frame_count:
+            raise IndexError(f"frame: expected 0 to {self.frame_count - 1}, got {index}")
         number, at = divmod(index, ROWS_AT_ONCE)
         found = self._groups.get(number)
         if found is None:
-            found = _Group(self._row_group("frames", number).to_pylist(), {}, {})
+            found = _Group(self._table("frames", number).to_pylist(), {}, {})
             firsts = number * ROWS_AT_ONCE + np.arange(len(found.rows) + 1)
             for name in ("objects", "standing"):
                 if f"{name}.parquet" in self.marks:
-                    rows = self._row_group(name, number)
+                    rows = self._table(name, number)
                     found.fields[name] = tables.object_arrays(self._scenario.truth, rows, name)
                     found.ends[name] = np.searchsorted(rows["frame"].to_numpy(), firsts)
-            with self._lock:
-                self._groups[number] = found
-                if len(self._groups) > _KEPT_GROUPS:
-                    self._groups.pop(next(iter(self._groups)))
+            self._groups[number] = found
+            # Threads may read at once.
+            for old in list(self._groups)[:-_KEPT_GROUPS]:
+                self._groups.pop(old, None)
         return found, at
 
-    def _row_group(self, name: str, number: int) -> pa.Table:
-        return self._table(name, lambda file: pq.ParquetFile(file).read_row_group(number))
-
-    def _table(self, name: str, read: Callable[[Any], pa.Table] = pq.read_table) -> pa.Table:
+    def _table(self, name: str, row_group: int) -> pa.Table:
         path = f"{self._folder}/{name}.parquet"
         try:
             with self._files.open(path, "rb") as file:
-                return read(file)
+                return pq.ParquetFile(file).read_row_group(row_group)
         except (ArrowException, OSError, IndexError) as error:
-            raise ValueError(f"{path}: expected a whole table, got {' '.join(str(error).split())}") from None
+            raise _damaged(path, "table", error) from None
 
     def _background(self) -> Iterator[Observation]:
-        for row in self._table("background").to_pylist():
-            stored = (c for c in self._request.channels if c in PICTURES and row[c] is not None)
-            yield tables.observation_of(row, {c: self._pixels("background", c, row[c]) for c in stored})
+        if "background.parquet" in self.marks:
+            pictures = [channel for channel in self._request.channels if channel in PICTURES]
+            for row in self._table("background", 0).to_pylist():
+                yield tables.observation_of(row, self._pixels("background", row, pictures))
 
-    def _pixels(self, shards: str, channel: str, place: dict[str, int]) -> NDArray[Any]:
-        return CODINGS[coding_of(channel, self._request.pictures)].decode(self._bytes(shards, place))
+    def _pixels(self, shards: str, row: dict[str, Any], channels: Iterable[str]) -> dict[str, NDArray[Any]]:
+        """Return the values of those of the channels that a row has."""
+        return {channel: self._value(shards, channel, row[channel]) for channel in channels if row[channel] is not None}
+
+    def _value(self, shards: str, channel: str, place: dict[str, int]) -> NDArray[Any]:
+        try:
+            return CODINGS[coding_of(channel, self._request.pictures)].decode(self._bytes(shards, place))
+        except (FileNotFoundError, RuntimeError) as error:
+            # blosc2 knows no file.
+            raise _damaged(self._shard(shards, place), "shard", error) from None
 
     def _bytes(self, shards: str, place: dict[str, int]) -> bytes:
-        name = shard_name(shards, place["shard"])
-        # A forked process opens its own: it would share the place in the file with its parent and siblings.
-        key = os.getpid(), name
-        with self._lock:
-            if key not in self._open:
-                self._open[key] = self._files.open(f"{self._folder}/{name}", "rb")
-            file = self._open[key]
-            file.seek(place["offset"])
-            found: bytes = file.read(place["bytes"])
-        check(f"{self._folder}/{name}", len(found) == place["bytes"], f"{place['bytes']} bytes", len(found))
+        path, begin = self._shard(shards, place), place["offset"]
+        found: bytes = self._files.cat_file(path, start=begin, end=begin + place["bytes"])
+        check(path, len(found) == place["bytes"], f"{place['bytes']} bytes (see frameout verify)", len(found))
         return found
 
-
-def _plain(value: Any) -> Any:
-    """Return a number, or a list as a tuple."""
-    return tuple(value) if isinstance(value, list) else value
+    def _shard(self, shards: str, place: dict[str, int]) -> str:
+        return f"{self._folder}/{shard_name(shards, place['shard'])}"
 
 
-def _pictures(pixels: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    return {channel: pixels[channel] for channel in PICTURES if channel in pixels}
+def _damaged(path: str, what: str, error: Exception) -> ValueError:
+    return ValueError(f"{path}: expected a whole {what} (see frameout verify), got {' '.join(str(error).split())}")

@@ -12,6 +12,7 @@ from typing import Any, get_origin, get_type_hints
 
 import numpy as np
 import pyarrow as pa
+from numba import njit
 from numpy.typing import NDArray
 
 from benchmarks.data.codec import array_of, column_of, field_of, plain, type_of, value_of
@@ -27,12 +28,13 @@ _OBSERVED_FIELDS: dict[str, Any] = {
     "ego": EgoPose | None,
 }
 _NO_PICTURE = np.empty((0, 0, 3), np.uint8)
+_SEED = pa.field("seed", pa.int64())
 _PLACE = pa.struct([("shard", pa.int32()), ("offset", pa.int64()), ("bytes", pa.int64())])
 
 
 def frame_schema(kind: type[Truth], channels: Iterable[str]) -> pa.Schema:
     """Return the schema of ``frames``: the episode's seed, truth, what was observed, and the places of channels."""
-    return pa.schema([pa.field("seed", pa.int64()), *_fields(kind, "frames"), *observation_schema(channels)])
+    return pa.schema([_SEED, *_fields(kind, "frames"), *observation_schema(channels)])
 
 
 def observation_schema(channels: Iterable[str]) -> pa.Schema:
@@ -41,17 +43,16 @@ def observation_schema(channels: Iterable[str]) -> pa.Schema:
     return pa.schema(fields + [pa.field(channel, _PLACE) for channel in channels])
 
 
-def object_schema(kind: type[Truth], table: str = "objects") -> pa.Schema:
+def object_schema(kind: type[Truth], table: str) -> pa.Schema:
     """Return the schema of ``objects`` or ``standing``: seed, frame, the object's index, truth, its visible box."""
-    fields = [pa.field("seed", pa.int64()), pa.field("frame", pa.int64()), pa.field("index", pa.int32())]
     box = field_of(VISIBLE_BOX, NDArray[np.float64], Meaning("px", ("N", 4), "NaN: not seen"))
-    return pa.schema([*fields, *_fields(kind, table), box])
+    places = (pa.field("frame", pa.int64()), pa.field("index", pa.int32()))
+    return pa.schema([_SEED, *places, *_fields(kind, table), box])
 
 
 def frame_row(truth: Truth, observation: Observation) -> dict[str, Any]:
     """Return a frame's row, without seed and channels."""
-    row = {name: plain(getattr(truth, name)) for name in _of(type(truth), "frames")}
-    return row | observation_row(observation)
+    return {name: plain(getattr(truth, name)) for name in _of(type(truth), "frames")} | observation_row(observation)
 
 
 def observation_row(observation: Observation) -> dict[str, Any]:
@@ -59,9 +60,7 @@ def observation_row(observation: Observation) -> dict[str, Any]:
     return {OBSERVED + name: plain(getattr(observation, name)) for name in _OBSERVED_FIELDS}
 
 
-def object_table(
-    truths: Sequence[Truth], boxes: Sequence[NDArray[np.float64]], seed: int, table: str = "objects"
-) -> pa.Table:
+def object_table(truths: Sequence[Truth], boxes: Sequence[NDArray[np.float64]], seed: int, table: str) -> pa.Table:
     """Return the rows of ``objects`` or ``standing`` of successive frames, with their visible boxes (N, 4)."""
     counts = [len(each) for each in boxes]
     columns: dict[str, NDArray[Any]] = {
@@ -72,9 +71,9 @@ def object_table(
     }
     schema = object_schema(type(truths[0]), table)
     for name in _of(type(truths[0]), table):
-        dtype = str if pa.types.is_string(schema.field(name).type) else None
+        dtype = str if schema.field(name).type == pa.string() else None
         columns[name] = np.concatenate([np.asarray(getattr(truth, name), dtype) for truth in truths])
-    return pa.table({field.name: column_of(columns[field.name], field.type) for field in schema}, schema=schema)
+    return pa.table([column_of(columns[field.name], field.type) for field in schema], schema=schema)
 
 
 def truth_of(
@@ -90,8 +89,7 @@ def truth_of(
     hints, values = get_type_hints(kind), {}
     for name, meaning in meanings(kind).items():
         if meaning.per_pixel:
-            lengths = [int(length) for length in meaning.shape[2:]]
-            values[name] = pixels.get(name, np.empty((0, 0, *lengths), dtype_of(kind, name)))
+            values[name] = pixels.get(name, np.empty((0, 0, *map(int, meaning.shape[2:])), dtype_of(kind, name)))
         elif meaning.table == "frames":
             values[name] = value_of(frame[name], hints[name], meaning.shape)
         elif meaning.judged or name in objects:
@@ -114,8 +112,7 @@ def object_arrays(kind: type[Truth], rows: pa.Table, table: str) -> dict[str, ND
     arrays = {VISIBLE_BOX: array_of(rows[VISIBLE_BOX], np.dtype(float), (4,))}
     for name, meaning in _of(kind, table).items():
         if name in rows.column_names:
-            is_word = pa.types.is_string(rows.schema.field(name).type)
-            dtype = np.dtype(str) if is_word else dtype_of(kind, name)
+            dtype = np.dtype(str) if rows.schema.field(name).type == pa.string() else dtype_of(kind, name)
             arrays[name] = array_of(rows[name], dtype, meaning.shape[1:])
     return arrays
 
@@ -127,3 +124,34 @@ def _of(kind: type[Truth], table: str) -> dict[str, Meaning]:
 def _fields(kind: type[Truth], table: str) -> list[pa.Field]:
     hints = get_type_hints(kind)
     return [field_of(name, hints[name], meaning) for name, meaning in _of(kind, table).items()]
+
+
+def visible_boxes(instance_map: NDArray[np.int32], instance_id: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the tight boxes (N, 4) around the pixels of ``instance_map`` (H, W) that show the objects ``instance_id``
+    (N,), as x_min, y_min, x_max, y_max; NaN for objects of which none does.
+    """
+    ends = _ends(instance_map, max(int(instance_map.max(initial=0)), int(instance_id.max(initial=0))) + 1)
+    boxes = ends[instance_id].astype(np.float64)
+    boxes[boxes[:, 2] < 0] = np.nan
+    return boxes
+
+
+@njit(cache=True)
+def _ends(instance_map: NDArray[np.int32], ids: int) -> NDArray[np.int64]:
+    """Return first column and row, and those after the last (``ids``, 4), of each id >= 0; -1 at the end of others."""
+    height, width = instance_map.shape
+    ends = np.empty((ids, 4), np.int64)
+    for i in range(ids):
+        ends[i, 0], ends[i, 1], ends[i, 2], ends[i, 3] = width, height, -1, -1
+    for row in range(height):
+        column = 0
+        while column < width:
+            which, first = instance_map[row, column], column
+            while column < width and instance_map[row, column] == which:
+                column += 1
+            if which >= 0:
+                ends[which, 0] = min(ends[which, 0], first)
+                ends[which, 1] = min(ends[which, 1], row)
+                ends[which, 2] = max(ends[which, 2], column)
+                ends[which, 3] = row + 1
+    return ends

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
-from benchmarks.data.sets.visible_boxes import visible_boxes
+from benchmarks.data.sets.tables import visible_boxes
 from scenarios.scenario import Frame
 
 LEAST_VISIBLE = 0.5

@@ -73,17 +73,16 @@ def test_wrong_arguments_are_named(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("command", ["export", "show"])
 @pytest.mark.parametrize(
-    ("name", "damage", "what"),
+    ("name", "damage"),
     [
-        ("pixels-00000.tar", lambda file: file.write_bytes(file.read_bytes()[:40_000]), "expected .* bytes, got .*"),
-        ("pixels-00000.tar", Path.unlink, "got no file /"),
-        ("objects.parquet", Path.unlink, "(got no file /|No such file)"),
-        ("standing.parquet", Path.unlink, "(got no file /|No such file)"),
-        ("frames.parquet", lambda file: file.write_bytes(b"junk"), "Parquet file size is 4 bytes"),
-        ("frames.parquet", lambda file: file.write_bytes(bytes(file.stat().st_size)), "frames.parquet"),
-        ("pixels-00000.tar", lambda file: file.write_bytes(bytes(file.stat().st_size)), "cannot be decoded"),
+        ("pixels-00000.tar", lambda file: file.write_bytes(file.read_bytes()[:40_000])),
+        ("pixels-00000.tar", Path.unlink),
+        ("objects.parquet", Path.unlink),
+        ("standing.parquet", Path.unlink),
+        ("frames.parquet", lambda file: file.write_bytes(b"junk")),
+        ("frames.parquet", lambda file: file.write_bytes(bytes(file.stat().st_size))),
+        ("pixels-00000.tar", lambda file: file.write_bytes(bytes(file.stat().st_size))),
     ],
     ids=[
         "a part of a shard",
@@ -96,23 +95,14 @@ def test_wrong_arguments_are_named(
     ],
 )
 def test_a_damaged_data_set_is_named_in_one_line(
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    command: str,
-    name: str,
-    damage: Callable[[Path], object],
-    what: str,
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, damage: Callable[[Path], object]
 ) -> None:
     data = painted_data_set(tmp_path / "set", seeds=(0, 1))
     damage(tmp_path / "set" / "episodes" / "000000" / name)
-    words = ["--format", "coco", "--out", str(tmp_path / "out")] if command == "export" else []
-    assert main([command, data.url, *words, *MODULES]) == 2
+    assert main(["export", data.url, "--format", "coco", "--out", str(tmp_path / "out"), *MODULES]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    named = "data" if command == "export" else "directory"
-    assert line.startswith(f"error: {named}: expected a whole data set (see frameout verify), got ")
-    assert re.search(f"episode 0: {name}" if command == "export" else what, line), line
+    assert line.startswith(f"error: data: expected a whole data set (see frameout verify), got episode 0: {name}")
     assert not (tmp_path / "out").exists()
-    assert not (tmp_path / "set" / "page.html").exists()
 
 
 def test_missing_packages_are_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -52,7 +52,7 @@ class Waits:
     def update(self, observation):
         return Estimate(position_px=self._middle)
 """
-FOR_ALL_EPISODES = {"bench", "compare", "export", "generate", "list", "play", "render", "report", "show"}
+FOR_ALL_EPISODES = {"bench", "compare", "export", "generate", "list", "play", "render", "report"}
 WITH_MODULES = FOR_ALL_EPISODES | {"train", "tune", "verify"}
 
 

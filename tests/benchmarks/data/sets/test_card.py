@@ -1,4 +1,4 @@
-"""What READMEs say to catalogues, and that all say where axes and pixels begin."""
+"""What the card tells of a set, what it says to catalogues, and that all READMEs say where axes and pixels begin."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ import pyarrow.parquet as pq
 import pytest
 
 from benchmarks.data.exports.exporter import sequence_name
-from benchmarks.data.sets.card import AXES, hub_head, split_of, table_configs
+from benchmarks.data.sets.card import AXES, card_text, hub_head, split_of, table_configs
 from benchmarks.data.sets.data_set import DataSet
 from sim.optics import look_down_pose, project
+from tests.benchmarks.data.exports.painted_scene import IDS, KINDS, painted_data_set, truths
+from tests.benchmarks.data.sets.hand_made import write_set
 from tests.benchmarks.data.sets.hub_head import head_of
 from tests.benchmarks.data.sets.small import made, tiny
 from trackers.types import CameraModel
@@ -37,13 +39,8 @@ def test_the_card_begins_with_what_the_hub_reads(data: DataSet) -> None:
 
 
 def test_splits_are_those_of_seeds(tmp_path: Path) -> None:
-    assert [split_of(seed) for seed in (0, 9_999, 10_000, 19_999, 20_000)] == [
-        "train",
-        "train",
-        "test",
-        "test",
-        "train",
-    ]
+    seeds = {0: "train", 9_999: "train", 10_000: "test", 19_999: "test", 20_000: "train"}
+    assert {seed: split_of(seed) for seed in seeds} == seeds
     data = made(tiny(seeds=(9_999, 10_001), frame_count=2, channels=("image_rgb",)), tmp_path / "set")
     for table, splits in table_configs(data).items():
         for split, patterns in splits.items():
@@ -69,6 +66,31 @@ def test_the_card_says_where_axes_and_pixels_begin(data: DataSet) -> None:
     np.testing.assert_allclose(middle, [0, 0, 0, 1], atol=1e-9)
     pixels, _ = project(camera, pose, np.array([middle[:3], right[:3], below[:3]]))
     np.testing.assert_allclose(pixels, [[5, 4], [6, 4], [5, 5]], atol=1e-9)
+
+
+def test_states_and_frame_outs_are_told_by_group_and_no_pixel_is_read(tmp_path: Path) -> None:
+    """The other car is first absent, then out: it has not left the picture until frame 20."""
+    data = write_set(tmp_path)
+    for shard in tmp_path.glob("episodes/*/pixels-*.tar"):
+        shard.unlink()
+    text = card_text(data)
+    assert "2 episodes (seeds 0–1), 60 frames of 160 x 120 pixels at 15 a second" in text
+    assert "\n\nMissing: seeds 2.\n\n" in text
+    assert "| target | 83.3 | 0.0 | 0.0 | 16.7 | 0.0 | 2 | 0 | 5, 5 |" in text
+    assert "| other objects | 33.3 | 0.0 | 0.0 | 50.0 | 16.7 | 2 | 2 | 10, 10 |" in text
+    with pytest.raises(ValueError, match=r"pixels-00000\.tar"):
+        data[0]
+
+
+def test_what_is_seen_is_counted_by_kind_and_group(tmp_path: Path) -> None:
+    data = painted_data_set(tmp_path / "set", "parked", without="flow_px")
+    bus, car, kite = (
+        2 * sum(bool((truth.instance_map == number).any()) for truth in truths("parked"))
+        for _, number in sorted(zip(KINDS, IDS, strict=True))
+    )
+    lines = (f"bus | 0 | {bus} | 0", f"car | {car} | 0 | 0", f"kite | 0 | {kite} | 0", f"van | 0 | 0 | {len(data)}")
+    assert "".join(f"| {line} |\n" for line in lines) in card_text(data)
+    assert "| `standing_box_xyxy` | standing | px |" in card_text(data)
 
 
 def test_no_two_data_sets_have_a_sequence_of_one_name(tmp_path: Path) -> None:

@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from benchmarks.data.sets.contact_sheet import boxed_frames, channel_cells, contact_sheet, draw_boxes
@@ -79,8 +78,3 @@ def test_a_lost_picture_leaves_its_place_empty(tmp_path: Path) -> None:
     first, second = (image for _, image in boxed_frames(data)[0][:2])
     assert tuple(first[-1, -1]) == (28, 30, 35)
     assert second[-1].any()
-
-
-def test_a_set_without_pixels_has_no_sheet(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"channels: expected a data set with at least one, got none"):
-        contact_sheet(write_set(tmp_path, (), frames=2))

@@ -143,7 +143,7 @@ def test_a_set_that_grew_has_no_manifest_and_card_of_before(tmp_path, monkeypatc
     """The run is killed after the last episode, or after the manifest."""
     out = tmp_path / "set"
     made(tiny(seeds=(3, 4)), out)
-    for seeds, stopped in (((3, 5), "_write_manifest"), ((3, 6), "write_card")):
+    for seeds, stopped in (((3, 5), "_finish"), ((3, 6), "write_card")):
         with monkeypatch.context() as patch:
             patch.setattr(f"benchmarks.data.sets.generating.{stopped}", lambda *_: (_ for _ in ()).throw(SystemExit))
             with pytest.raises(SystemExit):
@@ -151,16 +151,6 @@ def test_a_set_that_grew_has_no_manifest_and_card_of_before(tmp_path, monkeypatc
         data = made(tiny(seeds=seeds), out)
         assert set(data.manifest()) == {f"{seed:06d}" for seed in range(*seeds)}
         assert f"(seeds {seeds[0]}–{seeds[1] - 1})" in (out / "README.md").read_text()
-
-
-@pytest.mark.parametrize("is_whole", [True, False])
-def test_a_damaged_manifest_is_written_anew(data, tmp_path, is_whole):
-    shutil.copytree(data.root, tmp_path / "set")
-    (tmp_path / "set/manifest.json").write_text("{")
-    if not is_whole:
-        (tmp_path / "set/episodes/000004/episode.json").unlink()
-    made(tiny(), tmp_path / "set")
-    assert digests(tmp_path / "set") == digests(data.root)
 
 
 def test_a_folder_with_something_else_is_refused(tmp_path):
@@ -224,7 +214,7 @@ def test_a_forecast_is_near_what_is_made_and_makes_nothing(data):
         assert told.bytes_a_frame[channel] == pytest.approx(made_bytes[channel] / len(data), rel=0.2), channel
     assert set(told.bytes_a_frame) == {*data.request.channels, "tables"}
     assert told.bytes >= sum(told.bytes_a_frame.values()) * told.frames
-    assert told.seconds_a_frame > 0
+    assert told.seconds > 0
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path):
@@ -270,8 +260,6 @@ def test_an_episode_that_cannot_be_built_is_named_and_what_was_made_is_kept(tmp_
 def test_where_no_episode_can_be_built_nothing_is_left_out(tmp_path):
     with pytest.raises(ValueError, match=r"seeds: expected some whose episodes can be built, got none; .*: seed 4: "):
         generate(tiny(seeds=(4, 5)), str(tmp_path / "set"), HERE, lambda done, of: None, "skip")
-    with pytest.raises(ValueError, match="on_error: expected stop or skip, got 'ignore'"):
-        generate(tiny(), str(tmp_path / "set"), HERE, lambda done, of: None, "ignore")
 
 
 @pytest.fixture
@@ -322,24 +310,6 @@ def test_a_whole_set_is_not_written_again(tmp_path, monkeypatch):
     made(tiny(seeds=(3, 4)), tmp_path / "set")
     monkeypatch.setattr("benchmarks.data.sets.generating.put", None)
     assert made(tiny(seeds=(3, 4)), tmp_path / "set").seeds == (3,)
-
-
-@pytest.mark.parametrize("kind", [errno.EROFS, errno.EACCES])
-def test_a_folder_that_may_only_be_read_is_told_in_one_line(tmp_path, capsys, monkeypatch, kind):
-    def refuse(path, content):
-        raise OSError(kind, os.strerror(kind), str(path))
-
-    made(tiny(seeds=(3, 4)), tmp_path / "set")
-    monkeypatch.setattr("benchmarks.data.sets.places.write_atomic", refuse)
-    assert main(["show", str(tmp_path / "set"), "--modules", *MODULES]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
-    assert re.match(r"error: .*page.html: (Read-only file system|Permission denied); what was written before", line)
-
-
-def test_an_unknown_backend_leaves_no_folder(tmp_path):
-    with pytest.raises(ValueError, match="backend: expected one of loky, dask, ray, got 'slurm'"):
-        made(tiny(), tmp_path / "set", Workers(1, "slurm"))
-    assert not (tmp_path / "set").exists()
 
 
 def test_a_folder_in_which_nothing_can_be_made_is_named():

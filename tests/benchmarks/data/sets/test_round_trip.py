@@ -68,7 +68,7 @@ def test_frames_read_back_are_those_that_were_simulated(scenario, tmp_path, monk
 @pytest.mark.heavy
 def test_rows_and_shards_beyond_the_first_are_read_too(tmp_path, monkeypatch):
     """More frames than a row group holds, and more bytes than a shard."""
-    monkeypatch.setattr("benchmarks.data.sets.shards.ShardWriter.__init__.__defaults__", (4096,))
+    monkeypatch.setattr("benchmarks.data.sets.episode_writer.SHARD_BYTES", 4096)
     data = made(tiny(seeds=(3, 4), frame_count=ROWS_AT_ONCE + 20), tmp_path / "set")
     assert len(list((tmp_path / "set/episodes/000003").glob("*.tar"))) > 10
     live = data.request.episode(3)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from benchmarks.data.sets.visible_boxes import visible_boxes
+from benchmarks.data.sets.tables import visible_boxes
 
 
 @settings(max_examples=60, deadline=None)
