@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NoReturn
+
+import numpy as np
 
 from benchmarks.contract.judging import USUAL_RATE_HZ, Judge, Recording, UnreadableSequence, check_no_layout
 from benchmarks.contract.rows import REAL, Row
@@ -16,39 +17,8 @@ from benchmarks.contract.text import printable
 from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode, read_collections
 from benchmarks.data.tracks import read_each
 from benchmarks.run.episodes import EpisodeSpec
-from scenarios.scenario import Episode, Frame
+from scenarios.scenario import Episode
 from scenarios.truth import TruthExtent
-from trackers.types import CameraCommand, CameraModel, Start
-
-
-class TracksEpisode:
-    """See ``scenarios.scenario.Episode``: a recording of tracks, which has no frame and is judged by its gaps."""
-
-    frame_count, rate_hz, closed_loop = 0, 1.0, False
-
-    @property
-    def start(self) -> Start:
-        """See ``Episode``."""
-        return Start(CameraModel(1, 1, 1.0))
-
-    def step(self, command: CameraCommand | None = None) -> Frame:
-        """See ``Episode``. There is no frame."""
-        raise IndexError("a recording of tracks has no frame")
-
-    def map_of(self) -> Any:
-        """See ``Episode``. None is known."""
-        return None
-
-    def larger_view(self, scale: float) -> NoReturn:
-        """See ``Episode``. There is no picture."""
-        raise IndexError("a recording of tracks has no picture")
-
-    def normals(self) -> NoReturn:
-        """See ``Episode``. There is no picture."""
-        raise IndexError("a recording of tracks has no picture")
-
-    def close(self) -> None:
-        """See ``Episode``. Nothing is open."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,12 +54,12 @@ class RealEpisode(EpisodeSpec):
     @property
     def columns(self) -> Row:
         """See ``EpisodeSpec``."""
-        named = {"sequence": self.sequence} if self.sequence else {}
-        return {**named, "recorded": list(self.recorded)}
+        return ({"sequence": self.sequence} if self.sequence else {}) | {"recorded": list(self.recorded)}
 
     def open(self, truth: TruthExtent) -> Episode:
         """See ``EpisodeSpec``."""
-        return SequenceEpisode(self.content) if isinstance(self.content, BoxedSequence) else TracksEpisode()
+        tracks = BoxedSequence(self.content.name, (), np.empty((0, 4)))
+        return SequenceEpisode(self.content if isinstance(self.content, BoxedSequence) else tracks)
 
     def judge(self, suite: Suite, episode: Episode) -> Judge:
         """See ``EpisodeSpec``."""

@@ -18,9 +18,9 @@
   Smith, Ghanem, A benchmark and simulator for UAV tracking, ECCV 2016; its ReadMe.txt: ``NaN,NaN,NaN,NaN`` where the
   target is fully hidden or outside the picture, and ``configSeqs.m`` names the folder and the first and last picture of
   every sequence: several share one folder (``bird1_1`` is a part of ``bird1``). Without that file a sequence is the
-  folder of its name. ``--real`` takes the data set's folder, a folder of annotations (``anno/UAV20L``), one annotation,
-  or one folder of pictures, whose annotation ``NAME.txt`` is in ``anno/UAV123`` of the data set, in the folder or
-  beside it.
+  folder of its name. ``--real`` takes a folder of annotations (``anno/UAV20L``) too.
+
+``--real`` takes a data set's folder, or one sequence: its folder of pictures or its file of boxes, in the data set.
 
 The top left corner of the picture is at 1, 1: in OTB, in UAV123, which uses the toolkit of OTB (MATLAB), and in UAVDT,
 whose README files do not tell; its toolkits are written in MATLAB too.
@@ -35,14 +35,16 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
-from pathlib import Path
+from functools import cached_property
+from itertools import islice, product
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 import cv2
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import USUAL_RATE_HZ, UnreadableSequence
@@ -54,7 +56,7 @@ from trackers.types import CameraCommand, CameraModel, Observation, Start
 
 ENDINGS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 """Of pictures, in small or capital letters."""
-_NUMBERED = re.compile(r"(\D*)(\d+)$")
+_NUMBERED = re.compile(r"\D*(\d+)$")
 FIRST = 1.0
 """Coordinate of the top left corner of the picture in files of boxes."""
 USUAL_FOCAL = 1.2
@@ -63,13 +65,7 @@ USUAL_FOCAL = 1.2
 """
 TARGET = "target"
 _OTB_BOXES = "groundtruth_rect*.txt"
-PARTS = {
-    "David": (300, 770),
-    "Diving": (1, 215),
-    "Football1": (1, 74),
-    "Freeman3": (1, 460),
-    "Freeman4": (1, 283),
-}
+PARTS = {"David": (300, 770), "Diving": (1, 215), "Football1": (1, 74), "Freeman3": (1, 460), "Freeman4": (1, 283)}
 """Sequence → numbers of the first and the last picture that its boxes belong to."""
 SET = "UAV123"
 _PART = re.compile(
@@ -80,11 +76,25 @@ _TOOLKITS = (".", "UAV-benchmark-SOT_v1.0", "UAV-benchmark-MOTD_v1.0")
 _PICTURES = (".", "UAV-benchmark-S", "UAV-benchmark-M")
 _ENDINGS = ("_gt_whole.txt", "_gt.txt")
 """Of files of boxes; the first has the targets that MOT leaves out too."""
-_LINE = "left,top,width,height, or frame,id,left,top,width,height and three or four more numbers"
+_LINE = "left,top,width,height (in UAVDT also with frame,id before and 3 or 4 numbers after them)"
+_COLUMNS = (4, 9, 10)
 _BETWEEN = re.compile(r"\s*[,;]\s*|\s+")
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf(inity)?)", re.IGNORECASE)
 _BOX = "left,top,width,height with a width and height above 0, or NaN,NaN,NaN,NaN"
-_BOX_NUMBERS = 4
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a sequence is.
+
+    Attributes:
+        name: of the sequence, or of its folder. pictures: the folder. boxes: the file.
+        part: numbers of the first and the last picture that the boxes belong to, if they are not one for each picture.
+    """
+
+    name: str
+    pictures: Path
+    boxes: Path
+    part: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,19 +132,6 @@ class BoxedSequence:
 
 
 @dataclass(frozen=True)
-class Unread:
-    """A sequence before it is read.
-
-    Attributes:
-        name: of the sequence, or of its folder.
-        read: reads it. Raises ValueError for what is missing or wrong.
-    """
-
-    name: str
-    read: Callable[[], BoxedSequence]
-
-
-@dataclass(frozen=True)
 class Collection:
     """Sequences that are ranked together, e.g. a data set; or a single one.
 
@@ -149,42 +146,49 @@ class Collection:
     unusable: tuple[str, ...] = ()
 
 
-Find = Callable[[Path, int | None], list[Unread]]
-"""Returns the sequences of a path in one layout, none if it has another; the second argument chooses a target."""
+Find = Callable[[Path], Iterator[Source]]
+"""Yields the sequences of a data set in one layout; none if it has another."""
 
 
-def find_otb(path: Path, target: int | None) -> list[Unread]:
+def find_otb(path: Path) -> Iterator[Source]:
+    """See ``Find``; the folder of one sequence is taken too."""
+    for file in (*path.glob(_OTB_BOXES), *path.glob(f"*/{_OTB_BOXES}")):
+        folder, target = file.parent, file.stem.removeprefix("groundtruth_rect").strip(".")
+        if not target or file.read_bytes().strip():
+            name = f"{folder.name}-{target}" if target else folder.name
+            yield Source(name, folder / "img", file, PARTS.get(folder.name))
+
+
+def find_uavdt(path: Path) -> Iterator[Source]:
     """See ``Find``."""
-    folders = [path] if any(path.glob(_OTB_BOXES)) else sorted({file.parent for file in path.glob(f"*/{_OTB_BOXES}")})
-    return [sequence for folder in folders for sequence in _in_otb_folder(folder)]
+    boxes: dict[str, Path] = {}
+    for toolkit, place, ending in product(_TOOLKITS, ("anno", "GT"), _ENDINGS):
+        for file in visible(path / toolkit / place, f"*{ending}"):
+            boxes.setdefault(file.name.removesuffix(ending), file)
+    for name, file in boxes.items():
+        folders = [path / place / name for place in _PICTURES]
+        yield Source(name, next(filter(Path.is_dir, folders), folders[0]), file)
 
 
-def find_uavdt(path: Path, target: int | None) -> list[Unread]:
-    """See ``Find``; ``target``: id of the target in files of several, None = the one that is seen most."""
-    own = _boxes_of(path)
-    if own is not None:
-        return [Unread(printable(path.name), partial(_read_uavdt, own, path, target))]
-    return [
-        Unread(printable(name), partial(_read_in_uavdt, file, path, name, target))
-        for name, file in _boxes(path).items()
-    ]
-
-
-def find_uav123(path: Path, target: int | None) -> list[Unread]:
-    """See ``Find``."""
-    annotations = _annotations(path)
-    if annotations:
-        return [Unread(printable(each.stem), partial(_read_annotated, each)) for each in annotations]
-    annotation = _annotation_of(path) if path.is_dir() else None
-    if annotation is None:
-        return []
-    return [Unread(printable(annotation.stem), partial(_read_uav123, annotation, path))]
+def find_uav123(path: Path) -> Iterator[Source]:
+    """See ``Find``; a folder of annotations is taken too."""
+    annotations = path if path.parent.name == "anno" else path / "anno" / SET
+    root = annotations.parents[1]
+    texts = [file.read_text(encoding="utf-8", errors="replace") for file in root.glob("configSeqs*.m")]
+    parts = {part["name"]: part for text in texts for part in _PART.finditer(text)}
+    for file in visible(annotations, "*.txt"):
+        part = parts.get(file.stem)
+        if part is not None:
+            folder, numbers = PureWindowsPath(part["path"]).name, (int(part["first"]), int(part["last"]))
+            yield Source(file.stem, root / "data_seq" / SET / folder, file, numbers)
+        elif not file.name.lower().startswith("readme"):
+            yield Source(file.stem, root / "data_seq" / SET / file.stem, file)
 
 
 LAYOUTS: dict[str, tuple[Find, str]] = {
     "otb": (find_otb, "groundtruth_rect.txt, or folders that hold one"),
     "uavdt": (find_uavdt, "boxes in anno/NAME_gt.txt or GT/NAME_gt_whole.txt"),
-    "uav123": (find_uav123, f"anno/{SET}/NAME.txt, or {{name}}.txt for its pictures"),
+    "uav123": (find_uav123, f"anno/{SET}/NAME.txt"),
 }
 """Name → what finds its sequences, and what it looks for; the first layout with sequences is taken."""
 
@@ -196,12 +200,12 @@ def read_collections(
 
     Args:
         layout: of ``LAYOUTS``; "" = it is recognised.
-        target: id of the target in files of several, see ``find_uavdt``.
+        target: id of the target in files of several, None = the one that is seen most.
         rate_hz: frames a second of all pictures.
 
     Raises:
-        ValueError: for a path that is missing, empty or of another layout; two collections of one name; and if no
-            sequence can be read.
+        ValueError: for a path that is missing or of another layout; two collections of one name; and if no sequence
+            can be read.
     """
     check("layout", layout in ("", *LAYOUTS), f"one of {', '.join(LAYOUTS)}", repr(layout))
     check("rate_hz", 0 < rate_hz < float("inf"), "a number of frames a second > 0", f"{rate_hz:g}")
@@ -216,220 +220,87 @@ def read_collections(
 
 def _collection(path: Path, layout: str, target: int | None, rate_hz: float) -> Collection:
     check("real", path.exists(), "folders that exist", repr(str(path)))
-    empty = path.is_dir() and not any(path.iterdir())
-    check("real", not empty, "a folder of sequences", f"{str(path)!r}, which is empty")
-    unread: list[Unread] = []
-    for chosen in [layout] if layout else LAYOUTS:
-        find, searched = LAYOUTS[chosen]
-        unread = sorted(find(path, target), key=lambda sequence: sequence.name)
-        if unread:
-            break
-    if layout:
-        check(short(path), bool(unread), searched.format(name=printable(path.name)), "none")
-    wanted = f"the layout of one of {', '.join(LAYOUTS)} (see frameout bench --help)"
-    check("real", bool(unread), wanted, f"{str(path)!r}, which has none of them")
-    check("target", target is None or chosen == "uavdt", "none but for files of several targets (uavdt)", target)
-    names = [each.name for each in unread]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    check(printable(path.name), not twice, "sequences of different names", f"two called {', '.join(twice)}")
+    searched = {layout: LAYOUTS[layout]} if layout else LAYOUTS
+    sources = next(filter(None, (_sources(path, find) for find, _ in searched.values())), [])
+    wanted = LAYOUTS[layout][1] if layout else f"the layout of one of {', '.join(LAYOUTS)} (see frameout bench --help)"
+    check("real", bool(sources), wanted, f"{str(path)!r}, which has none")
     sequences: list[BoxedSequence] = []
     unusable = []
-    for number, each in enumerate(unread):
+    for number, source in enumerate(sources):
         try:
-            sequences.append(replace(each.read(), rate_hz=rate_hz, number=number))
+            sequences.append(replace(_read(source, target), rate_hz=rate_hz, number=number))
         except ValueError as error:
             unusable.append(str(error))
-    name = sequences[0].name if len(unread) == len(sequences) == 1 else printable(path.name)
+    name = sequences[0].name if len(sources) == len(sequences) == 1 else printable(path.name)
     return Collection(name, tuple(sequences), tuple(unusable))
 
 
-def _in_otb_folder(folder: Path) -> list[Unread]:
-    files = sorted(folder.glob(_OTB_BOXES))
-    # Where all are empty, the first one says so when it is read.
-    told = [file for file in files if file.read_bytes().strip()] or files[:1]
-    found = []
-    for file in told:
-        target = file.stem.removeprefix("groundtruth_rect").strip(".")
-        name = printable(f"{folder.name}-{target}" if target else folder.name)
-        found.append(Unread(name, partial(_read_otb, name, folder, file)))
-    return found
+def _sources(path: Path, find: Find) -> list[Source]:
+    """Return the sequences of a data set, or the one whose pictures or boxes are at the path."""
+    own = (each for root in path.parents[:3] for each in find(root) if path in (each.pictures, each.boxes))
+    return sorted(find(path), key=lambda each: printable(each.name)) or list(islice(own, 1))
 
 
-def _read_otb(name: str, folder: Path, file: Path) -> BoxedSequence:
-    pictures = numbered_pictures(folder / "img")
-    boxes = read_boxes(file, len(pictures))
-    first, last = PARTS.get(folder.name, (0, -1))
-    shown = list(pictures.values())
-    if len(boxes) != len(shown) and len(boxes) == last - first + 1:
-        shown = [picture for number, picture in pictures.items() if first <= number <= last]
-    return boxed_sequence(name, shown, boxes, file)
+def _read(source: Source, target: int | None) -> BoxedSequence:
+    name, file = printable(source.name), source.boxes
+    place = f"pictures in {short(source.pictures, 3)}, or where configSeqs.m of {SET} says"
+    check(short(file), source.pictures.is_dir(), place, "no such folder")
+    pictures = numbered_pictures(source.pictures)
+    keys, boxes = read_boxes(file, len(pictures))
+    if keys.size:
+        frames, ids = keys.T
+        unknown = frames[~np.isin(frames, list(pictures))]
+        wanted = f"frames from {min(pictures)} to {max(pictures)}, of which there are pictures"
+        check(short(file), not unknown.size, wanted, ", ".join(f"{each:g}" for each in unknown[:1]))
+        known, lines = np.unique(ids, return_counts=True)
+        followed = known[np.argmax(lines)] if target is None else target
+        some = ", ".join(f"{each:g}" for each in known[:10])
+        check("target", followed in known, f"an id in {short(file)}: {some}", target)
+        track = pd.DataFrame(boxes[ids == followed], index=frames[ids == followed])
+        check(short(file), track.index.is_unique, f"one line a frame of id {followed:g}", "two of one frame")
+        boxes, name = track.reindex(list(pictures)).to_numpy(), f"{name}-{followed:g}"
+    else:
+        check("target", target is None, "none but for files of several targets (uavdt)", target)
+        if source.part is not None and len(boxes) != len(pictures):
+            first, last = source.part
+            pictures = {number: picture for number, picture in pictures.items() if first <= number <= last}
+    return boxed_sequence(name, list(pictures.values()), boxes, file)
 
 
-def _annotations(path: Path) -> list[Path]:
-    """Return the annotations that a path means: of the data set, of a folder of annotations, or itself."""
-    if path.is_file():
-        return [path] if path.suffix == ".txt" and path.parent.parent.name == "anno" else []
-    folder = path if path.parent.name == "anno" else path / "anno" / SET
-    return [file for file in visible(folder, "*.txt") if not file.name.lower().startswith("readme")]
+def read_boxes(path: Path, frames: int = 0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return frames and ids (R, 2) of a text file, or (R, 0) if it has none, and its boxes (R, 4).
 
-
-def _annotation_of(pictures: Path) -> Path | None:
-    """Return the annotation of a folder of pictures."""
-    name = f"{pictures.name}.txt"
-    places = [pictures / name, pictures.with_name(name)]
-    if pictures.parent.parent.name == "data_seq":
-        places.insert(0, pictures.parents[2] / "anno" / pictures.parent.name / name)
-    return next((place for place in places if place.is_file()), None)
-
-
-def _read_annotated(annotation: Path) -> BoxedSequence:
-    root = annotation.parents[2]
-    for file in sorted(root.glob("configSeqs*.m")):
-        for part in _PART.finditer(file.read_text(encoding="utf-8", errors="replace")):
-            if part["name"] == annotation.stem:
-                folder = root / "data_seq" / SET / re.split(r"[\\/]", part["path"].rstrip("\\/"))[-1]
-                return _read_uav123(annotation, folder, (int(part["first"]), int(part["last"])))
-    folder = root / "data_seq" / SET / annotation.stem
-    wanted = f"pictures in data_seq/{SET}/{printable(annotation.stem)}, or configSeqs.m that names their folder"
-    check(short(annotation), folder.is_dir(), wanted, "neither")
-    return _read_uav123(annotation, folder)
-
-
-def _read_uav123(annotation: Path, folder: Path, part: tuple[int, int] | None = None) -> BoxedSequence:
-    pictures = numbered_pictures(folder)
-    first, last = part or (min(pictures), max(pictures))
-    missing = [number for number in (first, last) if number not in pictures]
-    check(short(folder), not missing, f"pictures {first} to {last}, as configSeqs.m says", f"none of {missing}")
-    shown = [picture for number, picture in pictures.items() if first <= number <= last]
-    return boxed_sequence(printable(annotation.stem), shown, read_boxes(annotation, len(shown)), annotation)
-
-
-def _boxes(folder: Path) -> dict[str, Path]:
-    """Return the files of boxes of a data set, by sequence."""
-    found: dict[str, Path] = {}
-    for toolkit in _TOOLKITS:
-        for place in ("anno", "GT"):
-            for ending in _ENDINGS:
-                for file in visible(folder / toolkit / place, f"*{ending}"):
-                    found.setdefault(file.name.removesuffix(ending), file)
-    return found
-
-
-def _boxes_of(pictures: Path) -> Path | None:
-    """Return the file of boxes of a folder of pictures, from the data set that holds it."""
-    name = pictures.resolve().name
-    places = (pictures.parent, pictures.parent.parent) if any(pictures.glob("img*")) else ()
-    return next((file for place in places if (file := _boxes(place).get(name)) is not None), None)
-
-
-def _pictures(folder: Path, name: str) -> Path:
-    places = [folder / place / name for place in _PICTURES]
-    found = next((place for place in places if place.is_dir()), None)
-    if found is None:
-        raise ValueError(f"{short(folder)}: expected a folder {printable(name)} of pictures, got none")
-    return found
-
-
-def _read_in_uavdt(file: Path, folder: Path, name: str, target: int | None) -> BoxedSequence:
-    return _read_uavdt(file, _pictures(folder, name), target)
-
-
-def _read_uavdt(file: Path, folder: Path, target: int | None) -> BoxedSequence:
-    name, pictures = printable(folder.name), numbered_pictures(folder)
-    rows = read_rows(file, (4, 9, 10), _LINE, len(pictures))
-    if rows.shape[1] == 4:
-        return boxed_sequence(name, list(pictures.values()), checked_boxes(file, rows), file)
-    frames, identities = _whole(file, rows[:, 0], "frame"), _whole(file, rows[:, 1], "id")
-    boxes = checked_boxes(file, rows[:, 2:6])
-    followed = _followed(file, identities, target)
-    mine = identities == followed
-    unmatched = np.flatnonzero(~np.isin(frames, list(pictures)))
-    for line in unmatched[:1]:
-        wanted = f"a frame from {min(pictures)} to {max(pictures)}, of which there are pictures"
-        check(f"{short(file)}, line {line + 1}", False, wanted, frames[line])
-    twice = len(np.unique(frames[mine])) < int(mine.sum())
-    check(short(file), not twice, f"one line a frame of id {followed}", "two of one frame")
-    first = int(frames[mine].min())
-    box_of = dict(zip(frames[mine].tolist(), boxes[mine], strict=True))
-    shown = {number: picture for number, picture in pictures.items() if number >= first}
-    lost = np.full(4, np.nan)
-    track = np.array([box_of.get(number, lost) for number in shown])
-    return boxed_sequence(f"{name}-{followed}", list(shown.values()), track, file)
-
-
-def _whole(file: Path, numbers: NDArray[np.float64], what: str) -> NDArray[np.int64]:
-    good = np.isfinite(numbers) & (np.nan_to_num(numbers) % 1 == 0)
-    line = int(np.argmin(good))
-    check(f"{short(file)}, line {line + 1}", bool(good.all()), f"a whole number as {what}", numbers[line])
-    return numbers.astype(np.int64)
-
-
-def _followed(file: Path, identities: NDArray[np.int64], target: int | None) -> int:
-    known, lines = np.unique(identities, return_counts=True)
-    if target is None:
-        return int(known[np.argmax(lines)])
-    some = ", ".join(map(str, known[:10])) + (" …" if len(known) > 10 else "")
-    check("target", target in known, f"an id in {short(file)}: {some}", target)
-    return target
-
-
-def read_rows(path: Path, columns: tuple[int, ...], what: str, frames: int = 0) -> NDArray[np.float64]:
-    """Return the numbers of a text file (R, C), a row for each line; an empty line among boxes is four NaN.
-
-    Empty lines at its end are left out, but for those that make up ``frames`` lines. A file may mix separators (OTB's
-    BlurCar1 does), begin with a byte-order mark and have lines of Windows.
-
-    Args:
-        columns: the numbers of columns that are expected. what: a line, in words. frames: of the sequence.
+    A box is left, top, width, height; NaN where the target is not seen. An empty line is no box; those at the end are
+    left out, but for those that make up ``frames`` lines, the pictures of the sequence. A file may mix separators
+    (OTB's BlurCar1 does), begin with a byte-order mark and have lines of Windows.
 
     Raises:
-        ValueError: for a file that is no text or empty, and a line that has other columns or is empty.
+        ValueError: for a file that is no text or empty, a line that has other columns, and a box with a negative size
+            or with numbers that are half unknown.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        got = error.strerror if isinstance(error, OSError) else "bytes that are none"
-        raise ValueError(f"{short(path)}: expected text with numbers, got {got}") from None
+    except UnicodeDecodeError:
+        raise ValueError(f"{short(path)}: expected text with numbers, got bytes that are none") from None
     told = max((number for number, line in enumerate(lines, start=1) if line.strip()), default=0)
-    check(short(path), told > 0, f"lines of {what}", "an empty file")
-    lines = lines[: frames if told < frames <= len(lines) else told]
-    rows = [_numbers(path, number, line, columns, what) for number, line in enumerate(lines, start=1)]
-    for number, row in enumerate(rows, start=1):
-        wanted = f"{len(rows[0])} numbers as in line 1"
-        check(f"{short(path)}, line {number}", len(row) == len(rows[0]), wanted, len(row))
-    return np.array(rows)
-
-
-def read_boxes(path: Path, frames: int = 0) -> NDArray[np.float64]:
-    """Return the boxes of a file (F, 4): left, top, width, height; NaN where the target is not seen.
-
-    Args:
-        frames: of the sequence, see ``read_rows``.
-
-    Raises:
-        ValueError: as ``read_rows``, and for a box with a negative size or with numbers that are half unknown.
-    """
-    return checked_boxes(path, read_rows(path, (_BOX_NUMBERS,), "left,top,width,height", frames))
-
-
-def checked_boxes(path: Path, box_xywh: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return boxes (F, 4), of which each line has one, with NaN for none. Raises ValueError for an impossible one."""
+    check(short(path), told > 0, f"lines of {_LINE}", "an empty file")
+    read: list[list[float]] = []
+    for number, line in enumerate(lines[: frames if told < frames <= len(lines) else told], start=1):
+        try:
+            numbers = [float(cell) for cell in _BETWEEN.split(line.strip())] if line.strip() else [np.nan] * 4
+        except ValueError:
+            numbers = []
+        good = len(numbers) in ({len(read[0])} if read else _COLUMNS)
+        check(f"{short(path)}, line {number}", good, _LINE, repr(line[:80]))
+        read.append(numbers)
+    rows = np.array(read)
+    keys, box_xywh = (rows[:, :0], rows) if rows.shape[1] == 4 else (rows[:, :2], rows[:, 2:6])
     none = ~np.isfinite(box_xywh).any(axis=1) | (box_xywh[:, 2:] == 0).any(axis=1) | (box_xywh == -1).all(axis=1)
     good = none | (np.isfinite(box_xywh).all(axis=1) & (box_xywh[:, 2:] > 0).all(axis=1))
-    if not good.all():
-        line = int(np.argmin(good))
-        got = ",".join(f"{number:g}" for number in box_xywh[line])
-        raise ValueError(f"{short(path)}, line {line + 1}: expected {_BOX}, got {got}")
-    return np.where(none[:, None], np.nan, box_xywh)
-
-
-def _numbers(path: Path, number: int, line: str, columns: tuple[int, ...], what: str) -> list[float]:
-    if not line.strip() and _BOX_NUMBERS in columns:
-        return [float("nan")] * _BOX_NUMBERS
-    cells = _BETWEEN.split(line.strip())
-    good = len(cells) in columns and all(map(_NUMBER.fullmatch, cells))
-    check(f"{short(path)}, line {number}", good, what, repr(line[:80]))
-    return [float(cell) for cell in cells]
+    first = int(np.argmin(good))
+    got = ",".join(f"{number:g}" for number in box_xywh[first])
+    check(f"{short(path)}, line {first + 1}", bool(good.all()), _BOX, got)
+    return keys, np.where(none[:, None], np.nan, box_xywh)
 
 
 def short(path: Path, parts: int = 2) -> str:
@@ -461,30 +332,22 @@ def boxed_sequence(
     size = f"the picture of {width} x {height}"
     small = np.nanmax(np.abs(box_xywh)) <= 1.0
     check(short(boxes_from), not small, f"boxes in pixels of {size}", "numbers of at most 1, as of shares of it")
-    outside = given & ~((box_xyxy[:, :2] < (width, height)) & (box_xyxy[:, 2:] > 0)).all(axis=1)
-    seen = given & ~outside
+    seen = np.all((box_xyxy[:, :2] < (width, height)) & (box_xyxy[:, 2:] > 0), axis=1)
     check(short(boxes_from), bool(seen.any()), f"a box that meets {size}", "none")
-    begins = int(np.argmax(seen))
-    notes = []
+    outside, begins, notes = given & ~seen, int(np.argmax(seen)), []
     if outside.any():
         line, count = int(np.argmax(outside)) + 1, int(outside.sum())
         notes.append(
             f"{name}: {count} of {len(given)} boxes lie wholly outside {size}, the first in line {line}: not seen"
         )
-    if _are_corners(box_xywh[seen], box_xyxy[seen], (width, height)):
+    begin, end, limit = box_xywh[seen, :2], box_xywh[seen, 2:], (width + 1, height + 1)
+    if (end > begin).all() and (end <= limit).all() and (begin - FIRST + end > limit).any():
         reach = "reach outside the picture as left,top,width,height, and would fit as left,top,right,bottom"
         notes.append(f"{name}: the boxes {reach}")
     if begins:
         notes.append(f"{name}: the target is first seen in picture {begins + 1} of {len(given)}, where trackers start")
     shown_xyxy = np.where(seen[:, None], box_xyxy, np.nan)[begins:]
     return BoxedSequence(name, tuple(pictures[begins:]), shown_xyxy, notes=tuple(notes))
-
-
-def _are_corners(box_xywh: NDArray[np.float64], box_xyxy: NDArray[np.float64], size_px: tuple[int, int]) -> bool:
-    """Return whether boxes (F, 4) look as if their last two numbers were the right and bottom ends."""
-    ends = box_xywh[:, 2:]
-    fit = bool((ends > box_xywh[:, :2]).all() and (ends <= np.array(size_px) + 1).all())
-    return fit and bool((box_xyxy[:, 2:] > np.array(size_px) + 1).any())
 
 
 def visible(folder: Path, pattern: str) -> list[Path]:
@@ -498,23 +361,19 @@ def numbered_pictures(folder: Path) -> dict[int, Path]:
     Raises:
         ValueError: for a folder without pictures, a picture without a number, and a number that is missing or twice.
     """
-    check("real", folder.is_dir(), "a folder of pictures", f"{str(folder)!r}, which is none")
     files = [file for file in visible(folder, "*") if file.suffix.lower() in ENDINGS]
     check(short(folder), bool(files), f"pictures ({', '.join(ENDINGS)})", "none")
     found: dict[int, Path] = {}
     for file in files:
         match = _NUMBERED.match(file.stem)
-        if match is None:
-            raise ValueError(
-                f"{short(file)}: expected a picture whose name ends with its number, got {printable(file.name)!r}"
-            )
-        number = int(match[2])
+        number = int(match[1]) if match else -1
+        check(short(file), number >= 0, "a picture whose name ends with its number", repr(printable(file.name)))
         check(short(folder), number not in found, f"one picture of number {number}", f"{printable(file.name)} too")
         found[number] = file
-    numbers = sorted(found)
-    missing = sorted({*range(numbers[0], numbers[-1] + 1)} - found.keys())
+    numbers = range(min(found), max(found) + 1)
+    missing = [str(number) for number in numbers if number not in found]
     wanted = f"a picture of every number from {numbers[0]} to {numbers[-1]}"
-    check(short(folder), not missing, wanted, f"none of {', '.join(map(str, missing[:5]))}")
+    check(short(folder), not missing, wanted, f"none of {', '.join(missing[:5])}")
     return {number: found[number] for number in numbers}
 
 
@@ -526,7 +385,8 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
     """
     content = _bytes_of(path)
     # From memory, where a cut off file is refused: from a file OpenCV makes a picture of its beginning, grey below.
-    picture = cv2.imdecode(np.frombuffer(content, np.uint8), cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    how = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    picture = cv2.imdecode(np.frombuffer(content, np.uint8), how) if content else None
     if picture is None:
         raise _unreadable(path, f"{len(content)} bytes that are none, or a part of one")
     return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), dtype=np.uint8)
@@ -534,12 +394,9 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
 
 def _bytes_of(path: Path) -> bytes:
     try:
-        content = path.read_bytes()
+        return path.read_bytes()
     except OSError as error:
         raise _unreadable(path, str(error.strerror)) from None
-    if not content:
-        raise _unreadable(path, "an empty file")
-    return content
 
 
 def _unreadable(path: Path, got: str) -> UnreadableSequence:
@@ -550,6 +407,8 @@ def _unreadable(path: Path, got: str) -> UnreadableSequence:
 class SequenceEpisode:
     """See ``scenarios.scenario.Episode``. Pictures are read when they are needed; none is kept but the latest.
 
+    A recording of tracks is one without pictures.
+
     The target's state is ``in`` where it has a box, else ``out``: layouts do not tell whether it is hidden or outside
     the picture. What is in metres is NaN.
     """
@@ -557,13 +416,13 @@ class SequenceEpisode:
     closed_loop = False
 
     def __init__(self, sequence: BoxedSequence) -> None:
-        """Read the first picture. Raises UnreadableSequence if it is broken."""
+        """Read the first picture, if there is one. Raises UnreadableSequence if it is broken."""
         self._sequence = sequence
         self.frame_count = len(sequence.pictures)
         self.rate_hz = sequence.rate_hz
         self._next = 0
         self._last_seen = 0
-        height, width = read_picture(sequence.pictures[0]).shape[:2]
+        height, width = read_picture(sequence.pictures[0]).shape[:2] if sequence.pictures else (1, 1)
         self._camera = CameraModel(width, height, USUAL_FOCAL * max(width, height))
 
     @property

@@ -185,7 +185,7 @@ def test_what_cannot_be_used_is_named_and_the_rest_is_scored_once(short_files: d
         with pytest.warns(TrackerWarning, match=r"broken.csv|short"):
             outcome = on_real(out, *short_files.values()).outcome
         assert outcome.unusable == [
-            "broken.csv: expected numbers in column x1, got others: could not convert string to float: 'left'",
+            "broken.csv: expected numbers in x1, y1, frame, got others: could not convert string to float: 'left'",
             "short: expected tracks that are long enough for gaps, got none that is",
         ]
         assert (outcome.resumed, outcome.moved) == (resumed, [])
