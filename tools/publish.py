@@ -6,27 +6,25 @@ import json
 import os
 import sys
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
-from rich import box
-from rich.table import Table
 
-from benchmarks.cli.arguments import COUNT, FOLDER, WORKERS, Names
+from benchmarks.cli.arguments import COUNT, FOLDER, WORKERS, Names, seeds_text
 from benchmarks.contract.rows import FILE_NAME, read_blocks, read_rows
 from benchmarks.run.arithmetic import calculates_like_published
 from benchmarks.run.result_folder import make_folder
 from benchmarks.run.workers import cores
-from benchmarks.show.progress import console_of, progress_bar
+from benchmarks.show.progress import progress_bar
 from sim.checks import check
 from tools.publishing import ledger
-from tools.publishing.published import PublishedTable, tables_named
 from tools.publishing.results_page import results_pages
 from tools.publishing.table_files import begin, differing, read_rows_of, read_table, table_file, write_table
-from tools.publishing.table_runs import TableRun, run_of
+from tools.publishing.tables import PublishedTable, tables_named
 from trackers.atomic_file import write_atomic
 
 
@@ -75,64 +73,59 @@ class Publish:
         tables = tables_named(self.tables)
         if self.check:
             return self._check_all(tables)
-        runs = [run_of(table) for table in tables]
         if self.dry_run:
-            console_of().print(_list_of(runs))
+            print("\n".join(f"{table.name:24} {seeds_text(table.seeds):12} {table.command}" for table in tables))
             return 0
         commit = ledger.commit()
-        return max([self._publish(run, commit) for run in runs])
+        return max([self._publish(table, commit) for table in tables])
 
-    def _publish(self, run: TableRun, commit: str) -> int:
+    def _publish(self, table: PublishedTable, commit: str) -> int:
         """Make a table and write its files; return 1 if a tracker failed."""
-        table, out = run.table, self.out / run.table.name
+        out = self.out / table.name
         make_folder(out)
-        begin(run, out)
+        begin(table, out)
         before = _rows(out)
         with progress_bar(table.name) as progress:
-            run.run(out, cores(self.workers), progress)
+            table.make(out, cores(self.workers), progress)
         if _rows(out) != before:
-            ledger.record(run.command, commit, table.seeds, f"table {table.name}")
+            ledger.record(table.command, commit, table.seeds, f"table {table.name}")
         now = ledger.commit()
         check("publish", now == commit, f"the commit {commit} of the start until the end", now)
-        failures = write_table(run, out, commit)["failures"]
+        failures = write_table(table, out, commit)["failures"]
         print(table_file(table.name))
         for failure in failures:
             print(f"error: {table.name}: {failure['contestant']} failed on seed {failure['seed']}", file=sys.stderr)
         return int(bool(failures))
 
-    def _check_all(self, tables: tuple[PublishedTable, ...]) -> int:
+    def _check_all(self, tables: Sequence[PublishedTable]) -> int:
         """Print what differs from published tables; return 1 if anything does."""
-        left_out = [
-            table.name
-            for table in tables
-            if not table_file(table.name).is_file() or read_table(table.name)["rows"] is None
-        ]
-        runs = [run_of(table) for table in tables if table.name not in left_out]
-        fine = bool(runs) and not (self.tables and left_out)
-        check("tables", fine, "some that were published with rows, as times are never equal", ", ".join(left_out))
-        for run in runs:
-            command = read_table(run.table.name)["command"]
-            check("tables", run.command == command, f"{run.table.name} as published, `{command}`", f"`{run.command}`")
+        published = {table.name: read_table(table.name) for table in tables if table_file(table.name).is_file()}
+        checked = [table for table in tables if published.get(table.name, {}).get("rows") is not None]
+        left_out = ", ".join(table.name for table in tables if table not in checked)
+        fine = bool(checked) and not (self.tables and left_out)
+        check("tables", fine, "some that were published with rows, as times are never equal", left_out)
+        for table in checked:
+            command = published[table.name]["command"]
+            check("tables", table.command == command, f"{table.name} as published, `{command}`", f"`{table.command}`")
         if left_out:
-            print(f"note: without published rows, and not checked: {', '.join(left_out)}", file=sys.stderr)
+            print(f"note: without published rows, and not checked: {left_out}", file=sys.stderr)
         if changed := ledger.uncommitted():
             print(f"note: the code is not as committed: changes in {changed}", file=sys.stderr)
         if not calculates_like_published(os.environ):
             why = "the tables were made with other instructions of the processor, see benchmarks/run/arithmetic.py"
             print(f"note: figures may differ: {why}", file=sys.stderr)
-        return max([self._check(run) for run in runs])
+        return max([self._check(table, published[table.name]["varied"]) for table in checked])
 
-    def _check(self, run: TableRun) -> int:
+    def _check(self, table: PublishedTable, varied: dict[str, Any] | None) -> int:
         """Print what differs from the published table; return 1 if anything does."""
-        name, seeds = run.table.name, run.table.seeds[: self.episodes]
-        again = run_of(replace(run.table, seeds=seeds))
+        name, again = table.name, replace(table, seeds=table.seeds[: self.episodes])
         with TemporaryDirectory() as place, progress_bar(f"{name} anew") as progress:
             out = Path(place)
-            again.run(out, cores(self.workers), progress)
+            again.make(out, cores(self.workers), progress)
             made = read_blocks(out)
             # As read from a file: there are no tuples in JSON.
-            varied = json.loads(json.dumps(again.figures(out, read_rows(out))["varied"]))
-        wanted = {key: rows for key, rows in read_rows_of(name).items() if key.seed in seeds}
+            varied_now = json.loads(json.dumps(again.figures(out, read_rows(out))["varied"]))
+        wanted = {key: rows for key, rows in read_rows_of(name).items() if key.seed in again.seeds}
         pairs = [(wanted[key][0]["editions"], made[key][0]["editions"]) for key in wanted.keys() & made.keys()]
         if parts := sorted({part for before, now in pairs for part in before if now.get(part) != before[part]}):
             print(f"note: {name} was published with another edition of: {', '.join(parts)}", file=sys.stderr)
@@ -143,17 +136,10 @@ class Publish:
             f"{name}: {which} has other figures on {len(of)} seeds, first on {of[0]}"
             for which, of in other_seeds.items()
         ]
-        if self.episodes is None and varied != read_table(name)["varied"]:
+        if self.episodes is None and varied_now != varied:
             lines.append(f"{name}: the table of what was fitted, varied, has other figures")
-        print("\n".join(lines) or f"{name}: the same figures on seeds {again.seeds}")
+        print("\n".join(lines) or f"{name}: the same figures on seeds {seeds_text(again.seeds)}")
         return int(bool(lines))
-
-
-def _list_of(runs: list[TableRun]) -> Table:
-    shown = Table("table", "seeds", "command", box=box.SIMPLE_HEAD)
-    for run in runs:
-        shown.add_row(run.table.name, run.seeds, run.command)
-    return shown
 
 
 def _rows(folder: Path) -> dict[Path, bytes]:

@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
+import pandas as pd
 import tyro
-from rich import box
-from rich.table import Table
 
 from benchmarks.cli.arguments import Names, Seeds
-from benchmarks.contract.text import counted
-from benchmarks.learning.training import EPISODES, Training
+from benchmarks.learning.training import EPISODES
 from benchmarks.run.packages import needs_data
 from benchmarks.run.result_folder import make_folder
-from benchmarks.show.progress import console_of, progress_bar
-from benchmarks.show.tables import NO_NUMBER
+from benchmarks.show.progress import progress_bar
 from benchmarks.statistics.summary import SUMMARY_FILE_NAME
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import is_playable
 from scenarios.scenario import Scenario
 from sim.checks import check, check_choice
-from tools.speed.envs import SCENARIO, measure_env, measure_pictureless, measure_resets
+from tools.speed.envs import SCENARIO, measure_env, measure_pictureless
 from tools.speed.figures import FRAMES_PER_BARE_CALL, Figure, entries_of
 from tools.speed.rendering import measure_rendering
 from trackers.atomic_file import write_atomic
@@ -42,8 +38,8 @@ class Speed:
     Measured on one core, in CPU time of the thread; then frames a second, and the rate of two processes over that of
     one. If its scenario is chosen, the same for steps of frameout/RoadTownFollow-v2 with a tracker and pictures of 84 ×
     84: also the rate of four envs, two at a time over one at a time, beside two processes that only count, as the limit
-    of the machine, and the time of a reset to another episode, and to the same one again. Then steps a second of the
-    envs without pictures. Run nothing else meanwhile: other processes on the same cores change the figures.
+    of the machine, and the time of a reset to another episode. Then steps a second of the envs without pictures. Run
+    nothing else meanwhile: other processes on the same cores change the figures.
 
     Attributes:
         scenarios: catalogue ids (default: the latest version of all that have the preset).
@@ -52,9 +48,6 @@ class Speed:
         frames: number of timed frames in each episode.
         stored: instead make and write data sets with all channels, and print their CPU time a frame against a bare call
             with shadows, and time and size of each channel (pip install 'frameout[data]').
-        resets: instead measure the throughput of the env with resets and without, as `frameout train --pictures`
-            trains, and their ratio; for every seed as many episodes as there are between two new worlds, and of each
-            the given number of frames.
         out: folder for summary.json.
     """
 
@@ -63,7 +56,6 @@ class Speed:
     seeds: Seeds = range(4)
     frames: int = 60
     stored: bool = False
-    resets: bool = False
     out: Path = Path("results/speed")
     resumes = False
 
@@ -71,7 +63,6 @@ class Speed:
         """Measure; return the exit status."""
         enough = self.frames >= FRAMES_PER_BARE_CALL
         check("frames", enough, f"a whole number >= {FRAMES_PER_BARE_CALL}", self.frames)
-        check("resets", not (self.resets and self.stored), "one of --stored, --resets", "both")
         if self.stored:
             needs_data()
         latest = dict.fromkeys(map(catalog.unversioned, catalog.names()))
@@ -90,41 +81,22 @@ class Speed:
                         measured.append(measure(seed))
                 entries += entries_of(scenario.id, self.preset, subject, self.seeds, measured)
         write_atomic(self.out / SUMMARY_FILE_NAME, json.dumps(entries, indent=1) + "\n")
-        console_of().print(_table(entries, len(self.seeds)))
+        columns = ["scenario", "preset", "metric", "unit", "mean", "ci_low", "ci_high"]
+        print(pd.DataFrame(entries)[columns].to_string(index=False, float_format="{:.2f}".format))
         return 0
 
     def _measures(self, scenario: Scenario) -> Iterator[tuple[str, Measure]]:
         """Yield what is measured in a scenario, and how."""
-        env_ids = [env_id for env_id, (followed, _) in catalog.envs().items() if followed == scenario.id]
         if self.stored:
             # After the check that they are installed, since it imports these packages.
             from tools.speed.storing import measure_storing
 
             yield "data set", partial(measure_storing, scenario.id, self.preset, self.frames)
-        elif self.resets:
-            check("resets", bool(env_ids) or not self.scenarios, "scenarios with an env", scenario.id)
-            for env_id in env_ids:
-                training = Training(env_id, preset=self.preset, pictures=True)
-                yield "env", partial(measure_resets, training, self.frames)
-        else:
-            yield "raster", partial(measure_rendering, scenario.id, self.preset, self.frames)
-            if scenario.id == SCENARIO:
-                yield "env", partial(measure_env, self.preset, self.frames)
-            if is_playable(scenario.id, scenario.presets[self.preset]):
-                for env_id in env_ids:
+            return
+        yield "raster", partial(measure_rendering, scenario.id, self.preset, self.frames)
+        if scenario.id == SCENARIO:
+            yield "env", partial(measure_env, self.preset, self.frames)
+        if is_playable(scenario.id, scenario.presets[self.preset]):
+            for env_id, (followed, _) in catalog.envs().items():
+                if followed == scenario.id:
                     yield "env", partial(measure_pictureless, env_id, self.preset, EPISODES)
-
-
-def _table(entries: Sequence[Mapping[str, Any]], seed_count: int) -> Table:
-    """Return the figures as a table."""
-    intervals = ", 95 % intervals over them" if seed_count > 1 else ""
-    table = Table(title=f"speed over {counted(seed_count, 'seed')}{intervals}", box=box.SIMPLE_HEAD)
-    for column in ("scenario", "preset", "metric", "unit"):
-        table.add_column(column)
-    for column in ("mean", "95 % interval"):
-        table.add_column(column, justify="right")
-    for entry in entries:
-        interval = f"{entry['ci_low']:.2f} to {entry['ci_high']:.2f}" if seed_count > 1 else NO_NUMBER
-        row = (entry["scenario"], entry["preset"], entry["metric"], entry["unit"])
-        table.add_row(*row, f"{entry['mean']:.2f}", interval)
-    return table

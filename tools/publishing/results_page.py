@@ -25,12 +25,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, StrictUndefined, TemplateError
 
-from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
 from benchmarks.papers.experiment import experiment_named
@@ -79,13 +79,8 @@ class _Page:
     """The calls of the templates, see the module."""
 
     def __init__(self) -> None:
-        self._tables: dict[str, TableFile] = {}
-        self._rows: dict[str, list[Row]] = {}
-
-    def _read(self, name: str) -> TableFile:
-        if name not in self._tables:
-            self._tables[name] = read_table(name)
-        return self._tables[name]
+        self._read = cache(read_table)
+        self._rows_of = cache(lambda name: [row for block in read_rows_of(name).values() for row in block])
 
     def table(self, *names: str, columns: Sequence[str] = ()) -> str:
         """See the module."""
@@ -166,7 +161,9 @@ class _Page:
         """See the module."""
         made: dict[str, list[str]] = {}
         for each in map(self._read, names):
-            made.setdefault(f"seeds {each['seeds']}, commit {each['commit']}{_editions(each)}", []).append(each.name)
+            made.setdefault(f"seeds {each['seeds']}, commit {each['commit']}{_editions(each)}", []).append(
+                each["table"]
+            )
         told = [f"{', '.join(of)}: {how}" if len(made) > 1 else how for how, of in made.items()]
         return f"Made by `python -m tools publish {' '.join(names)}`: {'; '.join(told)}."
 
@@ -182,16 +179,10 @@ class _Page:
             {"mean": found.difference, "ci_low": found.ci_low, "ci_high": found.ci_high, "unit": judged.unit}
         )
 
-    def _rows_of(self, name: str) -> list[Row]:
-        self._read(name)
-        if name not in self._rows:
-            self._rows[name] = [row for block in read_rows_of(name).values() for row in block]
-        return self._rows[name]
-
 
 def check_one_run(shown: Sequence[TableFile]) -> None:
     """Raise ValueError for one table of several seeds, or with contestants that were tuned unequally."""
-    names = ", ".join(each.name for each in shown)
+    names = ", ".join(each["table"] for each in shown)
     seeds = sorted({each["seeds"] for each in shown})
     check("table", len(seeds) == 1, f"one range of seeds in {names}", ", ".join(seeds))
     for kind in ("trackers", "controllers"):
@@ -225,7 +216,7 @@ def _number(entry: Mapping[str, Any], *, sign: bool = False) -> str:
 
 def _varied(shown: TableFile) -> str:
     """Return the table of what was fitted, varied, and the words on it; nothing where a paper's table has none."""
-    varied = shown.contents.get("varied")
+    varied = shown.get("varied")
     if not varied:
         return ""
     return f"{varied['words']}\n\n{markdown_table(varied['heads'], varied['rows'], words=1)}\n\n"
@@ -233,7 +224,7 @@ def _varied(shown: TableFile) -> str:
 
 def _editions(shown: TableFile) -> str:
     """Return the editions of a table's rows in words, without digests of parameters; nothing for one without rows."""
-    editions = shown.contents.get("editions")
+    editions = shown.get("editions")
     if not editions or not editions["scenes"]:
         return ""
     scenes = sorted({scene.split()[0] for scene in editions["scenes"].values()})

@@ -7,11 +7,9 @@
 ``command``      makes the same rows, without the ledger
 ``commit``       of the checkout that published them; rows may be of an earlier one, of the same editions
 ``seeds``        ``A:B``
-``trackers``     of a bench, in the order of the command; empty for other tables
 ``editions``     ``shared``: packages and judge; ``scenes``: preset -> scene; ``contestants``: label -> tracker and
                  controller; see ``benchmarks.run.editions``
 ``rows``         their ``count`` (earlier files have a hash beside it); null for speeds, which have no rows
-``seconds``      label -> mean wall time of an episode, with its share of the pictures
 ``failures``     episodes in which a tracker or a controller failed: ``contestant``, ``seed``, ``frame``
 ``budgets``      of tuned ``trackers`` and ``controllers``: name -> trials, presets and seeds
 ``summary``      list of ``summary.json``. ``comparisons``: list of ``comparisons.json``
@@ -26,20 +24,17 @@ from __future__ import annotations
 
 import json
 import lzma
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from benchmarks.cli.arguments import seeds_text
 from benchmarks.contract.rows import FILE_NAME, BlockKey, Row, blocks_of_lines, lines_of, read_blocks
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.jobs import CONTROLLER_FAILED_AT
 from sim.checks import check
 from tools.publishing import ledger
-from tools.publishing.table_runs import TableRun
+from tools.publishing.tables import PublishedTable
 from trackers.atomic_file import write_atomic
 
 _PARTS = ("tracker", "controller", "policy")
@@ -49,49 +44,46 @@ _NOT_FIGURES = ("seconds", "editions")
 Blocks = Mapping[BlockKey, Sequence[Row]]
 
 
-@dataclass(frozen=True)
-class TableFile:
-    """A published table. ``contents`` are those of its JSON, see the module."""
-
-    contents: Mapping[str, Any]
-
-    def __getitem__(self, key: str) -> Any:
-        return self.contents[key]
-
-    @property
-    def name(self) -> str:
-        """Of the table."""
-        return str(self["table"])
-
-    @property
-    def seeds(self) -> range:
-        """Of its episodes."""
-        first, last = self["seeds"].split(":")
-        return range(int(first), int(last))
+TableFile = dict[str, Any]
+"""What the JSON of a table holds, see the module."""
 
 
-def write_table(run: TableRun, out: Path, commit: str) -> TableFile:
+def write_table(table: PublishedTable, out: Path, commit: str) -> TableFile:
     """Write the files of a table that was made in ``out``; return what they hold.
 
     Raises:
         ValueError: for rows of several editions; nothing is written then.
     """
-    name = run.table.name
     blocks = read_blocks(out) if (out / FILE_NAME).is_file() else {}
-    contents = _contents(run, out, blocks, commit)
+    rows = [row for block in blocks.values() for row in block]
+    contents = {
+        "table": table.name,
+        "command": table.command,
+        "commit": commit,
+        "seeds": seeds_text(table.seeds),
+        "editions": editions_of_rows(blocks),
+        "rows": {"count": len(rows)} if rows else None,
+        "failures": [
+            {"contestant": label(row), "seed": row["seed"], "frame": row["value"]}
+            for row in rows
+            if row["metric"] in _FAILED
+        ],
+        **table.figures(out, rows),
+    }
     ledger.TABLES_FOLDER.mkdir(exist_ok=True)
     if blocks:
-        write_atomic(rows_file(name), lzma.compress((out / FILE_NAME).read_bytes()))
+        write_atomic(rows_file(table.name), lzma.compress((out / FILE_NAME).read_bytes()))
     else:
-        rows_file(name).unlink(missing_ok=True)
-    write_atomic(table_file(name), _as_text(contents))
-    return TableFile(contents)
+        rows_file(table.name).unlink(missing_ok=True)
+    write_atomic(table_file(table.name), _as_text(contents))
+    return contents
 
 
 def read_table(name: str) -> TableFile:
     """Return a committed table. Raises ValueError if there is none."""
     check("table", table_file(name).is_file(), "one that was published", repr(name))
-    return TableFile(json.loads(table_file(name).read_text()))
+    contents: TableFile = json.loads(table_file(name).read_text())
+    return contents
 
 
 def read_rows_of(name: str) -> dict[BlockKey, list[Row]]:
@@ -100,9 +92,9 @@ def read_rows_of(name: str) -> dict[BlockKey, list[Row]]:
     return blocks_of_lines(lzma.decompress(file.read_bytes()).splitlines()).blocks if file.is_file() else {}
 
 
-def begin(run: TableRun, out: Path) -> None:
+def begin(table: PublishedTable, out: Path) -> None:
     """Put the committed rows of a table's seeds into a folder without rows; their times may be another machine's."""
-    kept = [rows for key, rows in read_rows_of(run.table.name).items() if key.seed in run.table.seeds]
+    kept = [rows for key, rows in read_rows_of(table.name).items() if key.seed in table.seeds]
     if kept and not (out / FILE_NAME).is_file():
         write_atomic(out / FILE_NAME, b"".join(map(lines_of, kept)))
 
@@ -137,49 +129,21 @@ def rows_file(name: str) -> Path:
     return ledger.TABLES_FOLDER / f"{name}.jsonl.xz"
 
 
-def _contents(run: TableRun, out: Path, blocks: Blocks, commit: str) -> dict[str, Any]:
-    rows = [row for block in blocks.values() for row in block]
-    failed = [row for row in rows if row["metric"] in _FAILED]
-    return {
-        "table": run.table.name,
-        "command": run.command,
-        "commit": commit,
-        "seeds": run.seeds,
-        "trackers": list(run.table.trackers),
-        "editions": editions_of_rows(blocks),
-        "rows": {"count": len(rows)} if rows else None,
-        "seconds": _seconds(blocks),
-        "failures": [{"contestant": label(row), "seed": row["seed"], "frame": row["value"]} for row in failed],
-        **run.figures(out, rows),
-    }
-
-
 def editions_of_rows(blocks: Blocks) -> dict[str, Any]:
     """Return the editions of rows, shared and by ``label``. Raises ValueError if there are several of one."""
-    shared: dict[str, set[str]] = defaultdict(set)
-    scenes: dict[str, set[str]] = defaultdict(set)
-    contestants: dict[str, dict[str, set[str]]] = defaultdict(lambda: defaultdict(set))
-    for block in blocks.values():
-        for part, edition in block[0]["editions"].items():
+    found: dict[str, Any] = {"shared": {}, "scenes": {}, "contestants": {}}
+    for row in (block[0] for block in blocks.values()):
+        name, preset = label(row), row["preset"]
+        for part, edition in row["editions"].items():
             if part == "scene":
-                scenes[block[0]["preset"]].add(edition)
+                known, key, of = found["scenes"], preset, f"the scene of preset {preset}"
+            elif part in _PARTS:
+                known, key, of = found["contestants"].setdefault(name, {}), part, f"{name}: {part}"
             else:
-                of = contestants[label(block[0])] if part in _PARTS else shared
-                of[part].add(edition)
-    return {
-        "shared": _single(shared),
-        "scenes": _single(scenes, "the scene of preset "),
-        "contestants": {name: _single(parts, f"{name}: ") for name, parts in contestants.items()},
-    }
-
-
-def _seconds(blocks: Blocks) -> dict[str, float]:
-    """Return the mean wall time of an episode by ``label``; those without times are left out."""
-    seconds: dict[str, list[float]] = defaultdict(list)
-    for block in blocks.values():
-        if block[0]["seconds"] is not None:
-            seconds[label(block[0])].append(block[0]["seconds"])
-    return {name: round(float(np.mean(each)), 3) for name, each in seconds.items()}
+                known, key, of = found["shared"], part, part
+            one = known.setdefault(key, edition) == edition
+            check("publish", one, f"rows of one edition of {of}", f"{known[key]}, {edition}")
+    return found
 
 
 def label(row: Mapping[str, Any]) -> str:
@@ -187,21 +151,13 @@ def label(row: Mapping[str, Any]) -> str:
     return f"{row['controller']}+{row['tracker']}" if row["controller"] else str(row["tracker"])
 
 
-def _single(editions: Mapping[str, set[str]], of: str = "") -> dict[str, str]:
-    found = {}
-    for part, several in editions.items():
-        check("publish", len(several) == 1, f"rows of one edition of {of}{part}", ", ".join(sorted(several)))
-        (found[part],) = several
-    return found
-
-
-def _as_text(contents: Mapping[str, Any]) -> str:
+def _as_text(contents: TableFile) -> str:
     """Return the JSON with one line for each entry of a list."""
     lines = []
     for key, value in contents.items():
+        text = json.dumps(value, ensure_ascii=False)
         if isinstance(value, list) and value:
-            entries = ",\n  ".join(json.dumps(each, ensure_ascii=False) for each in value)
-            lines.append(f" {json.dumps(key)}: [\n  {entries}\n ]")
-        else:
-            lines.append(f" {json.dumps(key)}: {json.dumps(value, ensure_ascii=False)}")
+            entries = (json.dumps(each, ensure_ascii=False) for each in value)
+            text = "[\n  " + ",\n  ".join(entries) + "\n ]"
+        lines.append(f" {json.dumps(key)}: {text}")
     return "{\n" + ",\n".join(lines) + "\n}\n"

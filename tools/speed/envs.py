@@ -7,21 +7,11 @@ alternately, on the same view, in CPU time of the working thread, after a rehear
 speed of four envs in separate processes with two at a time over that with one at a time; *arithmetic scaling* is the
 same for processes that only count, without memory access or our code, and synchronise as often: the limit of the
 machine.
-
-Throughput with resets and without is that of ``frameout train --pictures``, in CPU time of the process, its threads
-included. A *cycle* has as many episodes as pass between two new worlds, so one reset of it builds a world. Of each
-episode the first steps are made; the others are taken to last as long as those after the first few:
-
-    without = 1 / t,  with = N / (r + f + (N - M) t)
-
-with N steps an episode, t of a later step, r of a reset and f of the first M steps, in which kernels of other sizes are
-loaded and shadows are first drawn.
 """
 
 from __future__ import annotations
 
 import multiprocessing
-import signal
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -33,26 +23,15 @@ from typing import Any, cast
 import cv2
 import numpy as np
 
-from benchmarks.learning.training import Training
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.processes import EnvProcesses
 from sim.bullet import TinyRenderer
 from sim.checks import check
-from tools.speed.figures import (
-    UNTIMED_FRAMES,
-    Figure,
-    bare_calls,
-    bare_cpu_s,
-    cpu_s,
-    milliseconds,
-    rate,
-    seconds,
-    timed,
-)
+from tools.speed.figures import UNTIMED_FRAMES, Figure, bare_calls, bare_cpu_s, cpu_s, rate, seconds, timed
 
-ENV_ID, SCENARIO = catalog.DEFAULT_ENV, catalog.envs()[catalog.DEFAULT_ENV][0]
+SCENARIO = catalog.envs()[catalog.DEFAULT_ENV][0]
 SIDE_PX = 84
 _ENVS, _WORKERS = 4, 2
 _TURN_STEPS = 10
@@ -68,16 +47,14 @@ def measure_env(preset: str, steps: int, seed: int) -> dict[str, Figure]:
     Raises:
         ValueError: if the preset's episodes have fewer steps.
     """
-    step_s, bare_s, reset_s, cached_reset_s = step_times(preset, seed, steps)
+    step_s, bare_s, reset_s = step_times(preset, seed, steps)
     one_s, two_s, counted_s, both_s = scaling_times(preset, seed, steps)
     return {
         "env_speedup_over_tinyrenderer": Figure(bare_s, step_s),
         "env_steps_per_s": rate(step_s),
         "env_process_scaling": Figure(one_s, two_s),
         "env_arithmetic_scaling": Figure(counted_s, both_s),
-        "env_tinyrenderer_cpu_ms": milliseconds(bare_s),
         "env_reset_cpu_s": seconds(reset_s),
-        "env_cached_reset_cpu_s": seconds(cached_reset_s),
     }
 
 
@@ -95,29 +72,26 @@ def env_keywords(preset: str) -> dict[str, Any]:
     }
 
 
-def step_times(preset: str, seed: int, steps: int) -> tuple[float, float, float, float]:
-    """Return mean CPU seconds of steps and, after every eighth, of a bare call from the same camera.
-
-    Also return those of a reset to another episode, as in a training, and to the same one, whose town is kept.
+def step_times(preset: str, seed: int, steps: int) -> tuple[float, float, float]:
+    """Return mean CPU seconds of steps and, after every eighth, of a bare call from the same camera, and those of a
+    reset to another episode, as in a training.
     """
     cv2.setNumThreads(1)
     with closing(FollowEnv(**env_keywords(preset))) as env:
         step = partial(env.step, np.zeros(env.action_space.shape or (), dtype=np.float32))
         longest = env.settings.configuration({}).frame_count - 1 - UNTIMED_FRAMES
         check("frames", steps <= longest, f"at most {longest}, which an episode of this preset has", steps)
-        begin = partial(env.reset, options={"episode_seed": seed})
         # The first of two equal episodes compiles or loads the kernels of the second.
         for _ in range(2):
             # In another town: what the scenario keeps of its latest one must not help.
             env.reset(options={"episode_seed": seed + 1})
-            reset_s = cpu_s(begin)
+            reset_s = cpu_s(partial(env.reset, options={"episode_seed": seed}))
             reference = TinyRenderer(cast(Any, env.episode.episode).world)
             bare_calls(reference, env.episode.frame)
             for _ in range(UNTIMED_FRAMES):
                 step()
             step_s, bare_s = timed(step, lambda: bare_cpu_s(reference, env.episode.frame), steps)  # noqa: B023
-        cached_reset_s = cpu_s(begin)
-    return float(np.mean(step_s)), float(np.mean(bare_s)), reset_s, cached_reset_s
+    return float(np.mean(step_s)), float(np.mean(bare_s)), reset_s
 
 
 def scaling_times(preset: str, seed: int, steps: int) -> list[float]:
@@ -126,13 +100,7 @@ def scaling_times(preset: str, seed: int, steps: int) -> list[float]:
     with (
         closing(EnvProcesses(make, max_concurrency=1)) as alone,
         closing(EnvProcesses(make, max_concurrency=_WORKERS)) as shared,
-        # Ctrl-C reaches all processes of a terminal; this one ends the others.
-        ProcessPoolExecutor(
-            _WORKERS,
-            multiprocessing.get_context("spawn"),
-            initializer=signal.signal,
-            initargs=(signal.SIGINT, signal.SIG_IGN),
-        ) as counters,
+        ProcessPoolExecutor(_WORKERS, multiprocessing.get_context("spawn")) as counters,
     ):
 
         def counting(processes: int) -> Callable[[], object]:
@@ -171,10 +139,7 @@ def _under_way(envs: EnvProcesses, seed: int) -> Callable[[], object]:
 
 def _count(numbers: int) -> int:
     """Keep a core busy."""
-    total = 0
-    for k in range(numbers):
-        total += k * k
-    return total
+    return sum(k * k for k in range(numbers))
 
 
 def measure_pictureless(env_id: str, preset: str, cache: Path | None, seed: int) -> dict[str, Figure]:
@@ -192,42 +157,3 @@ def measure_pictureless(env_id: str, preset: str, cache: Path | None, seed: int)
             step()
         step_s = cpu_s(lambda: [step() for _ in range(_STEPS)]) / (_PICTURELESS_ENVS * _STEPS)
     return {"env_steps_per_s_without_pictures": rate(step_s)}
-
-
-def measure_resets(training: Training, steps: int, seed: int) -> dict[str, Figure]:
-    """Return the throughput of a training's env over a cycle of episodes, after a rehearsal of one.
-
-    Args:
-        steps: timed in each episode, after the first ones.
-        seed: of the env.
-    """
-    cv2.setNumThreads(1)
-    reset_s, first_s, step_s = [], [], []
-    with closing(FollowEnv(training.scenario, **training.env_keywords)) as env:
-        step = partial(env.step, np.zeros(env.action_space.shape or (), dtype=np.float32))
-        longest = env.settings.configuration({}).frame_count - 1
-        check("frames", steps <= longest - UNTIMED_FRAMES, f"at most {longest - UNTIMED_FRAMES}", steps)
-        # In another world: what a scenario keeps of its latest world must not help.
-        env.reset(seed=seed + 1)
-        for _ in range(UNTIMED_FRAMES + steps):
-            step()
-        for k in range(env.settings.episodes_per_world if env.settings.worlds else 1):
-            reset_s.append(_process_cpu_s(partial(env.reset, seed=None if k else seed)))
-            first_s.append(_process_cpu_s(lambda: [step() for _ in range(UNTIMED_FRAMES)]))
-            step_s.append(_process_cpu_s(lambda: [step() for _ in range(steps)]) / steps)
-    mean_reset_s, mean_first_s, mean_step_s = (float(np.mean(each)) for each in (reset_s, first_s, step_s))
-    count = min(training.episode_steps or longest, longest)
-    with_resets = count / (mean_reset_s + mean_first_s + (count - UNTIMED_FRAMES) * mean_step_s)
-    return {
-        "training_steps_per_s_without_resets": Figure(1.0 / mean_step_s, unit="1/s"),
-        "training_steps_per_s_with_resets": Figure(with_resets, unit="1/s"),
-        "training_reset_throughput": Figure(with_resets, 1.0 / mean_step_s),
-        "training_new_world_reset_cpu_s": seconds(reset_s[0]),
-        "training_reset_cpu_s": seconds(mean_reset_s),
-    }
-
-
-def _process_cpu_s(act: Callable[[], object]) -> float:
-    began = time.process_time()
-    act()
-    return time.process_time() - began

@@ -42,78 +42,55 @@ def measure_rendering(scenario: str, preset: str, frames: int, seed: int) -> dic
     """
     frame_s, wall_s, picture_s, bare_s, shadowless_s = frame_times(_builder(scenario, preset, seed), frames)
     one, two = (process_throughput(scenario, preset, seed, frames, count) for count in (1, 2))
-    figures = {
+    return {
         "speedup_over_tinyrenderer": Figure(bare_s, frame_s),
         "speedup_over_tinyrenderer_without_shadows": Figure(shadowless_s, frame_s),
         "frames_per_s": rate(wall_s),
         "process_scaling": Figure(two, one),
         "frame_cpu_ms": milliseconds(frame_s),
         "tinyrenderer_cpu_ms": milliseconds(bare_s),
-        "tinyrenderer_without_shadows_cpu_ms": milliseconds(shadowless_s),
+        "picture_speedup_over_tinyrenderer": Figure(bare_s, picture_s),
+        "picture_cpu_ms": milliseconds(picture_s),
     }
-    if picture_s is not None:
-        figures |= {
-            "picture_speedup_over_tinyrenderer": Figure(bare_s, picture_s),
-            "picture_speedup_over_tinyrenderer_without_shadows": Figure(shadowless_s, picture_s),
-            "picture_cpu_ms": milliseconds(picture_s),
-        }
-    return figures
 
 
-def frame_times(build: Callable[[], Any], frames: int) -> tuple[float, float, float | None, float, float]:
+def frame_times(build: Callable[[], Any], frames: int) -> tuple[float, ...]:
     """Return mean seconds of an episode's frames; after every eighth follow bare calls from the same camera.
 
-    They are of a finished frame in CPU and in wall time, of its pictures alone (both of a pair), None if the episode's
-    cameras are not ours, and of the bare calls (two for a pair) with shadows and without.
+    They are of a finished frame in CPU and in wall time, of its pictures alone (both of a pair), and of the bare calls
+    (two for a pair) with shadows and without.
 
     Args:
-        build: builds the episode, whose world other renderers can draw; the same one each time.
+        build: builds the episode, a ``scenarios.stage.Stage``; the same one each time.
     """
     cv2.setNumThreads(1)
     episode, frame = _rehearsed(build, frames)
-    with closing(episode):
-        reference = TinyRenderer(episode.world)
-        for shadows in (True, False):
-            bare_calls(reference, frame, shadows)
-        picture_s, shadowless_s, wall_s = _time_pictures(episode), [], []
-
-        def step() -> None:
-            nonlocal frame
-            began = time.perf_counter()
-            frame = episode.step()
-            wall_s.append(time.perf_counter() - began)
-
-        def bare_call() -> float:
-            shadowless_s.append(bare_cpu_s(reference, frame, shadows=False))
-            return bare_cpu_s(reference, frame)
-
-        frame_s, bare_s = timed(step, bare_call, frames)
-    mean_s, mean_wall_s, mean_bare_s, mean_shadowless_s = (
-        float(np.mean(each)) for each in (frame_s, wall_s, bare_s, shadowless_s)
-    )
-    mean_picture_s = float(np.mean(picture_s)) if picture_s else None
-    return mean_s, mean_wall_s, mean_picture_s, mean_bare_s, mean_shadowless_s
-
-
-def _time_pictures(episode: Any) -> list[float]:
-    """Return a list that gets the CPU seconds of the pictures of each frame from now on, one number a frame.
-
-    It stays empty for an episode that is no ``scenarios.stage.Stage``.
-    """
-    taken_s: list[float] = []
-    camera = getattr(episode, "_camera", None)
-    if camera is None:
-        return taken_s
-    take = camera.take
+    picture_s, shadowless_s, wall_s = list[float](), list[float](), list[float]()
+    take = episode._camera.take
 
     def timed_take(*args: Any, **options: Any) -> Any:
         began = time.thread_time()
         taken = take(*args, **options)
-        taken_s.append(time.thread_time() - began)
+        picture_s.append(time.thread_time() - began)
         return taken
 
-    camera.take = timed_take
-    return taken_s
+    def step() -> None:
+        nonlocal frame
+        began = time.perf_counter()
+        frame = episode.step()
+        wall_s.append(time.perf_counter() - began)
+
+    def bare_call() -> float:
+        shadowless_s.append(bare_cpu_s(reference, frame, shadows=False))
+        return bare_cpu_s(reference, frame)
+
+    with closing(episode):
+        reference = TinyRenderer(episode.world)
+        for shadows in (True, False):
+            bare_calls(reference, frame, shadows)
+        episode._camera.take = timed_take
+        frame_s, bare_s = timed(step, bare_call, frames)
+    return tuple(float(np.mean(each)) for each in (frame_s, wall_s, picture_s, bare_s, shadowless_s))
 
 
 def _rehearsed(build: Callable[[], Any], frames: int) -> tuple[Any, Frame]:

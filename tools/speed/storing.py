@@ -72,7 +72,6 @@ def measure_storing(scenario: str, preset: str, frames: int, seed: int) -> dict[
         "stored_frame_over_tinyrenderer": Figure(made_s, bare_s, better="lower"),
         "stored_frame_cpu_ms": milliseconds(made_s),
         "tinyrenderer_cpu_ms": milliseconds(bare_s),
-        "coding_share": Figure(sum(coded_s.values()), made_s, "fraction"),
         **{f"{channel}_coding_cpu_ms": milliseconds(coded_s[channel]) for channel in request.channels},
         **{
             f"{channel}_kib": Figure(stored[channel] / count / 1024, unit="KiB", better="lower")

@@ -19,6 +19,7 @@ from benchmarks.contract.rows import read_rows
 from benchmarks.learning.training import CHECKPOINT, JUDGED, Training, judging_command, read_checkpoint, save_checkpoint
 from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
+from scenarios.envs.settings import FollowSettings
 from tests.benchmarks.no_room import no_room
 from tests.scenarios.envs import stand_in
 from trackers.controllers.catalogue import controller_entry, controllers
@@ -288,3 +289,13 @@ def test_an_episode_s_reward_and_time_in_view_are_its_own_steps() -> None:
             assert not infos["final_info"]["in_view"][k]
             assert infos["in_view"][k]
             rewards[k] = seen[k] = 0.0
+
+
+@pytest.mark.parametrize(
+    "env_id", [each.env_id for each in catalog.entries() if each.place.startswith("scenarios.") and each.env_id]
+)
+def test_every_env_takes_the_keywords_of_its_training(env_id: str) -> None:
+    mine = Training(env_id, pictures=True)
+    settings = FollowSettings(mine.scenario, **mine.env_keywords)
+    assert settings.preset == catalog.env_preset(mine.scenario)
+    assert controller_entry(settings.controller, catalog.scenario(mine.scenario).carrier.name).role == "ours"

@@ -12,10 +12,10 @@ import pytest
 
 from tests.plain_scene import belt
 from tests.tools.command import tools
-from tools.publishing import ledger, published
-from tools.publishing.published import PublishedTable
+from tools.publishing import ledger, tables
+from tools.publishing.tables import BenchTable, PublishedTable
 
-SMOKE = PublishedTable(
+SMOKE = BenchTable(
     name="smoke",
     suite="belt",
     scenario=belt.CONVEYOR.id,
@@ -75,7 +75,7 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def listed(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     """Return a function that puts tables in the place of the published ones."""
-    return lambda *tables: monkeypatch.setattr(published, "TABLES", tables)
+    return lambda *listed: monkeypatch.setattr(tables, "TABLES", listed)
 
 
 @pytest.fixture

@@ -16,9 +16,8 @@ from benchmarks.contract.rows import BlockKey, Row, block_key
 from tests.benchmarks.fake_rows import rows_of
 from tests.tools.publishing.conftest import SMOKE, contents, publish
 from tools.publishing import ledger
-from tools.publishing.published import PublishedTable
 from tools.publishing.table_files import differing
-from tools.publishing.table_runs import BenchRun
+from tools.publishing.tables import BenchTable, SpeedTable
 
 pytestmark = pytest.mark.usefixtures("smoke")
 Blocks = dict[BlockKey, list[Row]]
@@ -60,13 +59,13 @@ def test_what_cannot_be_compared_is_named(
     assert publish(tmp_path / "out", "--check") == 2
     assert "tables: expected smoke as published" in capsys.readouterr().err
     (ledger.TABLES_FOLDER / "fast.json").write_text(json.dumps({**contents(), "trackers": [], "rows": None}))
-    fast = PublishedTable(name="fast", kind="speed", scenario=SMOKE.scenario, preset="quick", seeds=range(1))
+    fast = SpeedTable(name="fast", scenario=SMOKE.scenario, preset="quick", seeds=range(1))
     listed(fast, SMOKE, replace(SMOKE, name="later"))
     assert publish(tmp_path / "out", "--check") == 0
     printed = capsys.readouterr()
     assert "smoke: the same figures" in printed.out
     assert "note: without published rows, and not checked: fast, later" in printed.err
-    monkeypatch.setattr(BenchRun, "run", lambda *_: pytest.fail("ran before all were looked at"))
+    monkeypatch.setattr(BenchTable, "make", lambda *_: pytest.fail("ran before all were looked at"))
     for last in ("fast", "later"):
         assert publish(tmp_path / "out", "smoke", last, "--check") == 2
         assert last in capsys.readouterr().err
@@ -76,18 +75,18 @@ def test_what_cannot_be_compared_is_named(
 def test_another_table_of_what_was_fitted_is_found(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    figures = BenchRun.figures
+    figures = BenchTable.figures
 
     def varied(figure: str) -> Callable[..., dict[str, Any]]:
         table = {"words": "varied", "heads": ("what", "found"), "rows": (("threshold × 2", figure),)}
         return lambda *given: figures(*given) | {"varied": table}
 
-    monkeypatch.setattr(BenchRun, "figures", varied("0.7"))
+    monkeypatch.setattr(BenchTable, "figures", varied("0.7"))
     assert publish(tmp_path / "out") == 0
     assert contents()["varied"]["rows"] == [["threshold × 2", "0.7"]]
     assert publish(tmp_path / "other", "--check") == 0
     capsys.readouterr()
-    monkeypatch.setattr(BenchRun, "figures", varied("0.6"))
+    monkeypatch.setattr(BenchTable, "figures", varied("0.6"))
     assert publish(tmp_path / "other", "--check") == 1
     assert "smoke: the table of what was fitted, varied, has other figures" in capsys.readouterr().out
 

@@ -18,9 +18,8 @@ from benchmarks.papers.b1 import DimmedLamp
 from scenarios.scenario import RendererName
 from tests.tools.command import tools
 from tests.tools.publishing.conftest import SMOKE, commit_all, contents, git, publish, recorded
-from tools.publishing import ledger, table_files, table_runs
-from tools.publishing.published import PublishedTable
-from tools.publishing.table_runs import BenchRun
+from tools.publishing import ledger, table_files, tables
+from tools.publishing.tables import BenchTable, PaperTable, SpeedTable
 from trackers import registry
 
 pytestmark = pytest.mark.usefixtures("smoke")
@@ -64,22 +63,22 @@ def test_a_stopped_run_keeps_what_was_made_and_goes_on(
     checkout: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
     out = tmp_path / "out"
-    run = BenchRun.run
+    run = BenchTable.make
 
-    def stopped(self: BenchRun, folder: Path, workers: int, progress: Callable[[int, int], None]) -> None:
+    def stopped(self: BenchTable, folder: Path, workers: int, progress: Callable[[int, int], None]) -> None:
         def report(done: int, of: int) -> None:
             if done == 2:
                 raise KeyboardInterrupt
 
         run(self, folder, workers, report)
 
-    monkeypatch.setattr(BenchRun, "run", stopped)
+    monkeypatch.setattr(BenchTable, "make", stopped)
     assert publish(out) == 130
     assert "the same command continues" in capsys.readouterr().err
     kept = read_blocks(out / "smoke")
     assert {key.seed for key in kept} == {0}
     assert not ledger.TABLES_FOLDER.exists()
-    monkeypatch.setattr(BenchRun, "run", run)
+    monkeypatch.setattr(BenchTable, "make", run)
     before = {key: rows[0]["seconds"] for key, rows in kept.items()}
     assert publish(out) == 0
     after = read_blocks(out / "smoke")
@@ -101,7 +100,7 @@ def test_only_code_as_committed_is_published(
     assert publish(tmp_path / "out", "--dry-run") == 0
     assert " ".join(("smoke", "0:2", "frameout bench belt")) in " ".join(capsys.readouterr().out.split())
     (checkout / "benchmarks/new.json").unlink()
-    monkeypatch.setattr(BenchRun, "run", lambda *_: commit_all(checkout, "meanwhile"))
+    monkeypatch.setattr(BenchTable, "make", lambda *_: commit_all(checkout, "meanwhile"))
     assert publish(tmp_path / "out") == 2
     assert "of the start until the end" in capsys.readouterr().err
     assert not ledger.TABLES_FOLDER.exists()
@@ -211,8 +210,8 @@ def test_a_paper_is_published_with_its_claims(
 ) -> None:
     b1 = experiment.experiment_named("B1")
     fields = {field.name: getattr(b1, field.name) for field in dataclasses.fields(b1)}
-    monkeypatch.setattr(table_runs, "experiment_named", lambda name: QuickSheet(**fields))
-    listed(PublishedTable(name="sheet", kind="paper", experiment="B1", seeds=range(3, 5)))
+    monkeypatch.setattr(tables, "experiment_named", lambda name: QuickSheet(**fields))
+    listed(PaperTable(name="sheet", experiment="B1", seeds=range(3, 5)))
     assert publish(tmp_path / "out") == 0
     made = contents("sheet")
     assert made["command"] == "frameout paper B1 --seeds 3:5"
@@ -241,7 +240,7 @@ def test_a_speed_is_published_without_rows_and_always_measured_anew(
     entry |= {"mean": 61.25, "ci_low": 58.0, "ci_high": 64.0}
     monkeypatch.setattr("tools.time_speed.measure_rendering", lambda *_: {})
     monkeypatch.setattr("tools.time_speed.entries_of", lambda *_: [entry])
-    listed(PublishedTable(name="fast", kind="speed", scenario=SMOKE.scenario, preset="quick", seeds=range(1)))
+    listed(SpeedTable(name="fast", scenario=SMOKE.scenario, preset="quick", seeds=range(1)))
     assert publish(tmp_path / "out") == 0
     made = contents("fast")
     assert (made["rows"], made["summary"]) == (None, [entry])

@@ -9,9 +9,8 @@ import pytest
 from benchmarks.contract.rows import TEST_SPLIT
 from scenarios import catalog
 from tools.publishing import ledger
-from tools.publishing.published import TABLES, PublishedTable
 from tools.publishing.table_files import read_rows_of
-from tools.publishing.table_runs import BenchRun, PaperRun, run_of
+from tools.publishing.tables import TABLES, BenchTable, PaperTable, PublishedTable, SpeedTable
 
 ROOM_BYTES = 20_000_000
 """For the compressed rows of all tables together; fewer seeds take less."""
@@ -19,16 +18,16 @@ ROOM_BYTES = 20_000_000
 
 @pytest.mark.parametrize("table", TABLES, ids=lambda table: table.name)
 def test_every_table_names_what_exists(table: PublishedTable) -> None:
-    run = run_of(table)
-    if isinstance(run, PaperRun):
-        assert run.experiment.name == table.experiment
+    if isinstance(table, PaperTable):
+        assert table.paper.name == table.experiment
     else:
+        assert isinstance(table, BenchTable | SpeedTable)
         assert catalog.scenario(catalog.unversioned(table.scenario)).id == table.scenario, "not the latest version"
         assert table.preset in catalog.scenario(table.scenario).presets
-    if isinstance(run, BenchRun):
+    if isinstance(table, BenchTable):
         # Figures that no seed makes reproducible cannot be checked.
-        assert all(tracker.reproducible for tracker in run.experiment.trackers.values())
-    assert table.kind == "speed" or {table.seeds.start, table.seeds.stop - 1} <= {*TEST_SPLIT}
+        assert all(tracker.reproducible for tracker in table.experiment.trackers.values())
+    assert isinstance(table, SpeedTable) or {table.seeds.start, table.seeds.stop - 1} <= {*TEST_SPLIT}
 
 
 def test_names_are_names_of_files() -> None:
@@ -40,7 +39,7 @@ def test_names_are_names_of_files() -> None:
 @pytest.mark.heavy
 def test_the_committed_files_are_those_of_the_list() -> None:
     files = sorted(ledger.TABLES_FOLDER.glob("*.json"))
-    commands = {run.table.name: run.command for run in map(run_of, TABLES)}
+    commands = {table.name: table.command for table in TABLES}
     assert {file.stem for file in files} == commands.keys()
     for file in files:
         table, rows = json.loads(file.read_text()), read_rows_of(file.stem)

@@ -22,7 +22,7 @@ from tests.benchmarks.fake_rows import write_rows
 from tests.tools.command import tools
 from tools.publishing import ledger, table_files
 from tools.publishing.results_page import results_pages
-from tools.publishing.table_runs import budgets_of
+from tools.publishing.tables import budgets_of
 from trackers import registry
 
 ROOT = Path(__file__).parents[3]
