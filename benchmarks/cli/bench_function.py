@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 from benchmarks.contract import suite as registry
 from benchmarks.contract.judging import USUAL_RATE_HZ, check_no_layout
@@ -24,7 +24,6 @@ from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import DEFAULT, Suite
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
-from benchmarks.run.episodes import Grid
 from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.own_modules import load_modules
@@ -98,7 +97,6 @@ def bench(
     ``TrackerWarning``; ``outcome.failures`` of the results has every failure. So is a sequence or recording that
     cannot be used, of which there are no rows; the others are scored.
     """
-    check("suite", isinstance(suite, str | Suite), "a name or a Suite; each suite has results of its own", repr(suite))
     paths = (real,) if isinstance(real, Path | str) else tuple(real)
     given_seeds = isinstance(seeds, range) or (bool(paths) and seeds is None)
     check("seeds", given_seeds, "range(A, B)", repr(seeds))
@@ -214,7 +212,7 @@ def _experiments(
             # Here, since it imports the packages of the extra.
             from benchmarks.data.sets.benchmark import stored_specs
 
-            made = replace(made, episodes=stored_specs(data, cast(Grid, made.episodes)))
+            made = replace(made, episodes=stored_specs(data, made.episodes))
         experiments.append(made)
     return experiments
 

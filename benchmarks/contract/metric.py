@@ -19,7 +19,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from math import inf
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,9 +108,11 @@ class Statistic(ABC):
         formula: how the rows make it, with ``{0}``, ``{1}`` … for the names of the quantities.
         of: the quantities of the rows.
         kind: rows of events of this kind, or with this attribute true, only; None = all.
+        ends: of the range of the number; None = those of the quantities.
     """
 
-    formula: ClassVar[str]
+    formula: str
+    ends: tuple[float, float] | None = None
 
     def __init__(self, *of: Quantity, kind: str | None = None) -> None:
         self.of, self.kind = of, kind
@@ -147,8 +149,8 @@ class Statistic(ABC):
         return row["value"] is not None
 
     def range(self) -> tuple[float, float]:
-        """Return the ends of the range of the number, from those of the quantities."""
-        return min(each.low for each in self.of), max(each.high for each in self.of)
+        """Return the ends of the range of the number."""
+        return self.ends or (min(each.low for each in self.of), max(each.high for each in self.of))
 
     def words(self) -> str:
         """Return the formula with the names of the rows."""

@@ -172,16 +172,8 @@ class BlockKey:
 
 def block_key(row: Row) -> BlockKey:
     """Return the key of a row's block; a set path has the controller ""."""
-    return BlockKey(
-        row["suite"],
-        row["scenario"],
-        row["preset"],
-        row["renderer"],
-        row["controller"] or "",
-        row["tracker"],
-        row["seed"],
-        row.get("link", ""),
-    )
+    where = (row["suite"], row["scenario"], row["preset"], row["renderer"], row["controller"] or "")
+    return BlockKey(*where, row["tracker"], row["seed"], row.get("link", ""))
 
 
 EVENT_COLUMNS = ("event", "frame_out")

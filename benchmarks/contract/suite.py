@@ -7,7 +7,7 @@ and reports looks it up by the name in rows.
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
@@ -203,24 +203,18 @@ def register_suite(new: Suite) -> None:
     """Register a suite under its name. Raises ValueError if the name is taken, or for the name of an unknown metric."""
     check("suite", new.name not in _SUITES, "a new name", f"{new.name!r}, which is taken")
     check_choice("events.key", new.events.key, EVENT_COLUMNS)
-    known: set[str] = set()
+    known = [metric.name for metric in new.metrics]
     for metric in new.metrics:
         _check_metric(metric)
-        check("metrics", metric.name not in known, "each name once", f"{metric.name!r} twice")
-        known.add(metric.name)
-    for field_name, names in _named_metrics(new):
+        check("metrics", known.count(metric.name) == 1, "each name once", f"{metric.name!r} twice")
+    named: dict[str, Iterable[str]] = {"headline": new.headline, "compared": new.compared, "tuned_for": new.tuned_for}
+    if (real := new.on_sequences) is not None:
+        named |= {"on_sequences.headline": real.headline, "on_sequences.compared": real.compared}
+    for field_name, names in named.items():
         check(field_name, not isinstance(names, str), "names of metrics, such as ('recovery_rate',)", repr(names))
         for name in names:
             check_choice(field_name, name, known)
     _SUITES[new.name] = new
-
-
-def _named_metrics(new: Suite) -> Iterator[tuple[str, Iterable[str]]]:
-    """Yield the fields of a suite that name metrics."""
-    yield from (("headline", new.headline), ("compared", new.compared), ("tuned_for", new.tuned_for))
-    if new.on_sequences is not None:
-        real = new.on_sequences
-        yield from (("on_sequences.headline", real.headline), ("on_sequences.compared", real.compared))
 
 
 def _check_metric(metric: Metric) -> None:

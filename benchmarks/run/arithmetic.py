@@ -28,8 +28,6 @@ INSTRUCTIONS = {
 INSTRUCTIONS_WITH_AVX_512 = {"OPENCV_CPU_DISABLE": "AVX512-SKX"}
 """Further ones for processors that have it; on others OpenCV would warn that there is nothing to disable."""
 _NEEDED = ("avx2", "fma", "bmi", "bmi2", "f16c", "lzcnt", "movbe")
-_OF_AMD = ("znver", "bdver", "btver")
-"""Beginnings of LLVM's names of processors with other estimates."""
 _EXCLUDED_BY = {"NPY_DISABLE_CPU_FEATURES": "NPY_ENABLE_CPU_FEATURES"}
 """NumPy refuses both."""
 
@@ -49,18 +47,6 @@ def calculates_like_published(environment: Mapping[str, str]) -> bool:
     """Return whether libraries that were imported in this environment use the instructions of the published tables."""
     wanted = _instructions()
     return bool(wanted) and all(environment.get(name) == value for name, value in wanted.items())
-
-
-def draws_like_published() -> bool:
-    """Return whether this processor estimates reciprocal roots as those of the published tables do.
-
-    Kernels of fast floating-point numbers take ``vrsqrtps``, of which a maker bounds the error only. AMD's estimate is
-    another one than Intel's, so that a pixel may be rounded to the next grey level.
-    """
-    # Imported here, see ``_features``.
-    from llvmlite.binding import get_host_cpu_name
-
-    return not get_host_cpu_name().startswith(_OF_AMD)
 
 
 def _instructions() -> dict[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
@@ -135,23 +135,6 @@ class Simulated(EpisodeSpec):
         if self.steering is None or self.steering.link is None:
             return None
         return episode_link(self.scenario.carrier, episode.rate_hz, link_named(self.steering.link), self.seed)
-
-
-class Grid(Sequence[Simulated]):
-    """Episodes of several kinds, seed by seed; none is made before it is asked for."""
-
-    def __init__(self, kinds: Sequence[Simulated], seeds: range) -> None:
-        """``kinds``: episodes, of any seed."""
-        self._kinds, self._seeds = kinds, seeds
-
-    def __len__(self) -> int:
-        return len(self._kinds) * len(self._seeds)
-
-    def __getitem__(self, index: Any) -> Any:
-        if isinstance(index, slice):
-            return [self[k] for k in range(*index.indices(len(self)))]
-        row, column = divmod(range(len(self))[index], len(self._kinds))
-        return replace(self._kinds[column], seed=self._seeds[row])
 
 
 def editions_of(suite: Suite, episode: EpisodeSpec, tracker: TrackerSpec) -> Editions:

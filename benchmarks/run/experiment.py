@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, Row, read_blocks
+from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, Row
 from benchmarks.contract.suite import Suite
-from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.editions import Editions
 from benchmarks.run.episodes import EpisodeSpec, editions_of
@@ -181,10 +179,6 @@ def _kept(experiment: Experiment, out: Path) -> tuple[set[BlockKey], list[str]]:
         episode = real.get((key.preset, key.seed))
         return episode is None or row.get("editions", {}).get("scene") != episode.edition
 
-    kept = read_blocks(out) if any(each.sequence for each in real.values()) else {}
-    if count := len({(key.preset, key.seed) for key in kept if key.suite == experiment.suite.name} & real.keys()):
-        # All of their pictures are read, which takes minutes for large sets.
-        print(f"note: comparing {counted(count, 'sequence')} with their rows …", file=sys.stderr, flush=True)
     seeds = None if real else {each.seed for each in experiment.episodes}
     have, moved = up_to_date(out, experiment.made_now, seeds, has_changed)
     if experiment.keeper is not None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import cv2
 import numba
@@ -127,12 +127,10 @@ class JobResult:
     unusable: str = ""
 
 
-@dataclass
-class TrackerRun:
+class TrackerRun(NamedTuple):
     """One run of one tracker in the job's episode."""
 
     name: str
-    spec: TrackerSpec
     repeat: int
     guard: GuardedTracker
 
@@ -214,7 +212,7 @@ def opened(
                 rng = tracker_stream(job.episode.seed, spec.name, repeat)
                 create = partial(spec.create, episode, scenario, rng, many=many)
                 guard = GuardedTracker(create, many=many, needs_depth=job.suite.needs_depth, **how(name))
-                runs.append(TrackerRun(name, spec, repeat, guard))
+                runs.append(TrackerRun(name, repeat, guard))
         link = job.episode.command_link(episode)
         yield OpenJob(job, Loop(episode, [each.guard for each in runs], link), runs, controller)
     finally:

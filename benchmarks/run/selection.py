@@ -13,7 +13,7 @@ from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import DEFAULT, Scene, Suite, suite, suites
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
-from benchmarks.run.episodes import Grid, Simulated, Steering, simulated
+from benchmarks.run.episodes import Simulated, Steering, simulated
 from benchmarks.run.experiment import Experiment
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_inputs import own
@@ -166,12 +166,13 @@ def experiment_on(
         trackers = {name: _tracker_of(judged, scene, name, bool(how.get("modules"))) for name in trackers}
     drawn = check_renderer(renderer)
     check("seeds", 0 <= seeds.start < seeds.stop, "A:B with 0 <= A < B", f"{seeds.start}:{seeds.stop}")
-    kinds = [
-        Simulated(scene, name, seeds.start, preset, drawn, steering)
+    episodes = [
+        Simulated(scene, name, seed, preset, drawn, steering)
+        for seed in seeds
         for name, preset in presets.items()
         for steering in _steering(judged, scene, preset, controllers, link)
     ]
-    return Experiment(judged, Grid(kinds, seeds), trackers, **how)
+    return Experiment(judged, episodes, trackers, **how)
 
 
 def job_on(

@@ -9,7 +9,6 @@ from typing import Any, TypeVar
 
 import cloudpickle
 import joblib
-import numpy as np
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from benchmarks.run.jobs import Job, JobResult, read_note, run_job
@@ -27,10 +26,9 @@ def cores(workers: int | None) -> int:
     """Return the number of workers, by default one for each core of this process.
 
     Raises:
-        ValueError: unless it is a whole number >= 0.
+        ValueError: for one below 0.
     """
-    whole = isinstance(workers, int | np.integer) and not isinstance(workers, bool)
-    check("workers", workers is None or (whole and workers >= 0), "a whole number >= 0", repr(workers))
+    check("workers", workers is None or workers >= 0, "a whole number >= 0", repr(workers))
     return joblib.cpu_count() if workers is None else workers
 
 

@@ -6,8 +6,8 @@ Add one of your own as a subclass of ``contract.metric.Statistic``.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import inf
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,65 +35,57 @@ class RatioOfMeans(Mean):
     def __init__(self, *quantities: Quantity, kind: str | None = None, high: float = inf) -> None:
         """``high``: the greatest value there is; 1 for a part of a whole."""
         super().__init__(*quantities, kind=kind)
-        self._high = high
+        self.ends = (0.0, high)
 
     def finish(self, means: NDArray[np.float64]) -> NDArray[np.float64]:
         """See ``Mean``."""
         return means[..., 0] / means[..., 1]
 
-    def range(self) -> tuple[float, float]:
-        """See ``Statistic``."""
-        return 0.0, self._high
-
-
-class BestPrecision(Mean):
-    """Of the mean curves of precision and recall over confidences: the precision where F is greatest, see
-    ``long_term``.
-    """
-
-    formula = "mean of {0} at the confidence at which F of the mean curves {0} and {1} is greatest"
-
-    def finish(self, means: NDArray[np.float64]) -> NDArray[np.float64]:
-        """See ``Mean``."""
-        return _at_best(means)[0]
-
-
-class BestRecall(Mean):
-    """The recall where F is greatest, see ``BestPrecision``."""
-
-    formula = "mean of {1} at the confidence at which F of the mean curves {0} and {1} is greatest"
-
-    def finish(self, means: NDArray[np.float64]) -> NDArray[np.float64]:
-        """See ``Mean``."""
-        return _at_best(means)[1]
-
 
 class BestF(Mean):
-    """The greatest F, see ``BestPrecision``."""
+    """The greatest F over confidences of the mean curves of precision and recall, see ``long_term``."""
 
     formula = "the greatest 2 P R / (P + R) over confidences of the mean curves P = {0} and R = {1}"
 
     def finish(self, means: NDArray[np.float64]) -> NDArray[np.float64]:
         """See ``Mean``."""
-        return long_term.f_score(*_at_best(means))
+        curves = np.split(means, 2, axis=-1)
+        best = long_term.best_f_score(*curves)[..., None]
+        return self._of(*(np.take_along_axis(curve, best, -1)[..., 0] for curve in curves))
+
+    def _of(self, precision: NDArray[np.float64], recall: NDArray[np.float64]) -> NDArray[np.float64]:
+        return long_term.f_score(precision, recall)
 
 
-def _at_best(ratios: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return precision and recall (...) at the threshold of the greatest F."""
-    precision, recall = np.split(ratios, 2, axis=-1)
-    best = long_term.best_f_score(precision, recall)[..., None]
-    return np.take_along_axis(precision, best, -1)[..., 0], np.take_along_axis(recall, best, -1)[..., 0]
+class BestPrecision(BestF):
+    """The precision at the confidence where F is greatest."""
+
+    formula = "mean of {0} at the confidence at which F of the mean curves {0} and {1} is greatest"
+
+    def _of(self, precision: NDArray[np.float64], recall: NDArray[np.float64]) -> NDArray[np.float64]:
+        return precision
+
+
+class BestRecall(BestF):
+    """The recall at the confidence where F is greatest."""
+
+    formula = "mean of {1} at the confidence at which F of the mean curves {0} and {1} is greatest"
+
+    def _of(self, precision: NDArray[np.float64], recall: NDArray[np.float64]) -> NDArray[np.float64]:
+        return recall
 
 
 class OfCounts(Statistic):
     """``sum_k p_k C_k / sum_k q_k C_k`` of the sums C of some counts, e.g. of right, wrong and missed frames."""
+
+    ends = (0.0, 1.0)
 
     def __init__(
         self, formula: str, above: Sequence[float], below: Sequence[float], *of: Quantity, kind: str | None = None
     ) -> None:
         """``above`` and ``below``: factors p and q of the quantities ``of``."""
         super().__init__(*of, kind=kind)
-        self.formula, self._above, self._below = formula, above, below  # type: ignore[misc]
+        self.formula, self._above, self._below = formula, above, below
 
     def ratios(self, seeds: NDArray[np.int64], chosen: Sequence[Sequence[Row]]) -> PooledRatios:
         """See ``Statistic``."""
@@ -104,10 +96,6 @@ class OfCounts(Statistic):
             values * np.repeat(factors, lengths)[:, None] for factors in (self._above, self._below)
         )
         return collected(seeds, [(of_rows, numerators, denominators)], lambda ratios: ratios[..., 0])
-
-    def range(self) -> tuple[float, float]:
-        """See ``Statistic``."""
-        return 0.0, 1.0
 
 
 _SUMS = "of the sums A of {0}, B of {1}, C of {2}"
@@ -170,10 +158,7 @@ class DifferenceOfMedians(Median):
     """The median of the first quantity minus that of the second."""
 
     formula = "median of {0} − median of {1}"
-
-    def range(self) -> tuple[float, float]:
-        """See ``Statistic``."""
-        return -inf, inf
+    ends = (-inf, inf)
 
     def _of(self, medians: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
         return medians[0] - medians[1]
@@ -207,9 +192,9 @@ class RestrictedMean(Statistic):
     def __init__(self, horizon_frames: int, times: Quantity, watched: Quantity, *rate_hz: Quantity) -> None:
         """``watched``: frames after which a time of null is censored. ``horizon_frames``: also used for never."""
         super().__init__(times, watched, *rate_hz)
-        self._horizon_frames = horizon_frames
+        self._horizon_frames, self.ends = horizon_frames, (0.0, horizon_frames)
         words = f"area under the Kaplan-Meier curve of {{0}}, censored at {{1}}, from 0 to {horizon_frames} frames"
-        self.formula = words  # type: ignore[misc]
+        self.formula = words
 
     def _counts(self, row: Row) -> bool:
         return row["value"] is not None or row["metric"] == self.of[0].name
@@ -222,15 +207,10 @@ class RestrictedMean(Statistic):
         steps = np.arange(self._horizon_frames)
         never = np.array([row["value"] is None for row in times])
         ends = np.array([w["value"] if t["value"] is None else t["value"] for t, w in zip(times, watched, strict=True)])
-        at = ends[:, None]
         # a_t = [recovered at step t], b_t = [not recovered and watched until step t]
-        found = ((at == steps) & ~never[:, None]).astype(float)
-        parts = [row["seed"] for row in times], found, (at >= steps).astype(float)
+        found = ((ends[:, None] == steps) & ~never[:, None]).astype(float)
+        parts = [row["seed"] for row in times], found, (ends[:, None] >= steps).astype(float)
         return collected(seeds, [parts], lambda hazards: still_waiting(hazards).sum(axis=-1) / frames_per_unit)
-
-    def range(self) -> tuple[float, float]:
-        """See ``Statistic``."""
-        return 0.0, self._horizon_frames
 
 
 def still_waiting(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -240,8 +220,7 @@ def still_waiting(hazards: NDArray[np.float64]) -> NDArray[np.float64]:
     Its sum over t is the restricted mean. (statsmodels computes one curve a call, not one for each of thousands of
     resamples; the tests compare this function with it.)
     """
-    survival: NDArray[Any] = np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1)
-    return survival
+    return np.asarray(np.cumprod(1.0 - np.nan_to_num(hazards), axis=-1))
 
 
 class Froc(Statistic):
@@ -249,25 +228,20 @@ class Froc(Statistic):
     log axis.
     """
 
-    def __init__(
-        self,
-        found: Quantity,
-        findable: Quantity,
-        alarms: Quantity,
-        hours: Quantity,
-        *,
-        low: float | None = None,
-        high: float,
-    ) -> None:
-        """All but ``hours`` are series over thresholds.
+    ends = (0.0, 1.0)
+
+    def __init__(self, *curve: Quantity, low: float | None = None, high: float) -> None:
+        """See ``Statistic``.
 
         Args:
+            curve: what was found and what could be, false alarms, and hours; all but the last are series over
+                thresholds.
             low, high: ends of the range of false alarms an hour; without ``low`` the share at ``high``.
         """
-        super().__init__(found, findable, alarms, hours)
+        super().__init__(*curve)
         self._low, self._high = low, high
         at = f"{high:g}" if low is None else f"a, its mean over log a from {low:g} to {high:g}"
-        self.formula = f"the largest Σ {{0}} / Σ {{1}} at any threshold with Σ {{2}} / Σ {{3}} at most {at}"  # type: ignore[misc]
+        self.formula = f"the largest Σ {{0}} / Σ {{1}} at any threshold with Σ {{2}} / Σ {{3}} at most {at}"
 
     def ratios(self, seeds: NDArray[np.int64], chosen: Sequence[Sequence[Row]]) -> PooledRatios:
         """See ``Statistic``. Ratios are the shares found, then the alarms an hour, at each threshold."""
@@ -278,10 +252,6 @@ class Froc(Statistic):
             return froc.found_at(counts, self._high)
         return froc.area(counts, self._low, self._high)
 
-    def range(self) -> tuple[float, float]:
-        """See ``Statistic``."""
-        return 0.0, 1.0
-
 
 class FrocAtATenth(Statistic):
     """Of a pair alone: the share that the first finds with at most a tenth of the false alarms an hour that the second
@@ -289,6 +259,7 @@ class FrocAtATenth(Statistic):
     """
 
     formula = "Σ {0} / Σ {1} over thresholds, with at most a tenth of the other's {4}, − the other's mean of {5}"
+    ends = (-1.0, 1.0)
 
     def pooled(self, rows: Sequence[Row]) -> None:
         """See ``Statistic``. It is of a pair alone."""
@@ -314,17 +285,8 @@ class FrocAtATenth(Statistic):
         if not (all(own) and all(others)):
             return None, None
         found = self.ratios(both, own)
-        at_a_tenth = PooledRatios(
-            found.seeds,
-            found.numerators,
-            found.denominators,
-            lambda ratios: froc.found_at(ratios[..., :-2], 0.1 * ratios[..., -2:-1]),
-        )
-        return at_a_tenth, self.ratios(both, others)
-
-    def range(self) -> tuple[float, float]:
-        """See ``Statistic``."""
-        return -1.0, 1.0
+        tenth = replace(found, finish=lambda ratios: froc.found_at(ratios[..., :-2], 0.1 * ratios[..., -2:-1]))
+        return tenth, self.ratios(both, others)
 
 
 def froc_parts(chosen: Sequence[Sequence[Row]]) -> list[Parts]:
@@ -339,15 +301,12 @@ class AveragePrecision(Statistic):
     """
 
     formula = "mean over recalls Σ {0} / Σ {2} of the greatest precision Σ {0} / Σ {1} with as much recall"
+    ends = (0.0, 1.0)
 
     def ratios(self, seeds: NDArray[np.int64], chosen: Sequence[Sequence[Row]]) -> PooledRatios:
         """See ``Statistic``."""
         right, told, true = chosen
         return collected(seeds, [_sum_parts(right, true), _sum_parts(right, told)], average_precision.average)
-
-    def range(self) -> tuple[float, float]:
-        """See ``Statistic``."""
-        return 0.0, 1.0
 
 
 def _sum_parts(above: Sequence[Row], below: Sequence[Row]) -> Parts:

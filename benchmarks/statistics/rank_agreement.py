@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import product
 from typing import Any
 
-from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import Suite
 
@@ -24,42 +24,37 @@ def rank_agreement(
     Args:
         real, simulated: entries of summaries; those of other suites, and simulated ones among ``real``, are left out.
     """
+    # scipy.stats takes longer to import than all of bench, which needs it for runs on real pictures alone.
+    from scipy.stats import kendalltau
+
     assert suite.on_sequences is not None
     ours = [entry for entry in real if entry["suite"] == suite.name and entry["scenario"] == REAL]
     others = [entry for entry in simulated if entry["suite"] == suite.name and entry["scenario"] != REAL]
     lines: list[str] = []
-    for name in suite.on_sequences.headline:
-        metric = suite.metric(name)
-        if metric.name != "frames_per_s":
-            for where, first in _by_condition(ours, metric).items():
-                for elsewhere, second in _by_condition(others, metric).items():
-                    lines += _lines(metric, (where, first), (elsewhere, second))
+    for metric in suite.on_sequences.headline:
+        pairs = (
+            product(_means(ours, metric).items(), _means(others, metric).items()) if metric != "frames_per_s" else ()
+        )
+        for (where, first), (elsewhere, second) in pairs:
+            both = [name for name in first if name in second]
+            values = [[means[name] for name in both] for means in (first, second)]
+            if len(both) < _LEAST_TRACKERS or any(len(set(each)) == 1 for each in values):
+                continue
+            tau, p = kendalltau(*values)
+            lines.append(
+                f"{metric}, {where} and {elsewhere}: Kendall's tau {tau:.2f} (p {p:.2f}, {len(both)} trackers)"
+            )
+            for title, means in (("real", first), ("simulated", second)):
+                best = sorted(both, key=means.__getitem__, reverse=suite.metric(metric).better == "higher")
+                lines.append(f"  {title}: {', '.join(f'{name} {means[name]:.3g}' for name in best)}")
     return lines or ["no ranks to compare: they need three trackers that have run on both, and figures that differ"]
 
 
-def _lines(
-    metric: Metric, real: tuple[str, Mapping[str, float]], simulated: tuple[str, Mapping[str, float]]
-) -> Iterator[str]:
-    both = [name for name in real[1] if name in simulated[1]]
-    values = [[means[name] for name in both] for _, means in (real, simulated)]
-    if len(both) < _LEAST_TRACKERS or any(len(set(each)) == 1 for each in values):
-        return
-    # scipy.stats takes longer to import than all of bench, which needs it for runs on real pictures alone.
-    from scipy.stats import kendalltau
-
-    found = kendalltau(*values)
-    tau = f"Kendall's tau {found.statistic:.2f} (p {found.pvalue:.2f}, {len(both)} trackers)"
-    yield f"{metric.name}, {real[0]} and {simulated[0]}: {tau}"
-    for title, means in (("real", real[1]), ("simulated", simulated[1])):
-        order = sorted(both, key=lambda name: means[name], reverse=metric.better == "higher")
-        yield f"  {title}: {', '.join(f'{name} {means[name]:.3g}' for name in order)}"
-
-
-def _by_condition(entries: Sequence[Mapping[str, Any]], metric: Metric) -> dict[str, dict[str, float]]:
+def _means(entries: Sequence[Mapping[str, Any]], metric: str) -> dict[str, dict[str, float]]:
     """Return the means of a metric by condition, in words, and tracker."""
     found: dict[str, dict[str, float]] = {}
     for entry in entries:
-        if entry["metric"] == metric.name and entry["mean"] is not None:
+        if entry["metric"] == metric and entry["mean"] is not None:
             words = [entry["scenario"], entry["preset"], entry["renderer"], entry.get("controller")]
             where = " ".join(dict.fromkeys(filter(None, words)))
             found.setdefault(where, {})[entry["tracker"]] = entry["mean"]

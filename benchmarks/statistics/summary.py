@@ -21,6 +21,7 @@ import json
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -91,22 +92,21 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
     """Return the list of ``summary.json``."""
     entries = []
     for condition, by_label in groups.items():
-        for rows in by_label.values():
-            for metric in suite(condition[0]).metrics:
-                pool = metric.statistic.pooled(rows)
-                if pool is None or pool.seed_count == 0:
-                    continue
-                low, high = statistics.bootstrap_interval(pool)
-                entry = {
-                    **_named(condition, metric, rows[0]),
-                    "role": rows[0]["role"],
-                    "unit": metric.unit,
-                    "mean": rounded(pool.mean),
-                    "ci_low": rounded(low),
-                    "ci_high": rounded(high),
-                    "n": pool.seed_count,
-                }
-                entries.append({key: entry[key] for key in SUMMARY_COLUMNS if key in entry})
+        for rows, metric in product(by_label.values(), suite(condition[0]).metrics):
+            pool = metric.statistic.pooled(rows)
+            if pool is None or pool.seed_count == 0:
+                continue
+            low, high = statistics.bootstrap_interval(pool)
+            entry = {
+                **_named(condition, metric, rows[0]),
+                "role": rows[0]["role"],
+                "unit": metric.unit,
+                "mean": rounded(pool.mean),
+                "ci_low": rounded(low),
+                "ci_high": rounded(high),
+                "n": pool.seed_count,
+            }
+            entries.append({key: entry[key] for key in SUMMARY_COLUMNS if key in entry})
     return entries
 
 
@@ -119,21 +119,12 @@ def compare_ours(groups: Groups) -> list[dict[str, Any]]:
     entries = []
     for condition, by_label in groups.items():
         for key in suite(condition[0]).key_columns:
-            for label in _compared(key, by_label):
-                entries += _compare_along(key, condition, by_label, label)
+            roles = {label: _role_of(rows[0], key) for label, rows in by_label.items()}
+            own = min((by_label[label][0][key] for label, role in roles.items() if role == _OWN_ROLE), default=None)
+            for label, rows in by_label.items():
+                if roles[label] in _COMPARED_ROLES or ("ours" not in roles.values() and rows[0][key] == own):
+                    entries += _compare_along(key, condition, by_label, label)
     return entries
-
-
-def _compared(key: Name, by_label: Mapping[str, Sequence[Row]]) -> list[str]:
-    """Return the trackers that all others are compared with."""
-    roles = {label: _role_of(rows[0], key) for label, rows in by_label.items()}
-    own = min((by_label[label][0][key] for label, role in roles.items() if role == _OWN_ROLE), default=None)
-    takes_part = "ours" not in roles.values()
-    return [
-        label
-        for label, rows in by_label.items()
-        if roles[label] in _COMPARED_ROLES or (takes_part and rows[0][key] == own)
-    ]
 
 
 def _role_of(row: Row, key: Name) -> str:
@@ -146,25 +137,25 @@ def _compare_along(
     key: Name, condition: Condition, by_label: Mapping[str, Sequence[Row]], label: str
 ) -> list[dict[str, Any]]:
     """Return a tracker's comparisons with those that differ from it in one name, corrected for their number."""
-    scores = suite(condition[0])
-    mine = by_label[label][0]
-    kept = [each for each in scores.key_columns if each != key]
+    judged, mine = suite(condition[0]), by_label[label]
+    kept = [each for each in judged.key_columns if each != key]
+    others = [
+        rows
+        for other, rows in by_label.items()
+        if other != label and all(rows[0][each] == mine[0][each] for each in kept)
+    ]
     entries = []
-    for other, rows in by_label.items():
-        if other == label or any(rows[0][each] != mine[each] for each in kept):
-            continue
-        for metric in map(scores.metric, scores.compared_in(condition[1])):
-            comparison = paired(by_label[label], rows, metric)
-            if comparison is not None:
-                entries.append(
-                    {
-                        **_named(condition, metric, mine),
-                        **({"compared": key} if kept else {}),
-                        "other": rows[0][key],
-                        **{key: rounded(value) for key, value in asdict(comparison).items()},
-                        "n": comparison.n,
-                    }
-                )
+    for rows, metric in product(others, map(judged.metric, judged.compared_in(condition[1]))):
+        if (comparison := paired(mine, rows, metric)) is not None:
+            entries.append(
+                {
+                    **_named(condition, metric, mine[0]),
+                    **({"compared": key} if kept else {}),
+                    "other": rows[0][key],
+                    **{name: rounded(value) for name, value in asdict(comparison).items()},
+                    "n": comparison.n,
+                }
+            )
     adjusted = statistics.holm(np.array([entry["p"] for entry in entries]))
     for entry, p_holm in zip(entries, adjusted, strict=True):
         entry["p_holm"] = rounded(float(p_holm))
@@ -226,13 +217,7 @@ COMPARISON_COLUMNS = {
 
 def _named(condition: Condition, metric: Metric, row: Row) -> dict[str, Any]:
     suite_name, scenario, preset, renderer, steering = condition
-    scores = suite(suite_name)
-    names = {
-        "suite": suite_name,
-        "scenario": scenario,
-        "preset": preset,
-        "renderer": renderer,
-        "metric": metric.name,
-        "better": metric.better,
-    } | {key: row[key] for key in scores.key_columns}
+    names = {"suite": suite_name, "scenario": scenario, "preset": preset, "renderer": renderer}
+    names |= {"metric": metric.name, "better": metric.better}
+    names |= {key: row[key] for key in suite(suite_name).key_columns}
     return {**names, _steering_key(suite_name): steering} if steering else names

@@ -27,6 +27,7 @@ from typing import Any
 from unittest import mock
 
 import numpy as np
+from llvmlite.binding import get_host_cpu_name
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Ending, Judge, Score
@@ -39,7 +40,6 @@ from benchmarks.judges.fish.real import FishRecording
 from benchmarks.papers import b1, b2
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture
 from benchmarks.papers.experiment import experiment_named
-from benchmarks.run.arithmetic import draws_like_published
 from benchmarks.run.editions import controller_edition, judge_edition, preset_edition, tracker_edition
 from benchmarks.run.selection import trackers_of
 from scenarios import catalog
@@ -80,6 +80,15 @@ _IN_THE_SAME_TOWN = ("hard", "quick", "oblique", "standard-gipps", "standard-slo
 """Presets of ``road-town`` that take place in the town of ``standard``, in closed loop: building a town takes longest
 of all.
 """
+
+
+def draws_like_published() -> bool:
+    """Return whether this processor estimates reciprocal roots as those of the published tables do.
+
+    Kernels of fast floating-point numbers take ``vrsqrtps``, of which a maker bounds the error only. AMD's estimate is
+    another one than Intel's, so that a pixel may be rounded to the next grey level.
+    """
+    return not get_host_cpu_name().startswith(("znver", "bdver", "btver"))
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 from benchmarks.data.sets.channels import LOSSY, NORMALS, PICTURES, coding_of
 from benchmarks.data.sets.data_set import DataSet, stored_episode
@@ -56,6 +57,6 @@ class Stored(Simulated):
         return stored_episode(self.url, self.seed)
 
 
-def stored_specs(url: str, rendered: Sequence[Simulated]) -> list[EpisodeSpec]:
-    """Return the stored episodes of a data set in place of rendered ones."""
+def stored_specs(url: str, rendered: Sequence[Any]) -> list[EpisodeSpec]:
+    """Return the stored episodes of a data set in place of ``Simulated`` ones."""
     return [Stored(**{each.name: getattr(one, each.name) for each in fields(one)}, url=url) for one in rendered]

@@ -91,12 +91,7 @@ def test_progress_is_shown_under_a_title(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"workers": "two"}, "workers: expected a whole number >= 0, got 'two'"),
         ({"limit_s": "x"}, "limit_s: expected a number of seconds > 0, got 'x'"),
-        (
-            {"suite": ["frame-out"]},
-            r"suite: expected a name or a Suite; .*, got \['frame-out'\]",
-        ),
         ({"seeds": "0:2"}, r"seeds: expected range\(A, B\), got '0:2'"),
         ({"trackers": "fake_knows"}, r"trackers: expected one of .*; got 'fake_knows' \(did you mean fake_knowing\?\)"),
         ({"trackers": "mine"}, r"trackers: expected one of .*; got 'mine'; one of your own is known when its module"),

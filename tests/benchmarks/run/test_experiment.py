@@ -123,7 +123,7 @@ def test_what_another_edition_made_is_made_again(tmp_path: Path) -> None:
 
 
 def test_jobs_are_made_as_they_are_worked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A million seeds: progress is shown before the first episode, and no list of a million jobs is made."""
+    """Progress is shown before the first episode, and no list of all jobs is made."""
     made: list[int] = []
     monkeypatch.setattr(experiment, "Job", lambda **fields: made.append(fields["episode"].seed) or Job(**fields))
 
@@ -133,8 +133,8 @@ def test_jobs_are_made_as_they_are_worked_at(tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr("benchmarks.run.workers.run_job", stopped)
     shown: list[tuple[int, int]] = []
     with pytest.raises(KeyboardInterrupt):
-        run(replace(TINY, seeds=range(1_000_000)), tmp_path, lambda done, of: shown.append((done, of)))
-    assert shown == [(0, 2_000_000)]
+        run(replace(TINY, seeds=range(100)), tmp_path, lambda done, of: shown.append((done, of)))
+    assert shown == [(0, 200)]
     assert made == [0]
 
 

@@ -22,7 +22,7 @@ from benchmarks.contract.rows import read_rows
 from benchmarks.data.estimates.block_file import scan
 from benchmarks.data.estimates.rejudging import rejudge
 from benchmarks.data.exports.exporter import export
-from benchmarks.data.sequences import _bytes_of, read_collections
+from benchmarks.data.sequences import read_collections
 from benchmarks.judges.frame_out.metrics import localisation
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.outcome import TrackerWarning
@@ -403,30 +403,6 @@ def test_a_run_from_python_has_the_column_of_sequences_and_its_answers(mortals: 
 def test_wrong_arguments_from_python_are_named(mortals: Path, given: dict[str, Any], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         python_bench("frame-out", **{"real": "cars", "trackers": "fake_stays", "out": "out", **given})
-
-
-def test_pictures_are_compared_with_rows_if_there_are_some_which_is_told(
-    mortals: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """To read all pictures of a large set takes minutes, in which nothing else is shown."""
-    pictures = [*mortals.rglob("*.png")]
-    read: list[Path] = []
-    at_first: list[int] = []
-    given: dict[str, Any] = {"real": "cars", "trackers": "fake_stays", "out": "out", "workers": 0}
-
-    @contextmanager
-    def progress(title: str) -> Iterator[Callable[[int, int], None]]:
-        read.clear()
-        yield lambda done, of: at_first.append(len(read)) if done in (0, 2) else None
-
-    monkeypatch.setattr("benchmarks.data.sequences._bytes_of", lambda path: read.append(path) or _bytes_of(path))
-    python_bench("frame-out", **given, progress=progress)
-    assert at_first[0] == 0
-    assert "comparing" not in capsys.readouterr().err
-    at_first.clear()
-    python_bench("frame-out", **given, progress=progress)
-    assert at_first == [len(pictures)]
-    assert capsys.readouterr().err.count("note: comparing 2 sequences with their rows …\n") == 1
 
 
 def test_a_stopped_run_keeps_what_it_has(mortals: Path) -> None:
