@@ -21,7 +21,7 @@ from benchmarks.cli.arguments import WithModules
 from benchmarks.cli.main import main
 from benchmarks.cli.tune import Tune
 from benchmarks.contract.rows import read_rows
-from benchmarks.learning.tuning import Budget, Tuned
+from benchmarks.learning.tuning import Search, Tuned
 from benchmarks.run.editions import tracker_edition
 from benchmarks.run.selection import tracker_named
 from trackers import registry
@@ -108,15 +108,15 @@ def test_another_content_of_the_file_is_another_edition_of_the_tracker(own: str)
 def test_an_own_tracker_is_tuned_in_processes_that_know_it_and_the_file_says_how(
     own: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked: list[Budget] = []
+    asked: list[Search] = []
 
-    def tuned(name: str, budget: Budget, *_: object) -> Tuned:
-        asked.append(budget)
+    def tuned(search: Search, *_: object) -> Tuned:
+        asked.append(search)
         return Tuned({}, 1.0, 1.0, 1.0, 1.0, trials=40)
 
     monkeypatch.setattr(tune_command, "tune", tuned)
     assert main(["tune", "waits", "--out", "tuned", "--modules", own]) == 0
-    assert [budget.modules for budget in asked] == [(own,)]
+    assert [search.modules for search in asked] == [(own,)]
     told = json.loads(Path("tuned/waits.json").read_text())["command"]
     assert told.endswith(f" --modules {own}")
     assert Tune(("waits",), modules=(own,)).modules == (own,)

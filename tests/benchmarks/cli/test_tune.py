@@ -9,30 +9,32 @@ from benchmarks.cli import tune as command
 from benchmarks.cli.tune import Tune
 from benchmarks.contract.rows import TEST_SPLIT
 from benchmarks.contract.suite import controllers_suite, suites
-from benchmarks.learning.tuning import Budget, ControllerBudget, Tuned, controllers_to_tune, trackers_to_tune
+from benchmarks.learning.tuning import (
+    ControllerSearch,
+    Search,
+    TrackerSearch,
+    Tuned,
+    controllers_to_tune,
+    trackers_to_tune,
+)
 from scenarios import catalog
 
 pytest.importorskip("optuna")
 _TUNED = Tuned({}, 1.0, 1.0, 1.0, 1.0, trials=40)
 
 
-def _asked(monkeypatch: pytest.MonkeyPatch, tune: Tune) -> tuple[dict[str, Budget], dict[str, ControllerBudget]]:
-    """Return the budget of each tracker and, by carrier and name, of each controller."""
-    trackers: dict[str, Budget] = {}
-    controllers: dict[str, ControllerBudget] = {}
+def _asked(monkeypatch: pytest.MonkeyPatch, tune: Tune) -> tuple[dict[str, TrackerSearch], dict[str, ControllerSearch]]:
+    """Return the search of each tracker and, by its file, of each controller."""
+    searches: list[Any] = []
 
-    def tracker(name: str, budget: Budget, *_: Any) -> Tuned:
-        trackers[name] = budget
+    def tuned(search: Search, *_: Any) -> Tuned:
+        searches.append(search)
         return _TUNED
 
-    def controller(name: str, budget: ControllerBudget, *_: Any) -> Tuned:
-        controllers[f"{catalog.scenario(budget.scenario).carrier.name} {name}"] = budget
-        return _TUNED
-
-    monkeypatch.setattr(command, "tune", tracker)
-    monkeypatch.setattr(command, "tune_controller", controller)
+    monkeypatch.setattr(command, "tune", tuned)
     assert tune.run() == 0
-    return trackers, controllers
+    trackers = {each.name: each for each in searches if isinstance(each, TrackerSearch)}
+    return trackers, {each.place: each for each in searches if isinstance(each, ControllerSearch)}
 
 
 def test_without_names_everything_is_tuned_with_the_same_number_of_trials(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -144,7 +143,7 @@ def test_without_optuna_tuning_names_the_command_that_installs_it(
 ) -> None:
     """At once: controllers would have their episodes planned first."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setitem(sys.modules, "optuna", None)
+    monkeypatch.setattr("benchmarks.run.packages.find_spec", lambda name: None)
     for named in (["colour_pf"], ["--controllers", "centre"]):
         assert main(["tune", *named]) == 2
         (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error")]

@@ -1,6 +1,5 @@
 from __future__ import annotations
 
-import dataclasses
 import json
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,25 +14,18 @@ from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.learning import tuning
 from benchmarks.learning.tuning import (
     NO_VALUES,
-    Budget,
-    ControllerBudget,
-    Found,
-    FreshScores,
-    controller_scores,
+    ControllerSearch,
+    Settings,
+    TrackerSearch,
     failures_in_words,
-    fresh_entries,
-    fresh_scores,
     rows_of,
-    search,
-    tracker_scores,
-    tunables,
+    trackers_to_tune,
     tune,
     write_tuned,
 )
 from benchmarks.run.failures import Failure
 from benchmarks.run.selection import job_on
 from tests import fakes_scenario, fakes_trackers
-from trackers.controllers.catalogue import controller_entry
 from trackers.registry import entry, register, tunable, tuned_file
 from trackers.types import Estimate, Observation
 
@@ -67,13 +59,42 @@ def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tuning, "suite", lambda name: fake)
 
 
-BUDGET = Budget("frame-out", ("tiny",), range(1), ("tiny",), range(1, 3), trials=20, workers=0)
+def search(fresh_presets: tuple[str, ...] = ("tiny",), trials: int = 20) -> TrackerSearch:
+    return TrackerSearch(
+        name="fake_shaky",
+        suite="frame-out",
+        presets=("tiny",),
+        seeds=range(1),
+        fresh_presets=fresh_presets,
+        fresh=range(1, 3),
+        trials=trials,
+        workers=0,
+    )
+
+
+def nothing(done: int, of: int) -> None:
+    pass
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Settings, tuple[str, ...], range]]:
+    """The settings, presets and seeds that are scored: the higher ``off_m`` the better, but in the check."""
+    pytest.importorskip("optuna")
+    found: list[tuple[Settings, tuple[str, ...], range]] = []
+
+    def scores(self: TrackerSearch, settings: Settings, presets: tuple[str, ...], seeds: range) -> dict[str, float]:
+        found.append((settings, presets, seeds))
+        sign = -1.0 if presets == ("tiny-loop",) else 1.0
+        return {label: sign * values["off_m"] for label, values in settings.items()}
+
+    monkeypatch.setattr(TrackerSearch, "_scores", scores)
+    return found
 
 
 @pytest.mark.heavy
 def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> None:
     told: list[tuple[int, int]] = []
-    tuned = tune("fake_shaky", BUDGET, lambda done, of: told.append((done, of)))
+    tuned = tune(search(), lambda done, of: told.append((done, of)))
     assert tuned.trials == 20
     assert told[-1] == (20, 20)
     assert tuned.parameters["off_m"] < 5.0
@@ -81,13 +102,11 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
     assert tuned.score > tuned.default_score
     assert tuned.check_score > tuned.check_default_score
     assert tuned.fresh is not None
-    assert tuned.fresh.seeds == range(9_000, 9_008)
-    assert tuned.fresh.tuned > tuned.fresh.written
-    assert tune("fake_shaky", BUDGET, lambda done, of: None) == tuned
+    assert tuned.fresh["seeds"] == "9000:9008"
+    assert tuned.fresh["tuned"] > tuned.fresh["written"]
+    assert tune(search(), nothing) == tuned
 
-    path = write_tuned(
-        "fake_shaky", tuned, BUDGET.suite, BUDGET.presets, BUDGET.seeds, "frameout tune fake_shaky", tmp_path
-    )
+    path = write_tuned(search(), tuned, "frameout tune fake_shaky", tmp_path)
     document = json.loads(path.read_text())
     assert path.name == "fake_shaky.json"
     assert document["parameters"] == tuned.parameters
@@ -95,11 +114,10 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
         assert key in document
     assert entry("fake_shaky").parameters(**document["parameters"]).off_m == tuned.parameters["off_m"]
     assert document["episodes"] == 1
-    fresh = {"seeds": "9000:9008", "written": round(tuned.fresh.written, 6), "tuned": round(tuned.fresh.tuned, 6)}
-    assert document["fresh"] == fresh
+    assert document["fresh"] == tuned.fresh
     # The scores of a file are those of its own function.
     settings = {"tuned": tuned.parameters, "written": entry("fake_shaky").written()}
-    scores = tracker_scores("fake_shaky", BUDGET, [])(settings, BUDGET.seeds)
+    scores = search().scores(settings, range(1))
     assert scores == pytest.approx({"tuned": document["score"], "written": document["default_score"]}, abs=1e-6)
 
 
@@ -112,70 +130,45 @@ def test_a_tracker_that_lacks_a_package_is_named(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(Shaky, "__init__", init)
     told = "^tracker: expected one that can begin, got fake_shaky: ModuleNotFoundError: No module named 'torch'$"
     with pytest.raises(ValueError, match=told):
-        tune("fake_shaky", replace(BUDGET, trials=2), lambda done, of: None)
+        tune(search(trials=2), nothing)
 
 
-def test_the_first_setting_tried_is_the_default(monkeypatch: pytest.MonkeyPatch) -> None:
-    tried: list[dict[str, Any]] = []
-
-    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget, _: Any) -> dict[str, float]:
-        tried.extend(settings.values())
-        return dict.fromkeys(settings, 0.0)
-
-    monkeypatch.setattr(tuning, "_scores", scores)
-    tune("fake_shaky", BUDGET, lambda done, of: None)
+def test_the_first_setting_tried_is_the_default(asked: list[Any]) -> None:
+    tune(search(), nothing)
+    tried = [values for settings, _, seeds in asked if seeds == range(1) for values in settings.values()]
     assert tried[0] == {"off_m": 20.0, "ignored": 3}
+    assert len(tried) == 20
     assert all(0.0 <= values["off_m"] <= 40.0 and 1 <= values["ignored"] <= 5 for values in tried)
 
 
-def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(monkeypatch: pytest.MonkeyPatch) -> None:
-    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget, _: Any) -> dict[str, float]:
-        """The higher ``off_m`` the better on the search's seeds, the worse on others."""
-        sign = 1.0 if budget.seeds == BUDGET.seeds else -1.0
-        return {label: sign * values["off_m"] for label, values in settings.items()}
-
-    monkeypatch.setattr(tuning, "_scores", scores)
-    tuned = tune("fake_shaky", BUDGET, lambda done, of: None)
+def test_a_setting_that_was_only_lucky_leaves_the_defaults_in_place(
+    asked: list[Any], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The check is on the preset that it names, and announced."""
+    tuned = tune(search(fresh_presets=("tiny-loop",)), nothing)
     assert tuned.parameters == {}
     assert tuned.score == -tuned.check_score > tuned.default_score == -tuned.check_default_score == 20.0
-    assert tuned.fresh is None
-    assert fresh_entries(tuned.fresh) == {"fresh": None, "no_fresh": NO_VALUES}
+    written = json.loads(write_tuned(search(), tuned, "", tmp_path).read_text())
+    assert (written["fresh"], written["no_fresh"]) == (None, NO_VALUES)
+    assert (asked[-1][1], asked[-1][2]) == (("tiny-loop",), range(1, 3))
+    told = "fake_shaky: the best setting and the defaults now run on 2 fresh episodes …\n"
+    assert capsys.readouterr().err == told
 
 
-def test_the_check_of_the_best_setting_is_on_other_presets_too_and_announced(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def scores(name: str, settings: dict[str, dict[str, Any]], budget: Budget, _: Any) -> dict[str, float]:
-        """The higher ``off_m`` the better but on the preset of the check."""
-        sign = -1.0 if budget.presets == ("hard",) else 1.0
-        return {label: sign * values["off_m"] for label, values in settings.items()}
-
-    monkeypatch.setattr(tuning, "_scores", scores)
-    assert tune("fake_shaky", BUDGET, lambda done, of: None).parameters["off_m"] > 20.0
-    budget = replace(BUDGET, fresh_presets=("hard",))
-    assert tune("fake_shaky", budget, lambda done, of: None).parameters == {}
-    said = "fake_shaky: the best setting and the defaults now run on 2 fresh episodes …\n"
-    assert capsys.readouterr().err == 2 * said
+def test_fresh_scores_are_those_of_tuned_and_written_values_on_seeds_of_no_search(asked: list[Any]) -> None:
+    tuned = tune(search(), nothing)
+    settings, presets, seeds = asked[-1]
+    assert tuned.parameters["off_m"] > 20.0
+    assert settings == {"written": {"off_m": 20.0, "ignored": 3}, "tuned": tuned.parameters}
+    assert (presets, seeds) == (("tiny",), range(9_000, 9_008))
+    assert tuned.fresh == {"seeds": "9000:9008", "written": 20.0, "tuned": round(tuned.parameters["off_m"], 6)}
+    tune(replace(search(), seeds=range(64)), nothing)
+    assert asked[-1][2] == range(9_000, 9_064)
 
 
 def test_every_as_written_and_own_tracker_declares_what_is_tuned() -> None:
-    for name in ("colour_pf", "road_shape_pf", "background_pf", "mosaic_graph_pf", "hold", "constant_velocity"):
-        assert tunables(name)
-
-
-def test_fresh_scores_are_those_of_tuned_and_written_values_on_seeds_of_no_search() -> None:
-    asked: list[tuple[dict[str, dict[str, Any]], range]] = []
-
-    def scores_on(settings: dict[str, dict[str, Any]], seeds: range) -> dict[str, float]:
-        asked.append((settings, seeds))
-        return {label: float(values["off_m"]) for label, values in settings.items()}
-
-    fresh = fresh_scores({"off_m": 3.0}, {"off_m": 20.0, "ignored": 3}, range(64), scores_on)
-    settings = {"written": {"off_m": 20.0, "ignored": 3}, "tuned": {"off_m": 3.0, "ignored": 3}}
-    assert asked == [(settings, range(9_000, 9_064))]
-    assert fresh == FreshScores(range(9_000, 9_064), written=20.0, tuned=3.0)
-    assert fresh_scores({}, {"off_m": 20.0}, range(2), scores_on) is None
-    assert len(asked) == 1
+    own = {"colour_pf", "road_shape_pf", "background_pf", "mosaic_graph_pf", "hold", "constant_velocity"}
+    assert own <= set(trackers_to_tune())
 
 
 def test_every_file_says_on_how_many_episodes_and_what_fresh_ones_gave() -> None:
@@ -205,11 +198,19 @@ def test_the_scores_of_a_controller_are_those_of_its_function(
     """Where a scene or an error model has changed, ``frameout tune`` makes them anew."""
     stored = json.loads(tuned_file(f"controllers/{carrier}/reentry", "trackers.controllers.reentry").read_text())
     seeds = range(*map(int, stored["seeds"].split(":")))
-    budget = ControllerBudget(scenario, stored["preset"], tracker, seeds, range(0), 0, 0, tmp_path)
-    entry = controller_entry("reentry", carrier)
-    scores = controller_scores("reentry", budget, [])(
-        {"tuned": stored["parameters"], "written": entry.written()}, seeds
+    own = ControllerSearch(
+        name="reentry",
+        scenario=scenario,
+        tracker=tracker,
+        presets=(stored["preset"],),
+        seeds=seeds,
+        fresh_presets=(stored["preset"],),
+        fresh=range(0),
+        trials=0,
+        workers=0,
+        cache=tmp_path,
     )
+    scores = own.scores({"tuned": stored["parameters"], "written": own.entry.written()}, seeds)
     assert scores["tuned"] == pytest.approx(stored["score"], abs=1e-6)
     assert scores["written"] == pytest.approx(stored["default_score"], abs=1e-6)
 
@@ -222,25 +223,16 @@ def test_all_of_a_suite_were_tuned_for_one_score() -> None:
         assert found["score_is"] == told, file.name
 
 
-def test_a_search_goes_on_unless_what_it_depends_on_has_changed(tmp_path: Path) -> None:
-    pytest.importorskip("optuna")
-    fields = {field.name: field for field in dataclasses.fields(ShakyParameters)}
-    tried: list[str] = []
+def test_a_search_goes_on_unless_what_it_depends_on_has_changed(asked: list[Any], tmp_path: Path) -> None:
+    def tried(given: TrackerSearch) -> int:
+        """Return how many settings a search scores on its own episodes."""
+        asked.clear()
+        assert tune(given, nothing, tmp_path).trials == given.trials
+        return sum(len(settings) for settings, _, seeds in asked if seeds == given.seeds)
 
-    def scores(settings: dict[str, dict[str, Any]]) -> dict[str, float]:
-        tried.extend(settings)
-        return {label: values["off_m"] for label, values in settings.items()}
-
-    def found(trials: int, budget: str) -> Found:
-        return search(
-            "fake", fields, {"off_m": 20.0, "ignored": 3}, trials, scores, lambda done, of: None, tmp_path, budget
-        )
-
-    assert found(3, "one").trials == 3
-    assert found(5, "one").trials == 5
-    assert len(tried) == 5
-    assert found(5, "another").trials == 5
-    assert len(tried) == 10
+    assert tried(search(trials=3)) == 3
+    assert tried(search(trials=5)) == 2
+    assert tried(replace(search(trials=5), seeds=range(5, 6))) == 5
 
 
 @pytest.mark.heavy
