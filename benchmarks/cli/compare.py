@@ -19,9 +19,8 @@ from benchmarks.contract.suite import DEFAULT, EventWords, suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
 from benchmarks.show.progress import console_of
 from benchmarks.show.tables import NO_NUMBER
-from benchmarks.statistics.attributes import by_attribute
 from benchmarks.statistics.bootstrap import Comparison
-from benchmarks.statistics.summary import label_of
+from benchmarks.statistics.summary import by_attribute, label_of
 from sim.checks import check, check_choice, suggestion
 from trackers.controllers.catalogue import POLICY
 

@@ -62,10 +62,7 @@ def reference_page() -> str:
         definitions_of=definitions_of,
         statistics=(PooledRatios, bootstrap_interval, Comparison),
         rows=records,
-        columns={
-            summary.SUMMARY_FILE_NAME: summary.SUMMARY_COLUMNS,
-            summary.COMPARISONS_FILE_NAME: summary.COMPARISON_COLUMNS,
-        },
+        summary=summary,
         truth_words=words_of(Truth).partition("Attributes:")[0].strip(),
         fields=list(truth_fields(Truth)),
         scenarios=[catalog.scenario(name) for name in catalog.names()],

@@ -1,18 +1,38 @@
-"""From rows to ``summary.json`` and ``comparisons.json``.
+"""From rows to ``summary.json`` and ``comparisons.json``, and the comparison of two trackers.
 
-``summary.json`` is a list of ``{"suite", "scenario", "preset", "tracker", "role", "renderer", "metric",
-"unit", "better", "mean", "ci_low", "ci_high", "n"}``: 95 % bootstrap over seeds, ``n`` of which contribute
-to the metric. Entries of runs in which a controller steered carry ``controller`` too. In the suite ``follow`` pairs of
-``controller`` and ``tracker`` are compared, entries carry ``link``, and ``role`` is the controller's.
+Both files are lists of objects. Those of ``summary.json`` are about one metric of one tracker:
 
-``comparisons.json`` is a list of ``{"suite", "scenario", "preset", "renderer", "metric", "better", "tracker",
-"other", "difference", "ci_low", "ci_high", "p", "p_holm", "n"}`` (and ``controller``): tracker minus other, on the
-seeds both ran on. ``p_holm`` is corrected for all comparisons of one (suite, scenario, preset, renderer,
-controller): every other tracker times every compared metric. Where no tracker is ``ours``, ``tracker`` is the first
-by name of the role ``external``. Entries of the suite ``follow`` carry ``link`` and
-``compared`` too, the kind of ``other``: ``controller`` (ours and policies minus each other one, with the same
-tracker) or ``tracker`` (ours minus each other one, with the same controller); ``p_holm`` is corrected for one
-tracker's comparisons with others of that kind.
+======================  =====================================================================================
+``suite``               name of the suite
+``scenario``            catalogue id; ``real`` for recordings
+``preset``              of the scenario; name of a recording or of a folder of sequences
+``tracker``             name of the tracker
+``role``                of the tracker, see ``frameout list``; in the suite ``follow`` of the controller
+``renderer``            ``raster`` or ``pybullet``; ``real`` for recordings
+``controller``          name of the one that steered; absent on a set path
+``link``                suite ``follow`` alone: how commands reach the carrier
+``metric``              name of the metric
+``unit``                of the numbers; fractions are 0 to 1
+``better``              ``higher`` or ``lower``
+``mean``                the metric's statistic over all rows; null if undefined
+``ci_low``, ``ci_high``  ends of its 95 % bootstrap interval over seeds
+``n``                   number of seeds with a value
+======================  =====================================================================================
+
+Those of ``comparisons.json`` are about one metric of two trackers, on the seeds that both ran on; where no tracker is
+``ours``, the first by name of the role ``external`` is compared. In the suite ``follow`` pairs that differ in one of
+controller and tracker are compared: ours and policies minus each other controller with the same tracker, and our
+tracker minus each other one with the same controller. Beside columns of the summary they have:
+
+======================  =====================================================================================
+``tracker``             name of the tracker that is compared with others
+``compared``            suite ``follow`` alone: what differs, ``controller`` or ``tracker``
+``other``               name of the other one
+``difference``          its metric minus the other's
+``ci_low``, ``ci_high``  ends of the paired 95 % bootstrap interval over seeds
+``p``                   two-sided, of a paired permutation test
+``p_holm``              the same, corrected for all comparisons of this tracker with others of that kind
+======================  =====================================================================================
 """
 
 from __future__ import annotations
@@ -20,7 +40,6 @@ from __future__ import annotations
 import json
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -28,13 +47,17 @@ from typing import Any
 import numpy as np
 
 from benchmarks.contract.metric import Metric
-from benchmarks.contract.rows import Row, read_rows, rounded
-from benchmarks.contract.suite import Condition, Name, suite
+from benchmarks.contract.rows import REAL, Row, event_of, read_rows, rounded
+from benchmarks.contract.suite import Condition, EventTest, Name, suite
 from benchmarks.statistics import bootstrap as statistics
 from trackers.atomic_file import write_atomic
 
 SUMMARY_FILE_NAME = "summary.json"
 COMPARISONS_FILE_NAME = "comparisons.json"
+
+_COMPARED_ROLES = ("ours", "policy")
+_OWN_ROLE = "external"
+"""Role of a user's own tracker or controller."""
 
 Groups = dict[Condition, dict[str, list[Row]]]
 
@@ -97,17 +120,24 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
             if pool is None or pool.seed_count == 0:
                 continue
             low, high = statistics.bootstrap_interval(pool)
-            entry = {
-                **_named(condition, metric, rows[0]),
-                "role": rows[0]["role"],
-                "unit": metric.unit,
-                "mean": rounded(pool.mean),
-                "ci_low": rounded(low),
-                "ci_high": rounded(high),
-                "n": pool.seed_count,
-            }
-            entries.append({key: entry[key] for key in SUMMARY_COLUMNS if key in entry})
+            entries.append(
+                {
+                    **_of(rows[0], "suite", "scenario", "preset", "tracker", "role", "renderer", "controller", "link"),
+                    "metric": metric.name,
+                    "unit": metric.unit,
+                    "better": metric.better,
+                    "mean": rounded(pool.mean),
+                    "ci_low": rounded(low),
+                    "ci_high": rounded(high),
+                    "n": pool.seed_count,
+                }
+            )
     return entries
+
+
+def _of(row: Row, *columns: str) -> dict[str, Any]:
+    """Return the columns that a row has, in order."""
+    return {column: row[column] for column in columns if row.get(column)}
 
 
 def compare_ours(groups: Groups) -> list[dict[str, Any]]:
@@ -146,20 +176,27 @@ def _compare_along(
     ]
     entries = []
     for rows, metric in product(others, map(judged.metric, judged.compared_in(condition[1]))):
-        if (comparison := paired(mine, rows, metric)) is not None:
+        if (found := paired(mine, rows, metric)) is not None:
             entries.append(
                 {
-                    **_named(condition, metric, mine[0]),
+                    **_of(mine[0], "suite", "scenario", "preset", "renderer", "controller", "link"),
+                    "metric": metric.name,
+                    "better": metric.better,
+                    "tracker": mine[0]["tracker"],
                     **({"compared": key} if kept else {}),
                     "other": rows[0][key],
-                    **{name: rounded(value) for name, value in asdict(comparison).items()},
-                    "n": comparison.n,
+                    "difference": rounded(found.difference),
+                    "ci_low": rounded(found.ci_low),
+                    "ci_high": rounded(found.ci_high),
+                    "p": rounded(found.p),
+                    "p_holm": found.p,
+                    "n": found.n,
                 }
             )
     adjusted = statistics.holm(np.array([entry["p"] for entry in entries]))
     for entry, p_holm in zip(entries, adjusted, strict=True):
         entry["p_holm"] = rounded(float(p_holm))
-    return [{key: entry[key] for key in COMPARISON_COLUMNS if key in entry} for entry in entries]
+    return entries
 
 
 def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> statistics.Comparison | None:
@@ -171,53 +208,24 @@ def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> stati
     return comparison if np.isfinite(comparison.difference) else None
 
 
-_COMPARED_ROLES = ("ours", "policy")
-_OWN_ROLE = "external"
-"""Role of a user's own tracker or controller."""
-_OF_CONDITION = {
-    "suite": "name of the suite",
-    "scenario": "catalogue id; `real` for recordings",
-    "preset": "of the scenario; name of a recording or of a folder of sequences",
-}
-SUMMARY_COLUMNS = {
-    **_OF_CONDITION,
-    "tracker": "name of the tracker",
-    "role": "of the tracker, see `frameout list`; in the suite `follow` of the controller",
-    "renderer": "`raster` or `pybullet`; `real` for recordings",
-    "controller": "name of the one that steered; absent on a set path",
-    "link": "suite `follow` alone: how commands reach the carrier",
-    "metric": "name of the metric",
-    "unit": "of the numbers; fractions are 0 to 1",
-    "better": "`higher` or `lower`",
-    "mean": "the metric's statistic over all rows; null if undefined",
-    "ci_low": "lower end of its 95 % bootstrap interval over seeds",
-    "ci_high": "upper end",
-    "n": "number of seeds with a value",
-}
-"""Column of ``summary.json`` -> its meaning."""
-COMPARISON_COLUMNS = {
-    **_OF_CONDITION,
-    "renderer": SUMMARY_COLUMNS["renderer"],
-    "controller": SUMMARY_COLUMNS["controller"],
-    "link": SUMMARY_COLUMNS["link"],
-    "metric": "name of the metric",
-    "better": "`higher` or `lower`",
-    "tracker": "name of the tracker that is compared with others",
-    "compared": "suite `follow` alone: what differs, `controller` or `tracker`",
-    "other": "name of the other one",
-    "difference": "its metric minus the other's, on the seeds that both ran on",
-    "ci_low": "lower end of the paired 95 % bootstrap interval over seeds",
-    "ci_high": "upper end",
-    "p": "two-sided, of a paired permutation test",
-    "p_holm": "the same, corrected for all comparisons of this tracker",
-    "n": "number of seeds",
-}
-"""Column of ``comparisons.json`` -> its meaning."""
+def by_attribute(first: Sequence[Row], second: Sequence[Row]) -> list[tuple[str, Metric, statistics.Comparison, float]]:
+    """Return (attribute of the event, metric, comparison, p after Holm) of rows of two trackers: where is one better?
+
+    All rows are of one suite, whose ``events`` name the attributes.
+    """
+    judged = suite(first[0]["suite"])
+    words = judged.events
+    compared = tuple(map(judged.metric, judged.compared_in(first[0]["scenario"])))
+    in_sequences = first[0]["scenario"] == REAL and judged.on_sequences is not None
+    of_episodes = compared if in_sequences else words.episodes or (() if words.tests else compared)
+    pairs = [("whole episodes", metric, first, second) for metric in of_episodes]
+    for (attribute, is_one), metric in product(words.tests.items(), words.compared):
+        pairs.append((attribute, metric, _about(first, is_one), _about(second, is_one)))
+    tried = [(name, metric, paired(one, other, metric)) for name, metric, one, other in pairs if one and other]
+    found = [(name, metric, comparison) for name, metric, comparison in tried if comparison is not None]
+    adjusted = statistics.holm(np.array([comparison.p for _, _, comparison in found]))
+    return [(*each, float(p)) for each, p in zip(found, adjusted, strict=True)]
 
 
-def _named(condition: Condition, metric: Metric, row: Row) -> dict[str, Any]:
-    suite_name, scenario, preset, renderer, steering = condition
-    names = {"suite": suite_name, "scenario": scenario, "preset": preset, "renderer": renderer}
-    names |= {"metric": metric.name, "better": metric.better}
-    names |= {key: row[key] for key in suite(suite_name).key_columns}
-    return {**names, _steering_key(suite_name): steering} if steering else names
+def _about(rows: Sequence[Row], is_one: EventTest) -> list[Row]:
+    return [row for row in rows if (event := event_of(row)) is not None and is_one(event)]
