@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score
-from benchmarks.judges.harbour.streaks import RUNNING, Streaks
+from benchmarks.judges.harbour.matching import History
+from benchmarks.judges.harbour.streaks import RUNNING, streaks
 from benchmarks.statistics import froc
 
-Cause = Literal["tide", "wave", "bird", "agc_step", "shadow", "other"]
-CAUSES: tuple[Cause, ...] = get_args(Cause)
-_OF_CLUTTER: dict[str, Cause] = {
+CAUSES = ("tide", "wave", "bird", "agc_step", "shadow", "other")
+_OF_CLUTTER = {
     "moored": "tide",
     "rope": "tide",
     "sea": "wave",
@@ -24,6 +23,7 @@ _OF_CLUTTER: dict[str, Cause] = {
     "building": "shadow",
 }
 PAUSE_S = 60.0
+_HOUR_S = 3600.0
 _GROWN_PX = 2
 """A boat that has moved leaves its old place beside it: boxes are so much larger on each side."""
 _SHARE = 0.1
@@ -61,62 +61,42 @@ class Clutter:
         return int(counts.argmax()) if ids.size else CAUSES.index("other")
 
 
-def raised(frame: NDArray[np.int64], identity: NDArray[np.int64], pause_frames: float) -> NDArray[np.int64]:
-    """Return a number (R,) for each track on nothing, the same as long as its identity (R,) does not pause for longer.
+def alarm_scores(history: History, agc_step: NDArray[np.bool_], interval_s: float) -> Iterator[Score]:
+    """Yield the false alarms: identities that lie on nothing four frames running. One that does so again counts again
+    only after ``PAUSE_S`` = 60 s in which it does not, so that one identity for all that ever moves is not one alarm.
 
-    So that one identity for all that ever moves is not one alarm. ``frame`` (R,) is in order.
-    """
-    order = np.lexsort((frame, identity))
-    another = _is_another(frame[order], identity[order], pause_frames)
-    numbers = np.empty_like(identity)
-    numbers[order] = np.cumsum(np.concatenate([[0], another])) if len(order) else 0
-    return numbers
-
-
-def causes_of_alarms(
-    alarms: Streaks,
-    frame: NDArray[np.int64],
-    number: NDArray[np.int64],
-    cause: NDArray[np.uint8],
-    agc_step: NDArray[np.bool_],
-) -> list[Cause]:
-    """Return the cause of each alarm: a step of the AGC on the frame on which it begins or the one before, or ``cause``
-    (R,) of its track on the frame on which it is raised, the last of its first four running.
+    ``false_alarms_per_hour``, ``false_alarms_per_hour_CAUSE``: a step of the AGC on the frame on which the alarm begins
+    or the one before, else what lies in its box on the frame on which it is raised, the last of its first four running;
+    on land (``shadow``) ground, buildings and parked cars. ``false_tracks_per_frame``: tracks on nothing, whether they
+    are alarms or not. ``watched_hours``: length of the episode.
 
     Args:
-        frame, number: (R,) of all tracks on nothing, in order of ``frame``, see ``raised``.
         agc_step: (T,) of each frame.
     """
-    found: list[Cause] = []
-    for name, begins in zip(alarms.key.tolist(), alarms.begins.tolist(), strict=True):
-        if agc_step[max(begins - 1, 0) : begins + 1].any():
-            found.append("agc_step")
-            continue
-        first, end = np.searchsorted(frame, [begins + RUNNING - 1, begins + RUNNING])
-        found.append(CAUSES[int(cause[first:end][number[first:end] == name][0])])
-    return found
-
-
-def alarm_scores(causes: list[Cause], false_tracks: int, frames: int, hours: float) -> Iterator[Score]:
-    """Yield the false alarms: identities that lie on nothing four frames running. One that does so again counts again
-    only after ``PAUSE_S`` = 60 s in which it does not.
-
-    ``false_alarms_per_hour``, ``false_alarms_per_hour_CAUSE``: see ``causes_of_alarms``; on land (``shadow``) ground,
-    buildings and parked cars. ``false_tracks_per_frame``: tracks on nothing, whether they are alarms or not.
-    ``watched_hours``: length of the episode.
-    """
-    yield Score("false_alarms_per_hour", len(causes) / hours, hours)
-    for cause in CAUSES:
-        yield Score(f"false_alarms_per_hour_{cause}", causes.count(cause) / hours, hours)
-    yield Score("false_tracks_per_frame", false_tracks / frames, float(frames))
+    frame, identity, confidence = history.false_tracks()
+    order = np.lexsort((frame, identity))
+    number = np.zeros(len(order), int)
+    number[order[1:]] = np.cumsum(_is_another(frame[order], identity[order], PAUSE_S / interval_s))
+    alarms = streaks(frame, number, confidence)
+    # One track of each alarm lies on a frame.
+    names = int(number.max(initial=0)) + 1
+    track, wanted = frame * names + number, (alarms.begins + RUNNING - 1) * names + alarms.key
+    by_track = np.argsort(track)
+    cause = history.cause[by_track[np.searchsorted(track, wanted, sorter=by_track)]]
+    cause[agc_step[alarms.begins] | agc_step[np.maximum(alarms.begins - 1, 0)]] = CAUSES.index("agc_step")
+    hours = len(agc_step) * interval_s / _HOUR_S
+    yield Score("false_alarms_per_hour", len(cause) / hours, hours)
+    for index, name in enumerate(CAUSES):
+        yield Score(f"false_alarms_per_hour_{name}", int((cause == index).sum()) / hours, hours)
+    yield Score("false_tracks_per_frame", len(frame) / len(agc_step), float(len(agc_step)))
     yield Score("watched_hours", hours)
 
 
 def froc_alarms(
     frame: NDArray[np.int64], identity: NDArray[np.int64], confidence: NDArray[np.float64], pause_frames: float
 ) -> Iterator[Score]:
-    """Yield ``froc_alarms`` (*series* over ``scores.froc.THRESHOLDS``): alarms as if only tracks with such confidence
-    were answered, so that the pause after which an identity is another alarm is one of such tracks.
+    """Yield ``froc_alarms`` (*series* over ``statistics.froc.THRESHOLDS``): alarms as if only tracks with such
+    confidence were answered, so that the pause after which an identity is another alarm is one of such tracks.
 
     Arrays are (R,), of all tracks on nothing.
     """
@@ -144,5 +124,5 @@ def _count_alarms(frame: NDArray[np.int64], identity: NDArray[np.int64], pause_f
 
 
 def _is_another(frame: NDArray[np.int64], identity: NDArray[np.int64], pause_frames: float) -> NDArray[np.bool_]:
-    """Return (R - 1,) whether a track begins another alarm than the one before, see ``raised``."""
+    """Return (R - 1,) whether a track begins another alarm than the one before, see ``alarm_scores``."""
     return np.asarray((np.diff(identity) != 0) | (np.diff(frame) > pause_frames))

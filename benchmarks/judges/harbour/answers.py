@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,7 @@ from sim.optics import rays
 from trackers.types import CameraModel, Track
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Answers:
+class Answers(NamedTuple):
     """M tracks that say where they are.
 
     Attributes:
@@ -36,12 +35,11 @@ class Answers:
 
     def only(self, kept: NDArray[np.bool_]) -> Answers:
         """Return the tracks that are ``kept`` (M,)."""
-        return Answers(*(getattr(self, field.name)[kept] for field in fields(self)))
+        return Answers._make(each[kept] for each in self)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Objects:
-    """N intruders on one frame.
+class Objects(NamedTuple):
+    """N intruders on one frame, or (T, N) on all frames.
 
     Attributes:
         place_m: (N, 3) centres. size_m: (N, 3). box_xyxy: (N, 4).
@@ -66,20 +64,18 @@ class Objects:
 def answers_of(tracks: Sequence[Track], camera: CameraModel, T_world_camera: NDArray[np.float64]) -> Answers:
     """Return the tracks whose position is not NaN, in their order."""
     answered = [track for track in tracks if np.isfinite(track.estimate.position_px).all()]
-    count = len(answered)
-    position_px = np.array([track.estimate.position_px for track in answered], float).reshape(count, 2)
-    depth_m = np.array([np.nan if (d := track.estimate.depth_m) is None else d for track in answered], float)
-    boxes = [track.estimate.box_xyxy for track in answered]
-    points = np.tile(position_px, 2)
-    given = [point if box is None else box for point, box in zip(points, boxes, strict=True)]
+    estimates = [track.estimate for track in answered]
+    position_px = np.array([each.position_px for each in estimates], float).reshape(-1, 2)
+    depth_m = np.array([np.nan if each.depth_m is None else each.depth_m for each in estimates], float)
+    boxes = [np.tile(each.position_px, 2) if each.box_xyxy is None else each.box_xyxy for each in estimates]
     sizes = [np.full(3, np.nan) if track.size_m is None else track.size_m for track in answered]
     return Answers(
         identity=np.array([track.identity for track in answered], int),
         kind=np.array([track.kind or "" for track in answered], str),
         place_m=T_world_camera[:3, 3] + rays(camera, T_world_camera, position_px) * depth_m[:, None],
         position_px=position_px,
-        box_xyxy=np.array(given, float).reshape(count, 4),
-        size_m=np.array(sizes, float).reshape(count, 3),
+        box_xyxy=np.array(boxes, float).reshape(-1, 4),
+        size_m=np.array(sizes, float).reshape(-1, 3),
         confidence=np.array([1.0 if track.confidence is None else track.confidence for track in answered], float),
     )
 

@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from benchmarks.contract.judging import Score
 from benchmarks.judges.harbour.answers import Objects
-from benchmarks.judges.harbour.history import Answered
+from benchmarks.judges.harbour.matching import Answered
 from benchmarks.judges.identities import Pairing, clear_counts, hota, identity_counts, numbered, pairing
 
 

@@ -1,14 +1,16 @@
-"""Which track lies on which intruder, which on none, and which is neither right nor wrong."""
+"""Which track lies on which intruder, which on none, and which is neither right nor wrong: on a frame, and on all."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from benchmarks.judges.harbour.answers import Answers, Objects
+from trackers.kernels.boxes import intersections_over_union
 
 RADIUS_M = 3.0
 """A track lies on an intruder if its centre is no farther from the true one, over the ground, and both overlap in the
@@ -22,21 +24,20 @@ _KEPT = 1000.0
 """What it is worth that an intruder keeps the track that it had; more than all distances together."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Matches:
+class Matches(NamedTuple):
     """The M tracks of a frame beside its N intruders.
 
     Attributes:
         target: (M,) intruder that a track lies on, -1 for none. Only intruders that are judged have tracks.
         first: (M,) whether it is the one track of its intruder; other tracks on the same one are duplicates.
         excused: (M,) at an intruder, in the world or in the picture, but not on a judged one: neither right nor wrong.
-        overlapping: (K, 2) pairs of track and intruder that overlap in the picture, the intruder seen.
+        overlapping: (M, N) whether track and intruder overlap in the picture, the intruder seen.
     """
 
     target: NDArray[np.int64]
     first: NDArray[np.bool_]
     excused: NDArray[np.bool_]
-    overlapping: NDArray[np.int64]
+    overlapping: NDArray[np.bool_]
 
     @property
     def false(self) -> NDArray[np.bool_]:
@@ -66,25 +67,25 @@ def match_frame(objects: Objects, answers: Answers, latest: NDArray[np.int64]) -
     an identity (N,) or -1, if that still lies on it. A track that is left over lies on the nearest intruder that it may
     lie on, as a duplicate: if all others were taken away it would be its one track.
     """
-    there = np.flatnonzero(objects.present)
-    away_m = np.linalg.norm(answers.place_m[:, None, :2] - objects.place_m[None, there, :2], axis=2)
-    near = away_m <= RADIUS_M
-    boxes = answers.box_xyxy[:, None], objects.box_xyxy[None, there]
-    overlaps = overlaps_of(*boxes)
-    may = near & overlaps & objects.judged[there]
+    away_m = np.linalg.norm(answers.place_m[:, None, :2] - objects.place_m[None, :, :2], axis=2)
+    near = objects.present & (away_m <= RADIUS_M)
+    overlaps = overlaps_of(answers.box_xyxy[:, None], objects.box_xyxy[None])
+    may = near & overlaps & objects.judged
     target, first = np.full(len(may), -1), np.zeros(len(may), dtype=bool)
     if may.any():
-        kept = answers.identity[:, None] == latest[there]
+        kept = answers.identity[:, None] == latest
         worth = np.where(may, _KEPT * kept + 2.0 - away_m / RADIUS_M, 0.0)
-        rows, columns = linear_sum_assignment(-worth)
+        rows, columns = linear_sum_assignment(worth, maximize=True)
         paired = may[rows, columns]
-        target[rows[paired]], first[rows[paired]] = there[columns[paired]], True
+        target[rows[paired]], first[rows[paired]] = columns[paired], True
         spare = may.any(axis=1) & ~first
-        target[spare] = there[np.where(may, away_m, np.inf)[spare].argmin(axis=1)]
-    at_it = _inside(answers.position_px, objects.box_xyxy[there]) | (_shared(*boxes) >= _AT_IT_IOU)
-    pairs = np.argwhere(overlaps & objects.seen[there])
-    pairs[:, 1] = there[pairs[:, 1]]
-    return Matches(target, first, (target < 0) & (near | at_it).any(axis=1), pairs)
+        target[spare] = np.where(may, away_m, np.inf)[spare].argmin(axis=1)
+    # Points of no extent overlap what they lie in.
+    larger_xyxy = objects.box_xyxy + _AT_IT_PX * np.array([-1.0, -1.0, 1.0, 1.0])
+    inside = overlaps_of(np.tile(answers.position_px, 2)[:, None], larger_xyxy[None])
+    at_it = inside | (intersections_over_union(answers.box_xyxy, objects.box_xyxy) >= _AT_IT_IOU)
+    excused = (target < 0) & (near | at_it & objects.present).any(axis=1)
+    return Matches(target, first, excused, overlaps & objects.seen)
 
 
 def overlaps_of(a_xyxy: NDArray[np.float64], b_xyxy: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -94,17 +95,60 @@ def overlaps_of(a_xyxy: NDArray[np.float64], b_xyxy: NDArray[np.float64]) -> NDA
     return np.asarray((sides > 0).all(axis=-1) | inside.all(axis=-1))
 
 
-def _shared(a_xyxy: NDArray[np.float64], b_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the intersection over union (...) of boxes (..., 4)."""
-    sides = np.minimum(a_xyxy[..., 2:], b_xyxy[..., 2:]) - np.maximum(a_xyxy[..., :2], b_xyxy[..., :2])
-    shared = np.maximum(sides, 0.0).prod(axis=-1)
-    areas = [(each[..., 2:] - each[..., :2]).prod(axis=-1) for each in (a_xyxy, b_xyxy)]
-    union = areas[0] + areas[1] - shared
-    return np.divide(shared, union, out=np.zeros_like(shared), where=union > 0)
+class Answered(NamedTuple):
+    """The answer on one frame: tracks, their matches, and the causes (F,) of those on nothing, see ``Clutter``."""
+
+    answers: Answers
+    matches: Matches
+    causes: NDArray[np.uint8]
 
 
-def _inside(points_px: NDArray[np.float64], boxes_xyxy: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return (M, P) whether points lie in boxes that are ``_AT_IT_PX`` larger on each side."""
-    points = points_px[:, None]
-    low, high = boxes_xyxy[None, :, :2] - _AT_IT_PX, boxes_xyxy[None, :, 2:] + _AT_IT_PX
-    return np.asarray(((points >= low) & (points <= high)).all(axis=-1))
+def confident(objects: Sequence[Objects], frames: Sequence[Answered], least: float) -> list[Answered]:
+    """Return the frames as if only tracks with a confidence of at least ``least`` had been answered."""
+    matcher, kept = Matcher(), []
+    for there, each in zip(objects, frames, strict=True):
+        sure = each.answers.confidence >= least
+        answers = each.answers.only(sure)
+        kept.append(Answered(answers, matcher.match(there, answers), each.causes[sure[each.matches.false]]))
+    return kept
+
+
+class History(NamedTuple):
+    """The R tracks of all frames, in order of frames.
+
+    Attributes:
+        frame: (R,). identity: (R,) numbered from 0.
+        answers, matches: of all R tracks. cause: (F,) of those that lie on nothing, see ``Clutter.causes``.
+    """
+
+    frame: NDArray[np.int64]
+    identity: NDArray[np.int64]
+    answers: Answers
+    matches: Matches
+    cause: NDArray[np.uint8]
+
+    @property
+    def names(self) -> int:
+        """A number that no identity reaches, at least 1."""
+        return int(self.identity.max(initial=0)) + 1
+
+    def on_nothing(self) -> NDArray[np.bool_]:
+        """Return (R,) the rows of identities that lie on nothing more often than not."""
+        told = np.bincount(self.identity, minlength=self.names)
+        false = np.bincount(self.identity[self.matches.false], minlength=self.names)
+        return np.asarray((2 * false > told)[self.identity])
+
+    def false_tracks(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+        """Return frames, identities and confidences (F,) of the tracks that lie on nothing."""
+        false = self.matches.false
+        return self.frame[false], self.identity[false], self.answers.confidence[false]
+
+
+def history_of(frames: Sequence[Answered]) -> History:
+    """Return the tracks of all frames as rows."""
+    answers, matches, causes = zip(*frames, strict=True)
+    joined = Answers._make(map(np.concatenate, zip(*answers, strict=True)))
+    frame = np.repeat(np.arange(len(frames)), [len(each.identity) for each in answers])
+    _, identity = np.unique(joined.identity, return_inverse=True)
+    matched = Matches._make(map(np.concatenate, zip(*matches, strict=True)))
+    return History(frame, identity, joined, matched, np.concatenate(causes))

@@ -9,8 +9,7 @@ import numpy as np
 
 from benchmarks.contract.metric import Mean
 from benchmarks.contract.rows import Row
-from benchmarks.judges.harbour.few_pictures import TAUGHT_BY_FEW
-from benchmarks.judges.harbour.suite import CURVE, FOUND, MANY_ALARMS
+from benchmarks.judges.harbour.suite import CURVE, FOUND
 from benchmarks.judges.harbour.visits import SEEABLE
 from benchmarks.show.charts import Chart, Curve, curve_of, curves_of, found_at_alarms
 from benchmarks.show.pictures import EventPicture, ShownEvent
@@ -18,7 +17,6 @@ from benchmarks.show.showing import Showing
 from benchmarks.show.video.harbour import HarbourDrawing
 from benchmarks.statistics.bootstrap import Interval, interval_of
 from benchmarks.statistics.pooling import Froc
-from scenarios import catalog
 
 _ALARMS = np.geomspace(0.1, 500.0, 75)
 _CONTRASTS = SEEABLE * 2.0 ** np.arange(-2, 12)
@@ -35,14 +33,8 @@ _CAPTION = (
 )
 
 
-def charts(run: Mapping[str, Sequence[Row]]) -> list[Chart]:
-    """Return the FROC curves, detection by contrast to noise, and by number of pictures.
-
-    Trackers that learn from few pictures stand in the chart about these alone.
-    """
-    few = {each.name for each in TAUGHT_BY_FEW.values()}
-    drawn = {name: rows for name, rows in run.items() if name not in few}
-    pictures = {name: curve for name in drawn if (curve := by_pictures(run, name)) is not None}
+def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
+    """Return the FROC curves, and detection by contrast to noise."""
     return [
         Chart(
             title="How many false alarms does a find cost?",
@@ -63,15 +55,6 @@ def charts(run: Mapping[str, Sequence[Row]]) -> list[Chart]:
             x_scale="log",
             y_label="found",
         ),
-        Chart(
-            title="How many pictures does it take?",
-            words="Detection rate, mean over the logarithm of the false alarms from 1 to 100 an hour, of trackers that "
-            "get so many pictures without intruders.",
-            curves=pictures,
-            x_label="pictures without intruders",
-            x_scale="log",
-            y_label="area under the FROC curve",
-        ),
     ]
 
 
@@ -83,16 +66,6 @@ def by_contrast(rows: Sequence[Row]) -> Curve | None:
         return interval_of(Mean(FOUND), [row for row in both if low <= row["event"]["contrast_to_noise"] < high])
 
     return curve_of((float(np.sqrt(low * high)), found(low, high)) for low, high in itertools.pairwise(_CONTRASTS))
-
-
-def by_pictures(drawn: Mapping[str, Sequence[Row]], tracker: str) -> Curve | None:
-    """Return the area under the FROC curve against the number of pictures; None if it is known for one number."""
-    first = drawn[tracker][0]
-    all_pictures = catalog.scenario(first["scenario"]).presets[first["preset"]].background
-    names = {count: each.name for (of, count), each in TAUGHT_BY_FEW.items() if of == tracker and count < all_pictures}
-    counts = sorted({**names, all_pictures: tracker}.items())
-    curve = curve_of((float(count), interval_of(MANY_ALARMS.statistic, drawn.get(name, ()))) for count, name in counts)
-    return curve if curve is not None and len(curve.x) > 1 else None
 
 
 def first_visit(rows: Sequence[Row]) -> ShownEvent | None:

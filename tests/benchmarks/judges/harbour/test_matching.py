@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.judges.harbour.answers import Answers, Objects, answers_of, objects_of
-from benchmarks.judges.harbour.chance import DRAWS, chance_levels
-from benchmarks.judges.harbour.history import Answered, rows_of
-from benchmarks.judges.harbour.matching import RADIUS_M, Matcher, match_frame
+from benchmarks.judges.harbour.found import DRAWS, chance_levels
+from benchmarks.judges.harbour.matching import RADIUS_M, Answered, Matcher, history_of, match_frame
 from benchmarks.judges.harbour.streaks import RUNNING, streaks
 from sim.optics import project
 from tests.benchmarks.judges.harbour.hand_made import CAMERA, POSE, Intruder, standing, track, truth_of
@@ -140,11 +139,9 @@ def test_chance_is_what_is_counted_draw_by_draw(seed: int) -> None:
         answers = answers_of(said, CAMERA, POSE)
         nobody = objects_of(truth_of([], k))
         answered.append(Answered(answers, Matcher().match(nobody, answers), np.zeros(2, np.uint8)))
-    history = rows_of([objects_of(truth_of([], k)) for k in range(frames)], answered)
-    judged, place, box = (
-        np.array([getattr(each, name) for each in objects]) for name in ("judged", "place_m", "box_xyxy")
-    )
-    found = chance_levels(history, judged, place[..., :2], box, np.random.default_rng(seed))
+    everywhere = Objects._make(map(np.array, zip(*objects, strict=True)))
+    judged, place, box = everywhere.judged, everywhere.place_m, everywhere.box_xyxy
+    found = chance_levels(history_of(answered), everywhere, np.random.default_rng(seed))
     shifts = np.random.default_rng(seed).integers(1, frames, DRAWS)
     for draw, shift in enumerate(shifts.tolist()):
         for n in range(2):

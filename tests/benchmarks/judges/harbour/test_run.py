@@ -54,7 +54,7 @@ def rows_of(out: Path) -> list[dict[str, Any]]:
 @pytest.mark.heavy
 def test_rows_are_those_of_metrics(out: Path) -> None:
     needed = {each.name for metric in suite("harbour").metrics for each in metric.statistic.of}
-    drawn = {"region_depth_m", "region_width_m", "region_height_m", "frames"}
+    drawn = {"region_depth_m", "region_width_m", "region_height_m", "found_unseen", "frames"}
     assert {row["metric"] for row in rows_of(out)} <= needed | drawn
 
 
