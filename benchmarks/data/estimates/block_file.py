@@ -1,10 +1,11 @@
 """One file of estimates: all that one tracker said in one episode, with what a judge has to know beside that.
 
 A file exists whole or not at all. Its bytes are the same for every run of the same code, but for the columns
-``cpu_s`` and ``wall_s``.
+``cpu_s`` and ``wall_s``. Numbers are stored as float64, exactly. A tracker may answer with others, e.g. float32, by
+which a judge's last digits differ, so a file also notes their types.
 
 For metrics of one's own, ``frameout bench --keep-estimates`` leaves a row for each track that a tracker said on each
-frame; the columns and their units are those of ``benchmarks.data.estimates.columns.SCHEMA``. The truth of the same
+frame; the columns and their units are those of ``SCHEMA``. The truth of the same
 frames is in the tables of a data set of the same scenario, preset and seeds, and nothing has to be run::
 
     from benchmarks.data.sets.data_set import DataSet
@@ -23,40 +24,96 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from bisect import bisect
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass, field
+from itertools import groupby
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args, get_type_hints
 from urllib.parse import quote
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.dataset
 import pyarrow.parquet as pq
 
 from benchmarks.contract.rows import ESTIMATES, BlockKey, Row, block_key
-from benchmarks.data.estimates.columns import (
-    AT_ONCE,
-    EXTRAPOLATED,
-    HINDSIGHT,
-    INTERPOLATED,
-    SCHEMA,
-    TIMES,
-    Types,
-    Values,
-    answer_of,
-    command_of,
-    table_of,
-    values_of,
-)
+from benchmarks.data.codec import field_of, plain
 from benchmarks.run.time_limit import Taken
+from scenarios.truth import Meaning
 from sim.checks import check
 from trackers.atomic_file import atomic_file
-from trackers.types import Answer, CameraCommand
+from trackers.gaps import Bridge
+from trackers.types import Answer, CameraCommand, CommandName, Estimate, Track
 
 FORMAT = 1
 """Number of the layout of a file; increment it with every change."""
 _FACTS = b"frameout_estimates"
 _ENDING = ".parquet"
+
+Values = dict[str, Any]
+"""Column -> value of one row; a column that is missing is null."""
+Types = dict[str, list[tuple[int, str]]]
+"""Column -> rows from which on its numbers are of another type, and that type; without the columns of float64."""
+
+AT_ONCE, HINDSIGHT, EXTRAPOLATED, INTERPOLATED = "at once", "hindsight", "extrapolated", "interpolated"
+_OBEYED = "obeyed_"
+
+_WORDS = {
+    **dict.fromkeys(("suite", "scenario", "preset", "renderer"), Meaning("word")),
+    "controller": Meaning("word", coding="steered the camera by the answers; null: a set path"),
+    "link": Meaning("word", coding="how commands reached the carrier; null in suites without links"),
+    "tracker": Meaning("word"),
+    "answer": Meaning(
+        "word",
+        coding="on the latest picture (at once), or after the last one (hindsight); or about a gap that the judge cut "
+        "into a target's track (extrapolated from before it, interpolated from both sides)",
+    ),
+    "kind": Meaning("word", coding="class of the target; null: not said"),
+}
+_WHOLE = {
+    "seed": Meaning("id", coding="the episode"),
+    "repeat": Meaning("id", coding="run of a tracker whose random numbers no seed reaches"),
+    "frame": Meaning("frames", coding="from 0 on"),
+    "track": Meaning("id", coding="place in the answer; null: an answer without any track, or no bridge of the gap"),
+    "gap": Meaning("id", coding="number of the judge's question, in its order; null: no gap"),
+    "identity": Meaning("id", coding="of the track; null from a tracker of one target"),
+}
+_OF_ESTIMATE = {
+    "position_px": Meaning("px", (2,), "centre, x right, y down from the top left corner; NaN: no estimate"),
+    "box_xyxy": Meaning("px", (4,), "x_min, y_min, x_max, y_max"),
+    "heading_rad": Meaning("rad", (), "in the picture, from +x towards +y"),
+    "in_view_probability": Meaning("fraction", (), "that the centre is in the picture and not hidden"),
+    "depth_m": Meaning("m", (), "along the camera's axis"),
+    "covariance_px": Meaning("px^2", (2, 2), "of a Gaussian about the position; row-major"),
+    "centre_line_px": Meaning("px", ("K", 2), "from head to tail; x, y, x, y …"),
+    "particles_px": Meaning("px", ("K", 2), "of the posterior of the position; x, y, x, y …"),
+    "weights": Meaning("fraction", ("K",), "of the particles; null: equal"),
+}
+_OF_TRACK = {
+    "size_m": Meaning("m", (3,), "length, width, height"),
+    "confidence": Meaning("fraction", (), "that the target exists and is the one of this identity"),
+}
+_COMMANDS = {
+    f"{_OBEYED}{name}": Meaning(unit, (), "command that the carrier obeyed before this frame; null: none")
+    for name, unit in zip(get_args(CommandName), ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s", "1/s"), strict=True)
+}
+TIMES = ("cpu_s", "wall_s")
+"""The only columns that differ from run to run, see ``time_limit.Taken``."""
+_TIMES = {
+    name: Meaning("s", (), f"{words} time of the answer; with hindsight: of all frames together; null: not measured")
+    for name, words in zip(TIMES, ("CPU", "wall"), strict=True)
+}
+_NUMBERS = {**_OF_ESTIMATE, **_OF_TRACK, **_COMMANDS, **_TIMES}
+_HINTS = {
+    **get_type_hints(Estimate),
+    **get_type_hints(Track),
+    **dict.fromkeys((*_COMMANDS, *_TIMES), float),
+    **dict.fromkeys(_WORDS, str),
+    **dict.fromkeys(_WHOLE, int),
+}
+SCHEMA = pa.schema([field_of(name, _HINTS[name], each) for name, each in (_WORDS | _WHOLE | _NUMBERS).items()])
+"""Columns of a file of estimates; lists hold arrays in row-major order."""
 
 
 @dataclass(frozen=True)
@@ -137,6 +194,121 @@ class Block:
     answered: list[Answered]
 
 
+def rows_of_answer(answer: Answer) -> list[Values]:
+    """Return a row for each track of an answer, copied; one without ``track`` if it has none."""
+    if isinstance(answer, Estimate):
+        return [{"track": 0, **_copies(answer, _OF_ESTIMATE)}]
+    rows = []
+    for place, each in enumerate(answer):
+        named = {"track": place, "identity": int(each.identity), "kind": each.kind}
+        rows.append({**named, **_copies(each.estimate, _OF_ESTIMATE), **_copies(each, _OF_TRACK)})
+    return rows or [{}]
+
+
+def rows_of_bridge(bridge: Bridge | None) -> list[Values]:
+    """Return a row for each frame of a bridge; one without ``track`` if there is none."""
+    if bridge is None:
+        return [{}]
+    covariances = [None] * len(bridge.position_px) if bridge.covariance_px is None else bridge.covariance_px
+    both = zip(bridge.position_px, covariances, strict=True)
+    return [{"track": 0, "position_px": _copy(place), "covariance_px": _copy(covariance)} for place, covariance in both]
+
+
+def row_of_command(command: CameraCommand | None) -> Values:
+    """Return the columns of an obeyed command."""
+    return {} if command is None else {name: _copy(getattr(command, name.removeprefix(_OBEYED))) for name in _COMMANDS}
+
+
+def row_of_time(taken: Taken | None) -> Values:
+    """Return the columns of a time; None = not measured."""
+    return dict(zip(TIMES, taken or (None, None), strict=True))
+
+
+def answer_of(rows: Sequence[Values], many: bool) -> Answer:
+    """Return the answer of one frame's rows: tracks of ``many`` targets, or the estimate of one."""
+    tracks = [row for row in rows if row["track"] is not None]
+    estimates = [Estimate(**{name: row[name] for name in _OF_ESTIMATE}) for row in tracks]
+    if not many:
+        return estimates[0]
+    return tuple(
+        Track(row["identity"], estimate, row["kind"], row["size_m"], row["confidence"])
+        for row, estimate in zip(tracks, estimates, strict=True)
+    )
+
+
+def command_of(row: Values) -> CameraCommand | None:
+    """Return the obeyed command of a row; None if there was none."""
+    values = {name.removeprefix(_OBEYED): row[name] for name in _COMMANDS}
+    return None if None in values.values() else CameraCommand(**values)
+
+
+def _time_of(row: Values) -> Taken | None:
+    return None if row["cpu_s"] is None else Taken(row["cpu_s"], row["wall_s"])
+
+
+def table_of(rows: Sequence[Values], constants: Mapping[str, Any]) -> tuple[pa.Table, Types]:
+    """Return rows as a table, with columns of one value in all of them, and the types of numbers."""
+    columns, types = [], {}
+    for column in SCHEMA:
+        values = [row.get(column.name) for row in rows]
+        if column.name in _NUMBERS:
+            changes = _types(values)
+            if changes not in ([], [(0, "<f8")]):
+                types[column.name] = changes
+            values = [None if value is None else plain(np.asarray(value, np.float64)[()]) for value in values]
+        elif column.name in constants:
+            values = [constants[column.name]] * len(rows)
+        columns.append(pa.array(values, column.type))
+    return pa.table(columns, schema=SCHEMA), types
+
+
+def values_of(table: pa.Table, types: Types) -> list[Values]:
+    """Return the rows of a table, numbers in their own types and shapes."""
+    columns = {
+        name: list(_restored(table[name], _NUMBERS[name], types.get(name) or [(0, "<f8")]))
+        if name in _NUMBERS
+        else table[name].to_pylist()
+        for name in table.column_names
+    }
+    return [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
+
+
+def _copies(source: Estimate | Track, names: Mapping[str, Meaning]) -> Values:
+    return {name: _copy(getattr(source, name)) for name in names}
+
+
+def _copy(value: Any) -> Any:
+    """Return numbers as an array of their own, since a tracker may use its arrays again."""
+    if value is None:
+        return None
+    array = np.array(value)
+    return array if array.dtype.kind in "fiub" else array.astype(float)
+
+
+def _types(values: Sequence[Any]) -> list[tuple[int, str]]:
+    """Return the rows from which on values are of another type; the first one counts from row 0 on."""
+    changes: list[tuple[int, str]] = []
+    for k, value in enumerate(values):
+        if value is not None and (not changes or changes[-1][1] != np.asarray(value).dtype.str):
+            changes.append((k if changes else 0, np.asarray(value).dtype.str))
+    return changes
+
+
+def _restored(column: pa.ChunkedArray, meaning: Meaning, changes: Sequence[tuple[int, str]]) -> Iterator[Any]:
+    firsts, kinds = [first for first, _ in changes], [np.dtype(kind) for _, kind in changes]
+    shape = [-1 if length == "K" else int(length) for length in meaning.shape]
+    for k, scalar in enumerate(column):
+        kind = kinds[bisect(firsts, k) - 1]
+        if not scalar.is_valid:
+            yield None
+        elif shape:
+            yield scalar.values.to_numpy(zero_copy_only=False).astype(kind).reshape(shape)
+        else:
+            number = kind.type(scalar.as_py())
+            # With a float32 a judge calculates in float32, with a number of Python's own it does not.
+            yield number if kind.kind == "f" and kind.itemsize < 8 else number.item()
+
+
 def path_of(folder: Path, key: BlockKey) -> Path:
     """Return the path of a block's file; the seed and the tracker are for people."""
     digest = hashlib.sha256("/".join(map(str, astuple(key))).encode()).hexdigest()[:12]
@@ -161,30 +333,25 @@ def is_kept(folder: Path, key: BlockKey, editions: dict[str, str] | None) -> boo
     return editions is not None and kept | {"judge": ""} == editions | {"judge": ""}
 
 
-def paths_in(directory: Path) -> list[Path]:
-    """Return all files in a folder of estimates. Raises ValueError if there are none."""
-    paths = sorted(directory.glob(f"[!.]*{_ENDING}"))
-    check("estimates", bool(paths), "files of `frameout bench --keep-estimates`", f"none in {str(directory)!r}")
-    return paths
-
-
 def scan(directory: Path | str) -> pyarrow.dataset.Dataset:
     """Return all estimates of a result folder as an Arrow dataset, which reads chosen columns and rows only.
 
     Raises:
         ValueError: if there are none, or a file is cut off.
     """
-    paths = [path for path, _ in facts_in(directory)]
-    return pyarrow.dataset.dataset([str(path) for path in paths], schema=SCHEMA, format="parquet")
+    return pyarrow.dataset.dataset(list(map(str, facts_in(directory))), schema=SCHEMA, format="parquet")
 
 
-def facts_in(directory: Path | str) -> list[tuple[Path, Facts]]:
+def facts_in(directory: Path | str) -> dict[Path, Facts]:
     """Return the files of a result folder's estimates and what each says of its block, e.g. where the tracker failed.
 
     Raises:
         ValueError: if there are none, or a file is cut off.
     """
-    return [(path, facts_of(path)) for path in paths_in(Path(directory) / ESTIMATES)]
+    folder = Path(directory) / ESTIMATES
+    paths = sorted(folder.glob(f"[!.]*{_ENDING}"))
+    check("estimates", bool(paths), "files of `frameout bench --keep-estimates`", f"none in {str(folder)!r}")
+    return {path: facts_of(path) for path in paths}
 
 
 def facts_of(path: Path) -> Facts:
@@ -204,58 +371,32 @@ def facts_of(path: Path) -> Facts:
     except FileNotFoundError:
         raise
     except (pa.ArrowException, OSError, json.JSONDecodeError, KeyError, TypeError) as error:
-        raise ValueError(f"{path}: expected a whole file of estimates, got {_one_line(error)}") from None
+        why = " ".join(f"{type(error).__name__}: {error}".split())
+        raise ValueError(f"{path}: expected a whole file of estimates, got {why}") from None
 
 
 def read_block(path: Path) -> Block:
-    """Return all of a file. Raises ValueError, see ``facts_of``, also if frames are missing."""
+    """Return all of a file. Raises ValueError, see ``facts_of``."""
     facts = facts_of(path)
-    try:
-        table = pq.read_table(path)
-    except (pa.ArrowException, OSError) as error:
-        raise ValueError(f"{path}: expected a whole file of estimates, got {_one_line(error)}") from None
-    rows = values_of(table, facts.types)
-    for name in ("suite", "scenario", "preset", "renderer", "tracker", "seed"):
-        others = {row[name] for row in rows} - {facts.heading[name]}
-        check(str(path), not others, f"rows of {name} {facts.heading[name]!r}", ", ".join(map(repr, others)))
-    answered: list[Answered] = []
-    first: list[Values] = []
+    # Rows of one answer, or of one gap, lie together.
+    together = groupby(
+        values_of(pq.read_table(path), facts.types),
+        lambda row: (row["repeat"], row["answer"], row["frame"] if row["gap"] is None else row["gap"]),
+    )
+    groups = [(repeat, answer, list(rows)) for (repeat, answer, _), rows in together]
+    answered = []
     for repeat, run in enumerate(facts.runs):
-        own = [row for row in rows if row["repeat"] == repeat]
-        at_once = _by("frame", (row for row in own if row["answer"] == AT_ONCE))
-        hindsight = _by("frame", (row for row in own if row["answer"] == HINDSIGHT))
-        for answers, wanted in ((at_once, True), (hindsight, run.revises)):
-            expected = list(range(facts.frame_count)) if wanted else []
-            what = f"answers on frames 0 to {facts.frame_count - 1}" if wanted else "no revised answers"
-            check(str(path), list(answers) == expected, what, f"answers on {len(answers)} frames")
-        gaps = _by("gap", (row for row in own if row["answer"] in (EXTRAPOLATED, INTERPOLATED)))
-        first = first or [each[0] for each in at_once.values()]
-        times, revision = (list(map(_taken, some.values())) for some in (at_once, hindsight))
+        own = [(answer, rows) for each, answer, rows in groups if each == repeat]
+        at_once, hindsight = ([rows for answer, rows in own if answer == wanted] for wanted in (AT_ONCE, HINDSIGHT))
+        times, revision = ([_time_of(rows[0]) for rows in some] for some in (at_once, hindsight))
         answered.append(
             Answered(
-                [answer_of(each, facts.many) for each in at_once.values()],
-                [answer_of(each, many=True) for each in hindsight.values()] if run.revises else None,  # type: ignore[misc]
-                list(gaps.values()),
+                [answer_of(rows, facts.many) for rows in at_once],
+                [answer_of(rows, many=True) for rows in hindsight] if run.revises else None,  # type: ignore[misc]
+                [rows for answer, rows in own if answer in (EXTRAPOLATED, INTERPOLATED)],
                 [taken for taken in times if taken is not None],
                 next((taken for taken in revision if taken is not None), Taken(0.0, 0.0)),
             )
         )
-    return Block(facts, [command_of(row) for row in first], answered)
-
-
-def _taken(rows: Sequence[Values]) -> Taken | None:
-    """Return the time of an answer; None = not measured."""
-    cpu_s, wall_s = (rows[0][name] for name in TIMES)
-    return None if cpu_s is None else Taken(cpu_s, wall_s)
-
-
-def _by(name: str, rows: Iterator[Values]) -> dict[int, list[Values]]:
-    """Return rows by the value of a column, in order."""
-    groups: dict[int, list[Values]] = {}
-    for row in rows:
-        groups.setdefault(row[name], []).append(row)
-    return groups
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(f"{type(error).__name__}: {error}".split())
+    commands = [command_of(rows[0]) for repeat, answer, rows in groups if (repeat, answer) == (0, AT_ONCE)]
+    return Block(facts, commands, answered)

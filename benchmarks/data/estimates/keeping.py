@@ -14,22 +14,11 @@ from typing import Any
 from benchmarks.contract.judging import Ending, Judge, Score, ScoreSheet
 from benchmarks.contract.rows import BlockKey, Row
 from benchmarks.contract.suite import suite
-from benchmarks.data.estimates.block_file import Facts, Run, is_kept, write_block
-from benchmarks.data.estimates.columns import (
-    AT_ONCE,
-    EXTRAPOLATED,
-    HINDSIGHT,
-    INTERPOLATED,
-    TIMES,
-    Values,
-    row_of_command,
-    rows_of_answer,
-    rows_of_bridge,
-)
+from benchmarks.data.estimates import block_file
+from benchmarks.data.estimates.block_file import AT_ONCE, EXTRAPOLATED, HINDSIGHT, INTERPOLATED, Facts, Run, Values
 from benchmarks.judges.tracker_speed import MS_PER_FRAME
 from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.jobs import CONTROLLER_FAILED_AT
-from benchmarks.run.time_limit import Taken
 from scenarios.scenario import Frame
 from trackers.gaps import Bridge, GapMethod, Piece, Surroundings
 from trackers.types import CameraCommand, Estimate
@@ -47,7 +36,7 @@ class KeepingJudge:
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
-        self._commands.append(row_of_command(command))
+        self._commands.append(block_file.row_of_command(command))
         self._judge.see(frame, command)
 
     def sheet(self) -> ScoreSheet:
@@ -62,28 +51,26 @@ class KeepingJudge:
             trackers: tracker and its guard, in the order of the sheets.
         """
         for block in blocks:
-            runs = [
-                (sheet, guard)
-                for sheet, (name, guard) in zip(self._sheets, trackers, strict=True)
-                if name == block[0]["tracker"]
-            ]
-            unnaming = (*_OF_SCORES, suite(block[0]["suite"]).events.key)
+            heading = block[0]
+            judged = zip(self._sheets, trackers, strict=True)
+            runs = [(sheet, guard) for sheet, (name, guard) in judged if name == heading["tracker"]]
+            unnaming = (*_OF_SCORES, suite(heading["suite"]).events.key)
             failed = [row["value"] for row in block if row["metric"] == CONTROLLER_FAILED_AT]
             facts = Facts(
-                heading={key: value for key, value in block[0].items() if key not in unnaming},
-                editions=block[0]["editions"],
+                heading={key: value for key, value in heading.items() if key not in unnaming},
+                editions=heading["editions"],
                 many=runs[0][0].many,
                 frame_count=len(self._commands),
                 controller_failed_at=int(failed[0]) if failed else None,
                 runs=[sheet.run(guard) for sheet, guard in runs],
             )
             timed = {row["repeat"] for row in block if row["metric"] == MS_PER_FRAME}
-            rows = (
+            rows = [
                 {"repeat": repeat, **row}
                 for repeat, (sheet, guard) in enumerate(runs)
                 for row in sheet.rows(self._commands, guard if repeat in timed else None)
-            )
-            write_block(folder, list(rows), facts)
+            ]
+            block_file.write_block(folder, rows, facts)
 
 
 @dataclass(frozen=True)
@@ -96,7 +83,7 @@ class Estimates:
 
     def is_kept(self, folder: Path, key: BlockKey, editions: dict[str, str] | None) -> bool:
         """See ``Keeper``."""
-        return is_kept(folder, key, editions)
+        return block_file.is_kept(folder, key, editions)
 
 
 @dataclass
@@ -112,7 +99,7 @@ class _KeepingSheet:
     def keep(self, frame: Frame, answer: Any) -> None:
         """See ``ScoreSheet``."""
         self.many = not isinstance(answer, Estimate)
-        self._answers.append(rows_of_answer(answer))
+        self._answers.append(block_file.rows_of_answer(answer))
         self.sheet.keep(frame, answer)
 
     def scores(self, ending: Ending) -> Iterable[Score]:
@@ -123,44 +110,35 @@ class _KeepingSheet:
 
     def run(self, guard: GuardedTracker) -> Run:
         """Return how it went."""
-        ending = self._ending
         return Run(
-            ending.failed_at_frame,
-            guard.failed_at_frame,
-            guard.reason,
-            ending.decides_at,
-            ending.revised is not None,
-            ending.new_gap_method is not None,
+            failed_at_frame=self._ending.failed_at_frame,
+            failed_in_the_end=guard.failed_at_frame,
+            reason=guard.reason,
+            decides_at=self._ending.decides_at,
+            revises=self._ending.revised is not None,
+            bridges=self._ending.new_gap_method is not None,
         )
 
     def rows(self, commands: Sequence[Values], timed: GuardedTracker | None) -> Iterator[Values]:
         """Yield all that it said, with the times of ``timed``."""
         # No time is taken of the first frame.
-        times = {} if timed is None else dict(enumerate(timed.taken, start=1))
+        taken = [None, *timed.taken] if timed else []
         for frame, (command, tracks) in enumerate(zip(commands, self._answers, strict=True)):
-            for row in tracks:
-                yield {"answer": AT_ONCE, "frame": frame, **row, **command, **_seconds(times.get(frame))}
-        revision = None if timed is None else timed.revision
+            seconds = block_file.row_of_time(taken[frame] if frame < len(taken) else None)
+            yield from ({"answer": AT_ONCE, "frame": frame, **row, **command, **seconds} for row in tracks)
+        seconds = block_file.row_of_time(timed.revision if timed else None)
         for frame, answer in enumerate(self._ending.revised or ()):
-            for row in rows_of_answer(answer):
-                yield {"answer": HINDSIGHT, "frame": frame, **row, **_seconds(revision)}
+            for row in block_file.rows_of_answer(answer):
+                yield {"answer": HINDSIGHT, "frame": frame, **row, **seconds}
         yield from self._gaps
-
-
-def _seconds(taken: Taken | None) -> Values:
-    """Return the columns of a time; None = not measured."""
-    return dict(zip(TIMES, taken or (None, None), strict=True))
 
 
 class _KeepingGapMethod:
     """Another method that keeps what it is asked and answers, see ``GapMethod``."""
 
     def __init__(self, method: GapMethod, kept: list[Values]) -> None:
-        self._method, self._kept = method, kept
-
-    def learn(self, pieces: Sequence[Piece]) -> None:
-        """See ``GapMethod``."""
-        self._method.learn(pieces)
+        self._kept, self._method = kept, method
+        self.learn = method.learn
 
     def extrapolate(self, past: Piece, count: int, around: Surroundings) -> Bridge | None:
         """See ``GapMethod``."""
@@ -172,7 +150,6 @@ class _KeepingGapMethod:
 
     def _keep(self, answer: str, first: int, bridge: Bridge | None) -> Bridge | None:
         gap = self._kept[-1]["gap"] + 1 if self._kept else 0
-        rows = [{}] if bridge is None else rows_of_bridge(bridge.position_px, bridge.covariance_px)
-        for k, row in enumerate(rows):
-            self._kept.append({"answer": answer, "gap": gap, "frame": first + k, **row})
+        rows = enumerate(block_file.rows_of_bridge(bridge), start=first)
+        self._kept.extend({"answer": answer, "gap": gap, "frame": frame, **row} for frame, row in rows)
         return bridge

@@ -19,11 +19,11 @@ import numba
 import numpy as np
 
 from benchmarks.contract.judging import Ending, Score, ScoreSheet
-from benchmarks.contract.rows import ESTIMATES, FILE_NAME, REAL, BlockKey, Row, block_key, read_blocks
+from benchmarks.contract.rows import FILE_NAME, REAL, BlockKey, Row, block_key, read_blocks
 from benchmarks.contract.suite import suite
-from benchmarks.data.estimates.block_file import Block, Facts, facts_of, paths_in, read_block
-from benchmarks.data.estimates.columns import EXTRAPOLATED, INTERPOLATED, Values
+from benchmarks.data.estimates.block_file import EXTRAPOLATED, INTERPOLATED, Block, Facts, Values, facts_in, read_block
 from benchmarks.data.sets.benchmark import benchmark_of, stored_specs
+from benchmarks.data.sets.request import Request
 from benchmarks.judges.tracker_speed import times
 from benchmarks.run.editions import judge_edition, preset_edition
 from benchmarks.run.episodes import simulated
@@ -65,17 +65,11 @@ def rejudge(directory: Path, data: str | None, workers: int, modules: tuple[str,
             made on frames that the present code does not make.
     """
     load_modules(modules)
-    paths = paths_in(directory / ESTIMATES)
-    facts = {path: facts_of(path) for path in paths}
+    facts = facts_in(directory)
     old = read_blocks(directory) if (directory / FILE_NAME).is_file() else {}
+    request = None if data is None else benchmark_of(data)
     for path, each in facts.items():
-        key = each.key
-        check("estimates", key.scenario != REAL, "ones of simulated episodes", f"those of {key.scenario} {key.preset}")
-        _check_scene(path, each)
-        if old:
-            _check_rows(path, each, old)
-    if data is not None:
-        _check_data(data, facts)
+        _check(str(path), each, old, request)
     calls = (joblib.delayed(_judged)(group, data, modules) for group in _groups(facts))
     done = new = 0
     for blocks in joblib.Parallel(n_jobs=max(workers, 1), return_as="generator", batch_size=1)(calls):
@@ -88,36 +82,29 @@ def rejudge(directory: Path, data: str | None, workers: int, modules: tuple[str,
                 append_block(directory, block)
                 new += 1
         done += len(blocks)
-        progress(done, len(paths))
+        progress(done, len(facts))
     return Rejudged(done - new, new, tidy(directory))
 
 
-def _check_scene(path: Path, facts: Facts) -> None:
-    key = facts.key
-    now, made = preset_edition(key.scenario, key.preset), facts.editions.get("scene")
-    check(str(path), made == now, f"estimates on frames of the scene's present edition, {now}", f"ones of {made}")
-
-
-def _check_rows(path: Path, facts: Facts, old: dict[BlockKey, list[Row]]) -> None:
-    key = facts.key
-    named = f"suite {key.suite}, {key.scenario} {key.preset}, seed {key.seed}, tracker {key.tracker}"
-    check(str(path), key in old, f"estimates of a block of rows in {FILE_NAME}", named)
-    editions = old[key][0]["editions"]
-    other = sorted(name for name in editions if name != "judge" and editions[name] != facts.editions.get(name))
-    check(str(path), not other, f"estimates of the editions that made the rows in {FILE_NAME}", f"another {other}")
-
-
-def _check_data(data: str, facts: dict[Path, Facts]) -> None:
-    request = benchmark_of(data)
-    for path, each in facts.items():
-        key = each.key
+def _check(path: str, facts: Facts, old: dict[BlockKey, list[Row]], request: Request | None) -> None:
+    """Raise ValueError for estimates of other episodes than the rows or the data set."""
+    key, editions = facts.key, facts.editions
+    check("estimates", key.scenario != REAL, "ones of simulated episodes", f"those of {key.scenario} {key.preset}")
+    now, made = preset_edition(key.scenario, key.preset), editions.get("scene")
+    check(path, made == now, f"estimates on frames of the scene's present edition, {now}", f"ones of {made}")
+    if old:
+        named = f"suite {key.suite}, {key.scenario} {key.preset}, seed {key.seed}, tracker {key.tracker}"
+        check(path, key in old, f"estimates of a block of rows in {FILE_NAME}", named)
+        of_rows = old[key][0]["editions"]
+        other = sorted(name for name in of_rows if name != "judge" and of_rows[name] != editions.get(name))
+        check(path, not other, f"estimates of the editions that made the rows in {FILE_NAME}", f"another {other}")
+    if request is not None:
         for name in ("scenario", "preset", "renderer"):
             own, theirs = getattr(key, name), getattr(request, name)
-            check(str(path), own == theirs, f"estimates of {name} {theirs}, which the data set has", own)
-        seeds = request.seeds
-        within = key.seed in range(*seeds)
-        check(str(path), within, f"a seed of {seeds[0]}:{seeds[1]}, which the data set has", key.seed)
-        check(str(path), key.controller == "", "a set path, as of stored pictures", f"one steered by {key.controller}")
+            check(path, own == theirs, f"estimates of {name} {theirs}, which the data set has", own)
+        first, end = request.seeds
+        check(path, first <= key.seed < end, f"a seed of {first}:{end}, which the data set has", key.seed)
+        check(path, key.controller == "", "a set path, as of stored pictures", f"one steered by {key.controller}")
 
 
 def _groups(facts: dict[Path, Facts]) -> list[list[Path]]:
@@ -163,15 +150,14 @@ def _rows(block: Block, sheets: Sequence[ScoreSheet]) -> list[Row]:
     for repeat, (run, answered, sheet) in enumerate(zip(facts.runs, block.answered, sheets, strict=True)):
         gaps = partial(RecalledGapMethod, iter(answered.gaps)) if run.bridges else None
         ending = Ending(run.failed_at_frame, answered.revised, gaps, run.decides_at)
-        scores += [(repeat, score) for score in sheet.scores(ending)]
-        scores += [(repeat, score) for score in times(answered.taken, answered.revision, facts.frame_count)]
+        own = [*sheet.scores(ending), *times(answered.taken, answered.revision, facts.frame_count)]
         if run.failed_in_the_end is not None:
-            scores.append((repeat, Score(FAILED_AT, float(run.failed_in_the_end))))
-    judging = suite(facts.key.suite)
-    judge = judge_edition(judging)
-    ending_columns = {"seconds": None, "editions": facts.editions | {"judge": judge}}
+            own.append(Score(FAILED_AT, float(run.failed_in_the_end)))
+        scores += [(repeat, score) for score in own]
     if facts.controller_failed_at is not None:
         scores.append((0, Score(CONTROLLER_FAILED_AT, float(facts.controller_failed_at))))
+    judging = suite(facts.key.suite)
+    ending_columns = {"seconds": None, "editions": facts.editions | {"judge": judge_edition(judging)}}
     return block_of(judging, facts.heading, scores, facts.frame_count, ending_columns)
 
 
@@ -200,10 +186,11 @@ class RecalledGapMethod:
     def _answer(self, answer: str, first: int, count: int) -> Bridge | None:
         rows = next(self._gaps, [])
         asked = bool(rows) and (rows[0]["answer"], rows[0]["frame"]) == (answer, first)
-        none = asked and rows[0]["track"] is None
+        is_none = asked and rows[0]["track"] is None
         wanted = f"an answer to the gap of {count} frames from frame {first} on, {answer}"
-        check("estimates", none or (asked and len(rows) == count), wanted, "none, since the judge asked otherwise then")
-        if none:
+        fits = is_none or (asked and len(rows) == count)
+        check("estimates", fits, wanted, "none, since the judge asked otherwise then")
+        if is_none:
             return None
-        covariance_px = None if rows[0]["covariance_px"] is None else np.array([row["covariance_px"] for row in rows])
-        return Bridge(np.array([row["position_px"] for row in rows]), covariance_px)
+        place_px, covariance_px = ([row[name] for row in rows] for name in ("position_px", "covariance_px"))
+        return Bridge(np.array(place_px), None if covariance_px[0] is None else np.array(covariance_px))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.data.estimates.columns import (
+from benchmarks.data.estimates.block_file import (
     SCHEMA,
     answer_of,
     command_of,
