@@ -49,9 +49,8 @@ def test_the_notebook_is_small_and_has_its_pictures() -> None:
 
 
 @pytest.mark.heavy
-def test_the_robot_is_in_the_picture_and_does_not_pass_through_the_wall(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_robot_is_in_the_picture_and_does_not_pass_through_the_wall() -> None:
     pytest.importorskip("pybullet")
-    monkeypatch.syspath_prepend(str(NOTEBOOK.parent))
     driven = importlib.import_module("a_robot_in_the_building").drive()
     assert driven.way_m[60:, 0].max() > driven.way_m[0, 0] + 1.0, "it drives"
     # Its bumper is 0.5 m ahead of its middle.

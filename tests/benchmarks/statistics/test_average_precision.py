@@ -65,7 +65,7 @@ def test_each_true_box_is_found_once_by_the_surest() -> None:
 @given(st.integers(0, 2**32 - 1))
 def test_it_is_that_of_pycocotools(seed: int) -> None:
     pytest.importorskip("pycocotools", reason="pycocotools is not installed")
-    from benchmarks.learning.examples.detections import average_precision as by_coco
+    from detections import average_precision as by_coco
 
     rng = np.random.default_rng(seed)
     pictures: list[tuple[Array, Array]] = []

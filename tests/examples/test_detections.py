@@ -12,7 +12,7 @@ from tests.benchmarks.data.sets.hand_made import FRAMES, HandMadeEpisode
 
 pytest.importorskip("pycocotools", reason="pycocotools is not installed")
 
-from benchmarks.learning.examples.detections import average_precision, cars_seen
+from detections import average_precision, cars_seen
 
 CAR, OTHER = [10.0, 10.0, 30.0, 22.0], [50.0, 40.0, 62.0, 60.0]
 NONE = np.empty((0, 5))

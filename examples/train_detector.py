@@ -6,19 +6,19 @@ flight? AP is 0.91 with 20 towns, 0.72 with as many frames of one (`--seed` 0 to
     G="frameout generate road-town --preset quick --rate-hz 3 --channels image_rgb instance_map"
     $G --frame-count 64 --seeds 0:20 --out sets/towns; $G --frame-count 1280 --seeds 0:1 --out sets/town
     $G --frame-count 64 --seeds 900:916 --out sets/unseen
-    python -m benchmarks.learning.examples.train_detector --unseen sets/unseen --data sets/towns  # or sets/town
+    python examples/train_detector.py --unseen sets/unseen --data sets/towns  # or sets/town
 """
 
 from __future__ import annotations
 
 import torch
 import tyro
+from detections import average_precision, cars_seen
 from torch import Tensor, nn
 from torch.nn.functional import logsigmoid, max_pool2d
 from torch.utils.data import DataLoader, RandomSampler
 
 from benchmarks.data.sets.data_set import DataSet, Samples
-from benchmarks.learning.examples.detections import average_precision, cars_seen
 from scenarios.scenario import Frame
 
 CELL_PX = 4
