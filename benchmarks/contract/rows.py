@@ -108,7 +108,7 @@ Rows of suite ``stereo`` about the whole episode but its first frame: ``right_fr
 frames), ``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m``
 (frames with a right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
 ``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, the times,
-``failed_at_frame``, ``frames``. ``metrics.disparity``, the same for all trackers of the same pictures, on every tenth
+``failed_at_frame``, ``frames``. ``stereo.disparity``, the same for all trackers of the same pictures, on every tenth
 pair whose right picture is not lost, over pixels that both cameras see:
 ``disparity_error_px_GROUP`` (median absolute error, at full size), ``disparity_bad_1_GROUP``, ``disparity_bad_3_GROUP``
 (shares of the known disparities with a larger error) and ``disparity_density_GROUP`` (share of pixels that have one).

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -28,15 +27,6 @@ def _describe(losses: Sequence[dict[str, Any]]) -> str:
     return f"{counted(len(losses), 'loss', 'losses')} of {lengths_text(lengths)}, {never} of them to the end"
 
 
-EVENTS = EventWords(
-    name="losses",
-    key="event",
-    # Losses depend on the controller, so trackers are compared over whole episodes only.
-    tests={},
-    describe=_describe,
-)
-
-
 _WITHOUT_PICTURES = TuningEpisodes(seeds=range(64), fresh=8)
 """Without pictures episodes are cheap; those that check the best setting have pictures."""
 
@@ -47,7 +37,7 @@ _STEPS = "every frame but the first"
 _DAT = "DAT_Benchmark, 2025"
 _AD_VAT = "AD-VAT: Zhong et al., 2019; UnrealZoo: Zhong et al., 2025"
 _EVT = "EVT-Bench (TrackVLA), 2025"
-_PEOPLE = "episodes with a person as the target"
+_RATE_HZ = Quantity("rate_hz", 0, inf, "", OWN, (Loss,))
 
 
 def _metric(
@@ -57,11 +47,16 @@ def _metric(
     better: Better = "higher",
     unit: str = "fraction",
     *,
-    high: float = 1.0,
     conditions: str = _STEPS,
     source: str = OWN,
 ) -> Metric:
+    high = 1.0 if unit == "fraction" else inf
     return Metric(name, summary, unit, better, Mean(Quantity(name, 0, high, conditions, source, (defined_by,))))
+
+
+def _evt(name: str, summary: str, better: Better = "higher") -> Metric:
+    about = "episodes with a person as the target"
+    return _metric(name, f"EVT-Bench: {summary}", following.person_following, better, conditions=about, source=_EVT)
 
 
 COMPARED = (
@@ -81,11 +76,7 @@ COMPARED = (
         f"never = {LONGEST_SEARCH_FRAMES} frames (Kaplan-Meier, restricted)",
         "s",
         "lower",
-        RestrictedMean(
-            LONGEST_SEARCH_FRAMES,
-            *recovery_times("losses: over 1 s out of view", Loss),
-            Quantity("rate_hz", 0, inf, "", OWN, (Loss,)),
-        ),
+        RestrictedMean(LONGEST_SEARCH_FRAMES, *recovery_times("losses: over 1 s out of view", Loss), _RATE_HZ),
     ),
     _metric(
         "wrong_target_rate",
@@ -105,16 +96,9 @@ COMPARED = (
         following.jerkiness_per_s,
         "lower",
         "1",
-        high=inf,
     ),
 )
 """Metrics of whole episodes in comparisons."""
-
-_EVT_METRICS: tuple[tuple[str, str, Better], ...] = (
-    ("evt_success_rate", "episodes that end in the picture and within 3 m, never lost", "higher"),
-    ("evt_tracking_rate", "steps in the picture and within 3 m, none after a loss", "higher"),
-    ("evt_collision_rate", "episodes that end with the camera nearer than 0.5 m", "lower"),
-)
 
 FOLLOW = Suite(
     name="follow",
@@ -142,21 +126,16 @@ FOLLOW = Suite(
             "DAT_Benchmark: sum of tanh(4 p³)",
             following.dat_cumulative_reward,
             unit="1",
-            high=inf,
             source=_DAT,
         ),
         _metric(
-            "dat_tsr",
-            "DAT_Benchmark: steps with the target's centre in the picture",
-            following.dat_tsr,
-            source=_DAT,
+            "dat_tsr", "DAT_Benchmark: steps with the target's centre in the picture", following.dat_tsr, source=_DAT
         ),
         _metric(
             "episode_length_steps",
             "AD-VAT, UnrealZoo: steps until it was out of view for 2 simulated seconds, or to the end",
             following.episode_length_steps,
             unit="steps",
-            high=inf,
             source=_AD_VAT,
         ),
         _metric(
@@ -166,10 +145,9 @@ FOLLOW = Suite(
             conditions="the first 500 steps of an episode, or all",
             source=_AD_VAT,
         ),
-        *(
-            _metric(name, f"EVT-Bench: {words}", following.person_following, better, conditions=_PEOPLE, source=_EVT)
-            for name, words, better in _EVT_METRICS
-        ),
+        _evt("evt_success_rate", "episodes that end in the picture and within 3 m, never lost"),
+        _evt("evt_tracking_rate", "steps in the picture and within 3 m, none after a loss"),
+        _evt("evt_collision_rate", "episodes that end with the camera nearer than 0.5 m", "lower"),
         *in_view.IN_VIEW,
         *SPEED,
     ),
@@ -185,7 +163,8 @@ FOLLOW = Suite(
     ),
     compared=tuple(metric.name for metric in COMPARED),
     tuned_for={"time_in_view": 1.0, "effort": -0.1},
-    events=replace(EVENTS, episodes=COMPARED),
+    # Losses depend on the controller, so trackers are compared over whole episodes only.
+    events=EventWords("losses", "event", tests={}, describe=_describe, episodes=COMPARED),
     silence="no estimate for its controller; only where the camera looks is scored",
     references=(ORACLE,),
     key_columns=("controller", "tracker"),

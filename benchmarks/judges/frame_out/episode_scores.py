@@ -123,10 +123,7 @@ def offscreen_scores(truth: TruthSeries, estimate: EstimateSeries, error_m: NDAr
 
 
 def in_view_scores(
-    truth: TruthSeries,
-    estimate: EstimateSeries,
-    on_target: NDArray[np.bool_],
-    failed_at_frame: int | None,
+    truth: TruthSeries, estimate: EstimateSeries, on_target: NDArray[np.bool_], failed_at_frame: int | None
 ) -> Iterator[Score]:
     """Yield the scores in pixels: the target's presence, VOT-LT's curves, and OTB's scores of the frames in view."""
     present, absent = in_view.present_and_absent(truth.state, truth.visible_fraction)

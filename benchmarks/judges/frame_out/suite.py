@@ -165,9 +165,7 @@ FRAME_OUT = Suite(
         ),
         _in_pictures("centre_error_px", "centre error on frames in view", localisation.centre_error_px, "px"),
         _in_pictures(
-            "precision_20_px",
-            "frames in view with a centre error of at most 20 px (OTB)",
-            localisation.centre_error_px,
+            "precision_20_px", "frames in view with a centre error of at most 20 px (OTB)", localisation.centre_error_px
         ),
         _in_pictures("success_auc", "area under the success curve (OTB)", localisation.success_curve),
         TIME_SEEN,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,7 @@ from benchmarks.judges.stereo.metrics import people
 from benchmarks.judges.stereo.metrics.people import PeopleSeries
 from benchmarks.judges.stereo.metrics.people_events import OCCLUSION, PeopleEvent, find_events
 from scenarios.scenario import Episode, Frame, Scenario
-from scenarios.stereo_follow.truth import StereoTruth
+from scenarios.stereo_follow.truth import PeopleTruth, StereoTruth
 from scenarios.truth import without_pixels
 from trackers.types import CameraCommand, Estimate
 
@@ -27,14 +27,13 @@ class StereoJudge:
     """See ``benchmarks.contract.judging.Judge``."""
 
     def __init__(self, episode: Episode, scenario: Scenario) -> None:
-        self._rate_hz, self._closed_loop = episode.rate_hz, episode.closed_loop
-        self._target = scenario.target
+        self.closed_loop, self.disparity = episode.closed_loop, DisparityMeasurement(scenario.target)
+        self._rate_hz, self._target = episode.rate_hz, scenario.target
         self._truths: list[StereoTruth] = []
-        self._disparity = DisparityMeasurement(scenario.target)
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
-        self._disparity.see(frame)
+        self.disparity.see(frame)
         self._truths.append(without_pixels(truth_as(frame.truth, StereoTruth)))
 
     def sheet(self) -> StereoSheet:
@@ -43,18 +42,18 @@ class StereoJudge:
 
     @cached_property
     def truth(self) -> PeopleSeries:
-        """Truth of the whole episode."""
-        return people.people_series(self._truths, self._truths[0].index_of(self._target), self._rate_hz)
-
-    @cached_property
-    def events(self) -> list[PeopleEvent]:
-        """Events of the whole episode."""
-        return find_events(self.truth)
-
-    def scores(self, given: NDArray[np.bool_], place_m: NDArray[np.float64]) -> Iterator[Score]:
-        """Yield the scores of one tracker, see ``people.outcomes``, and those of the episode itself."""
-        yield from score_episode(self.truth, self.events, given, place_m, closed_loop=self._closed_loop)
-        yield from self._disparity.scores()
+        """Truth of the whole episode; the number of people is constant."""
+        truths, target = self._truths, self._truths[0].index_of(self._target)
+        return people.PeopleSeries(
+            rate_hz=self._rate_hz,
+            target=target,
+            ground_m=np.array([truth.T_world_object[:, :2, 3] for truth in truths]),
+            visible_fraction=np.array([truth.visible_fraction[target] for truth in truths]),
+            out=np.array([truth.state[target] == "out" for truth in truths]),
+            place=np.array([truth.place for truth in truths]),
+            light_event=np.array([truth.light_event or "" for truth in truths]),
+            near_person=np.array([isinstance(truth, PeopleTruth) and truth.near_person for truth in truths]),
+        )
 
 
 class StereoSheet:
@@ -74,17 +73,14 @@ class StereoSheet:
 
     def scores(self, ending: Ending) -> Iterator[Score]:
         """See ``ScoreSheet``. After a failure there are no answers: a miss where the target is seen."""
-        yield from self._judge.scores(np.array(self._given), np.array(self._place_m))
+        given, place_m, judge = np.array(self._given), np.array(self._place_m), self._judge
+        yield from score_episode(judge.truth, given, place_m, closed_loop=judge.closed_loop)
+        yield from judge.disparity.scores()
         yield Score("silent_frames", float(self._silent_frames))
 
 
 def score_episode(
-    truth: PeopleSeries,
-    events: Sequence[PeopleEvent],
-    given: NDArray[np.bool_],
-    place_m: NDArray[np.float64],
-    *,
-    closed_loop: bool,
+    truth: PeopleSeries, given: NDArray[np.bool_], place_m: NDArray[np.float64], *, closed_loop: bool
 ) -> Iterator[Score]:
     """Yield all scores of one tracker in one episode.
 
@@ -92,15 +88,21 @@ def score_episode(
         given: (F,) there is an answer. place_m: (F, 2) its place on the ground, NaN without one.
     """
     outcome = people.outcomes(truth, given, place_m)
+    found = outcome == people.Outcome.RIGHT
     other = people.on_other(truth, np.where(given[:, None], place_m, np.nan))
-    for event in events:
+    for event in find_events(truth):
         if event.kind == OCCLUSION:
-            yield from _occlusion_scores(event, outcome, other, closed_loop)
+            judged = recovery.judge_recovery(
+                event, found, other, window_frames=OCCLUSION_WINDOW_FRAMES, closed_loop=closed_loop
+            )
+            if judged is not None:
+                yield Score("recovered", float(judged.recovered), event=event)
+                yield Score("locked_on_wrong_person", float(judged.locked_on_other), event=event)
+            yield from recovery.time_scores(event, found, closed_loop=closed_loop)
         else:
             yield from _count_scores(outcome[event.first_frame : event.end_frame], event)
     yield from _count_scores(outcome[1:])
     error_m = people.position_error_m(truth, given, place_m)
-    found = outcome == people.Outcome.RIGHT
     for metric, among in (("position_error_m", truth.seen), ("position_error_found_m", found)):
         yield Score(metric, float(error_m[among].mean()) if among.any() else None, float(among.sum()))
     yield Score("outcome_by_frame", outcome.astype(float).tolist())
@@ -115,20 +117,3 @@ def _count_scores(outcome: NDArray[np.int64], event: PeopleEvent | None = None) 
         yield Score(f"{about}{name}_frames", float(count), event=event)
     share = float(people.on_wrong_person(outcome).mean()) if len(outcome) else None
     yield Score(f"{about}wrong_person_rate", share, float(len(outcome)), event)
-
-
-def _occlusion_scores(
-    occlusion: PeopleEvent,
-    outcome: NDArray[np.int64],
-    on_other: NDArray[np.int64],
-    closed_loop: bool,
-) -> Iterator[Score]:
-    """Yield the outcome of an occlusion, if it can be judged, and the time to recover."""
-    found = outcome == people.Outcome.RIGHT
-    judged = recovery.judge_recovery(
-        occlusion, found, on_other, window_frames=OCCLUSION_WINDOW_FRAMES, closed_loop=closed_loop
-    )
-    if judged is not None:
-        yield Score("recovered", float(judged.recovered), event=occlusion)
-        yield Score("locked_on_wrong_person", float(judged.locked_on_other), event=occlusion)
-    yield from recovery.time_scores(occlusion, found, closed_loop=closed_loop)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import inf
+from typing import Any
 
-from benchmarks.contract.metric import OWN, Mean, Metric, Quantity
+from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity, Statistic
 from benchmarks.contract.suite import Scene, Suite, register_suite
 from benchmarks.judges.recovery import Recovery, recovery_times
 from benchmarks.judges.stereo.events import EVENTS
@@ -17,26 +18,38 @@ from benchmarks.statistics.pooling import RestrictedMean, detection_f1_of, f_of,
 
 _COUNTED = "frames but the first on which the person is seen at all"
 _OCCLUSIONS = "occlusions with at least 10 frames of the episode after half of the person is seen again"
+_SEEN = "frames but the first with at least a tenth of the person seen"
 
-COUNTS = [
-    Quantity(f"{kind}_frames", 0, inf, _COUNTED, "paper B; detection_f1: Frameout", (people,))
+
+def _quantity(name: str, conditions: str, *defined_by: Any, high: float = 1, source: str = OWN) -> Quantity:
+    return Quantity(name, 0, high, conditions, source, defined_by)
+
+
+_COUNTS = [
+    _quantity(f"{kind}_frames", _COUNTED, people, high=inf, source="paper B; detection_f1: Frameout")
     for kind in ("right", "wrong", "missed")
 ]
 _EVENT_COUNTS = [
-    Quantity(f"event_{each.name}", 0, inf, f"{_COUNTED}, of the event", OWN, (people, PeopleEvent)) for each in COUNTS
+    _quantity(f"event_{each.name}", f"{_COUNTED}, of the event", people, PeopleEvent, high=inf) for each in _COUNTS
 ]
-_WRONG_IN_EVENT = Quantity("event_wrong_person_rate", 0, 1, "frames of the event", OWN, (people.on_other, PeopleEvent))
-_RECOVERED = Quantity("recovered", 0, 1, _OCCLUSIONS, OWN, (PeopleEvent, Recovery))
+_WRONG = _quantity("wrong_person_rate", "every frame but the first", people.on_other)
+_WRONG_IN_EVENT = _quantity("event_wrong_person_rate", "frames of the event", people.on_other, PeopleEvent)
+_RECOVERED = _quantity("recovered", _OCCLUSIONS, PeopleEvent, Recovery)
+_LOCKED = _quantity("locked_on_wrong_person", _OCCLUSIONS, people.on_other, Recovery)
+_TIMES = recovery_times("occlusions after which half of the person is seen again", PeopleEvent, Recovery)
+
+
+def _share(name: str, summary: str, statistic: Statistic, better: Better = "higher") -> Metric:
+    return Metric(name, summary, "fraction", better, statistic)
 
 
 def _error(name: str, summary: str, high: float, conditions: str) -> Metric:
-    quantity = Quantity(name, 0, high, conditions, OWN, (people.position_error_m,))
-    return Metric(name, summary, "m", "lower", Mean(quantity))
+    return Metric(name, summary, "m", "lower", Mean(_quantity(name, conditions, people.position_error_m, high=high)))
 
 
 def event_f1(name: str, summary: str, kind: str | None) -> Metric:
     """Return the F1 over the frames of the events of a kind, None = of all that are compared."""
-    return Metric(name, summary, "fraction", "higher", detection_f1_of(*_EVENT_COUNTS, kind=kind))
+    return _share(name, summary, detection_f1_of(*_EVENT_COUNTS, kind=kind))
 
 
 STEREO = Suite(
@@ -48,42 +61,20 @@ STEREO = Suite(
     quick_preset="quick",
     judge=StereoJudge,
     metrics=(
-        Metric(
+        _share(
             "detection_f1",
             "F1 with a wrong answer as a false positive and a miss: 2 A / (2 A + 2 B + C)",
-            "fraction",
-            "higher",
-            detection_f1_of(*COUNTS),
+            detection_f1_of(*_COUNTS),
         ),
-        Metric(
-            "precision",
-            "A / (A + B), the share of answers within 0.5 m of the target",
-            "fraction",
-            "higher",
-            precision_of(*COUNTS),
-        ),
-        Metric(
-            "recall",
-            "A / (A + C), C = frames with the target visible and no answer",
-            "fraction",
-            "higher",
-            recall_of(*COUNTS),
-        ),
-        Metric(
-            "f_measure", "2 P R / (P + R) as in paper B: a wrong answer is no miss", "fraction", "higher", f_of(*COUNTS)
-        ),
-        Metric(
-            "wrong_person_rate",
-            "frames on another person",
-            "fraction",
-            "lower",
-            Mean(Quantity("wrong_person_rate", 0, 1, "every frame but the first", OWN, (people.on_other,))),
-        ),
+        _share("precision", "A / (A + B), the share of answers within 0.5 m of the target", precision_of(*_COUNTS)),
+        _share("recall", "A / (A + C), C = frames with the target visible and no answer", recall_of(*_COUNTS)),
+        _share("f_measure", "2 P R / (P + R) as in paper B: a wrong answer is no miss", f_of(*_COUNTS)),
+        _share("wrong_person_rate", "frames on another person", Mean(_WRONG), "lower"),
         _error(
             "position_error_m",
             "error on frames on which the target is seen, at most 5 m; 5 m without an answer",
             people.WORST_ERROR_M,
-            "frames but the first with at least a tenth of the person seen",
+            _SEEN,
         ),
         _error(
             "position_error_found_m",
@@ -91,38 +82,30 @@ STEREO = Suite(
             people.RIGHT_WITHIN_M,
             "frames with a right answer",
         ),
-        Metric(
+        _share(
             "occlusion_recovery_rate",
             "occlusions after which the tracker is on the target within 10 frames",
-            "fraction",
-            "higher",
             Mean(_RECOVERED),
         ),
-        Metric(
+        _share(
             "wrong_after_occlusion_rate",
             "occlusions after which the tracker is locked on another person",
-            "fraction",
+            Mean(_LOCKED),
             "lower",
-            Mean(Quantity("locked_on_wrong_person", 0, 1, _OCCLUSIONS, OWN, (people.on_other, Recovery))),
         ),
         Metric(
             "time_to_recover_s",
             "mean time from half seen again to on the target, never = 60 frames (Kaplan-Meier, restricted)",
             "s",
             "lower",
-            RestrictedMean(
-                60,
-                *recovery_times("occlusions after which half of the person is seen again", PeopleEvent, Recovery),
-                Quantity("rate_hz", 0, inf, "", OWN, (people.PeopleSeries,)),
-            ),
+            RestrictedMean(60, *_TIMES, _quantity("rate_hz", "", people.PeopleSeries, high=inf)),
         ),
         *(event_f1(f"f1_after_{kind.replace(' ', '_')}", f"F1 in the 2 s after: {kind}", kind) for kind in LIGHT_KINDS),
-        Metric(
+        _share(
             "wrong_after_light_rate",
             "frames on another person, of those in the 2 s after a change of light",
-            "fraction",
-            "lower",
             Mean(_WRONG_IN_EVENT, kind="light"),
+            "lower",
         ),
         event_f1("f1_near_person", "F1 on frames with another person within 1.5 m of the camera and in view", NEAR),
         event_f1("f1_no_near_person", "F1 on frames without one", NOBODY_NEAR),
@@ -143,9 +126,9 @@ STEREO = Suite(
     events=replace(
         EVENTS,
         compared=(
-            Metric("recovered", "on the target within 10 frames", "fraction", "higher", Mean(_RECOVERED)),
+            _share("recovered", "on the target within 10 frames", Mean(_RECOVERED)),
             event_f1("detection_f1", "F1 over its frames", None),
-            Metric("wrong_person_rate", "its frames on another person", "fraction", "lower", Mean(_WRONG_IN_EVENT)),
+            _share("wrong_person_rate", "its frames on another person", Mean(_WRONG_IN_EVENT), "lower"),
         ),
     ),
     silence="no answer; it is a miss where at least a tenth of the person is seen",

@@ -15,14 +15,13 @@ are ranked by the F1 of detection, in which a wrong answer is a false positive a
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.stereo_follow.truth import PeopleTruth, StereoTruth
+from scenarios.stereo_follow.truth import StereoTruth
 from sim.optics import rays
 from trackers.types import CameraModel, Estimate
 
@@ -72,28 +71,9 @@ class PeopleSeries:
     near_person: NDArray[np.bool_]
 
     @property
-    def frame_count(self) -> int:
-        """Number of frames F."""
-        return len(self.place)
-
-    @property
     def seen(self) -> NDArray[np.bool_]:
         """(F,) at least a tenth of the target is seen, on a frame that counts."""
-        return (self.visible_fraction >= SEEN_AT_LEAST) & (np.arange(self.frame_count) > 0)
-
-
-def people_series(truths: Sequence[StereoTruth], target: int, rate_hz: float) -> PeopleSeries:
-    """Return the truth of an episode as arrays; the number of people is constant."""
-    return PeopleSeries(
-        rate_hz=rate_hz,
-        target=target,
-        ground_m=np.array([truth.T_world_object[:, :2, 3] for truth in truths]),
-        visible_fraction=np.array([truth.visible_fraction[target] for truth in truths]),
-        out=np.array([truth.state[target] == "out" for truth in truths]),
-        place=np.array([truth.place for truth in truths]),
-        light_event=np.array([truth.light_event or "" for truth in truths]),
-        near_person=np.array([isinstance(truth, PeopleTruth) and truth.near_person for truth in truths]),
-    )
+        return (self.visible_fraction >= SEEN_AT_LEAST) & (np.arange(len(self.place)) > 0)
 
 
 def answers(estimate: Estimate) -> bool:
@@ -109,22 +89,17 @@ def answered_place_m(estimate: Estimate, truth: StereoTruth, camera: CameraModel
     the person at that position counts. A position outside the picture or on the sky gives NaN.
     """
     position_px = np.asarray(estimate.position_px, dtype=float)
-    if not np.isfinite(position_px).all():
+    if estimate.depth_m is None:
+        height, width = truth.depth_m.shape
+        inside = ((position_px >= 0) & (position_px < (width, height))).all()
+        column, row = position_px.astype(int) if inside else (0, 0)
+        depth_m = float(truth.depth_m[row, column]) if inside else float("nan")
+    else:
+        depth_m = float(estimate.depth_m)
+    if not np.isfinite([*position_px, depth_m]).all():
         return np.full(2, np.nan)
-    depth_m = _true_depth_m(position_px, truth) if estimate.depth_m is None else float(estimate.depth_m)
-    if not np.isfinite(depth_m):
-        return np.full(2, np.nan)
-    place_m: NDArray[np.float64] = truth.T_world_camera[:3, 3] + depth_m * rays(
-        camera, truth.T_world_camera, position_px
-    )
-    return place_m[:2]
-
-
-def _true_depth_m(position_px: NDArray[np.float64], truth: StereoTruth) -> float:
-    column, row = np.floor(position_px)
-    height, width = truth.depth_m.shape
-    inside = 0 <= row < height and 0 <= column < width
-    return float(truth.depth_m[int(row), int(column)]) if inside else float("nan")
+    ray = rays(camera, truth.T_world_camera, position_px)
+    return (truth.T_world_camera[:3, 3] + depth_m * ray)[:2]
 
 
 def distances_m(truth: PeopleSeries, place_m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -157,7 +132,7 @@ def outcomes(truth: PeopleSeries, given: NDArray[np.bool_], place_m: NDArray[np.
     right = distances_m(truth, place_m)[:, truth.target] <= RIGHT_WITHIN_M
     other = on_other(truth, place_m) >= 0
     hidden = truth.visible_fraction == 0
-    outcome = np.full(truth.frame_count, int(Outcome.UNCOUNTED))
+    outcome = np.full(len(truth.place), int(Outcome.UNCOUNTED))
     outcome[~given & truth.seen] = Outcome.MISSED
     outcome[given & ~hidden] = Outcome.WRONG
     outcome[given & ~hidden & other] = Outcome.WRONG_PERSON

@@ -47,47 +47,34 @@ class PeopleEvent:
 
     def attributes(self) -> dict[str, Any]:
         """Return its attributes in rows; ``light`` is true for every change of light."""
-        values = asdict(self)
-        del values["watch_end_frame"]
+        values = {name: value for name, value in asdict(self).items() if name != "watch_end_frame"}
         return {**values, "light": self.kind in LIGHT_KINDS}
 
 
 def find_events(truth: PeopleSeries) -> list[PeopleEvent]:
     """Return the episode's events: occlusions, changes of light, and stretches with and without a person near.
 
-    Frame 0, which is given, is in no stretch. A frame within two seconds of two changes of light is in both.
+    An occlusion is a maximal run of at least 2 frames on which less than a tenth of the target is seen, which is in the
+    picture, at least in part. A change of light begins directly after another one, too; a frame within two seconds of
+    two of them is in both. Frame 0, which is given, is in no stretch.
     """
     found: list[PeopleEvent] = []
+    frame_count = len(truth.place)
+    counted = np.arange(frame_count) > 0
 
-    def add(kind: str, first: int, end: int, back: int | None = None, watch_end: int = truth.frame_count) -> None:
+    def add(kind: str, first: int, end: int, back: int | None = None, watch_end: int = frame_count) -> None:
         found.append(PeopleEvent(len(found), kind, first, end - first, back, watch_end, str(truth.place[first])))
 
-    occlusions = _occlusions(truth)
-    watch_ends = [*(first for first, _ in occlusions[1:]), truth.frame_count]
+    hidden = (truth.visible_fraction < SEEN_AT_LEAST) & ~truth.out & counted
+    occlusions = [(first, end) for first, end in runs(hidden) if end - first >= _SHORTEST_OCCLUSION_FRAMES]
+    watch_ends = [*(first for first, _ in occlusions[1:]), frame_count]
     for (first, end), watch_end in zip(occlusions, watch_ends, strict=False):
         back = np.flatnonzero(truth.visible_fraction[end:watch_end] >= MOSTLY_SEEN)
         add(OCCLUSION, first, end, end + int(back[0]) if len(back) else None, watch_end)
-    for kind, first in _lights(truth):
-        add(kind, first, min(first + round(_LIGHT_CHANGE_S * truth.rate_hz), truth.frame_count))
-    counted = np.arange(truth.frame_count) > 0
+    lights = truth.light_event
+    for first in np.flatnonzero((lights[1:] != "") & (lights[1:] != lights[:-1])).tolist():
+        add(str(lights[first + 1]), first + 1, min(first + 1 + round(_LIGHT_CHANGE_S * truth.rate_hz), frame_count))
     for kind, flags in ((NEAR, truth.near_person), (NOBODY_NEAR, ~truth.near_person)):
         for first, end in runs(flags & counted):
             add(kind, first, end)
     return found
-
-
-def _occlusions(truth: PeopleSeries) -> list[tuple[int, int]]:
-    """Return (first frame, end) of maximal runs of at least 2 frames on which less than a tenth of the target is seen.
-
-    The target is in the picture, at least in part.
-    """
-    counted = np.arange(truth.frame_count) > 0
-    hidden = (truth.visible_fraction < SEEN_AT_LEAST) & ~truth.out & counted
-    return [(first, end) for first, end in runs(hidden) if end - first >= _SHORTEST_OCCLUSION_FRAMES]
-
-
-def _lights(truth: PeopleSeries) -> list[tuple[str, int]]:
-    """Return (kind, frame) of frames on which a change of light begins, also directly after another one."""
-    events = truth.light_event
-    begins = (events[1:] != "") & (events[1:] != events[:-1])
-    return [(str(events[frame]), int(frame)) for frame in np.flatnonzero(begins) + 1]

@@ -20,15 +20,7 @@ from scenarios.stereo_follow.truth import LightEvent, PeopleTruth
 from sim.optics import project
 from tests.fakes_trackers import NoParameters
 from trackers.registry import register
-from trackers.types import (
-    CameraCommand,
-    CameraModel,
-    CameraRegisters,
-    CameraSettings,
-    Estimate,
-    Observation,
-    Start,
-)
+from trackers.types import CameraCommand, CameraModel, CameraRegisters, CameraSettings, Estimate, Observation, Start
 
 CAMERA = CameraModel(160, 120, 120.0, baseline_m=0.12)
 POSE = camera_pose(np.zeros(2), 0.0)

@@ -210,10 +210,7 @@ def test_the_page_shows_controllers_and_trackers(outcome: tuple[Outcome, Path]) 
     page = write_report(outcome[1]).read_text()
     text = re.sub(r"<[^>]+>", " ", page)
     assert f"<h1>{showing_of(FOLLOW).heading}</h1>" in page
-    for words in (
-        "How long is the target seen?",
-        *TRACKERS,
-    ):
+    for words in ("How long is the target seen?", *TRACKERS):
         assert words in text
     assert "fake_ours + fake_knowing minus each other controller, on the same seeds" in text
     assert "--link prompt --controllers" in text

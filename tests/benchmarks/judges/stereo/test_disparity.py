@@ -42,11 +42,7 @@ def frames(count: int, wrong_by_px: float = 0.0) -> list[Frame]:
     for _ in range(count):
         frame = episode.step()
         truth = replace(
-            frame.truth,
-            depth_m=depth_m,
-            right_depth_m=depth_m,
-            instance_map=instances,
-            T_world_right=POSE @ T_BESIDE,
+            frame.truth, depth_m=depth_m, right_depth_m=depth_m, instance_map=instances, T_world_right=POSE @ T_BESIDE
         )
         made.append(Frame(replace(frame.observation, image_rgb=left, right_rgb=right), truth))
     return made

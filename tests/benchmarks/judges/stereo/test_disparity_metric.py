@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 
-from benchmarks.judges.stereo.metrics.disparity import DisparityErrors, disparity_error_px, seen_by_both
+from benchmarks.judges.stereo.disparity import DisparityMeasurement, disparity_error_px, error_sums, seen_by_both
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.camera import StereoMount, draw_mount
 from tests.benchmarks.judges.follow.fake_follow import CAMERA, POSE, FakeFollow, FakeFollowEpisode
@@ -100,16 +100,23 @@ def test_a_shifted_disparity_is_off_by_its_shift_at_full_size(frame: Frame, shif
 
 def test_shares_are_those_of_all_pixels_and_medians_those_of_pictures() -> None:
     rng = np.random.default_rng(0)
-    errors = DisparityErrors()
-    assert (errors.median_px, errors.bad_1, errors.bad_3, errors.density) == (None,) * 4
     pictures = [rng.exponential(2.0, count) for count in (50, 400, 7)]
     pictures[1][rng.random(400) < 0.3] = np.nan
-    for picture in (*pictures, np.full(20, np.nan), np.empty(0)):
-        errors.add(picture)
+    measurement = DisparityMeasurement("target")
+    nothing = [np.full(20, np.nan), np.empty(0)]
+    measurement._sums = {"all": sum(map(error_sums, [*pictures, *nothing])), "target": sum(map(error_sums, nothing))}
+    found = {score.metric: (score.value, score.weight) for score in measurement.scores()}
     together = np.concatenate(pictures)
     known = together[~np.isnan(together)]
-    assert errors.density == pytest.approx(len(known) / (len(together) + 20))
-    assert errors.bad_1 == pytest.approx(np.mean(known > 1.0))
-    assert errors.bad_3 == pytest.approx(np.mean(known > 3.0))
+    medians = [np.nanmedian(each) for each in pictures]
     lengths = [np.isfinite(picture).sum() for picture in pictures]
-    assert errors.median_px == pytest.approx(np.average([np.nanmedian(each) for each in pictures], weights=lengths))
+    expected = {
+        "error_px": (np.average(medians, weights=lengths), len(known)),
+        "bad_1": (np.mean(known > 1.0), len(known)),
+        "bad_3": (np.mean(known > 3.0), len(known)),
+        "density": (len(known) / (len(together) + 20), len(together) + 20),
+    }
+    for name, value_and_weight in expected.items():
+        assert found[f"disparity_{name}_all"] == pytest.approx(value_and_weight)
+    assert found["disparity_error_px_target"] == (None, 0.0)
+    assert found["disparity_density_target"] == (0.0, 20.0)

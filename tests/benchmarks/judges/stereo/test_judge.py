@@ -10,7 +10,6 @@ import pytest
 from benchmarks.contract.judging import Score
 from benchmarks.judges.stereo.judge import score_episode
 from benchmarks.judges.stereo.metrics.people import PeopleSeries
-from benchmarks.judges.stereo.metrics.people_events import find_events
 from tests.benchmarks.judges.stereo.hand_made_people import OTHER_M, people_of
 
 RIGHT, AWAY, OTHER = (0.3, 0.0), (0.0, 3.0), OTHER_M
@@ -20,7 +19,7 @@ def scores_of(truth: PeopleSeries, places: list[Any], closed_loop: bool = False)
     """Score answers, one a frame; None = no answer."""
     given = np.array([place is not None for place in places])
     place_m = np.array([place or (0.0, 0.0) for place in places])
-    return list(score_episode(truth, find_events(truth), given, place_m, closed_loop=closed_loop))
+    return list(score_episode(truth, given, place_m, closed_loop=closed_loop))
 
 
 def values(scores: list[Score], metric: str, kind: str | None = None) -> list[Any]:

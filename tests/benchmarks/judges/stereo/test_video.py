@@ -138,10 +138,7 @@ def event(kind: str, first: int, length: int, back: int | None, index: int = 0) 
         ([(3, "near person", 1, 9, None)], None),
         ([(3, "lamp off", 20, 30, None), (2, "lamp off", 30, 30, None)], (2, [29, 40, 49, 59])),
         ([(1, "lamp off", 30, 30, None), (2, "occlusion", 20, 6, 28)], (2, [19, 22, 28, 38])),
-        (
-            [(1, "occlusion", 2, 2, 9), (2, "occlusion", 9, 6, None), (5, "occlusion", 44, 3, 47)],
-            (5, [43, 45, 47, 57]),
-        ),
+        ([(1, "occlusion", 2, 2, 9), (2, "occlusion", 9, 6, None), (5, "occlusion", 44, 3, 47)], (5, [43, 45, 47, 57])),
     ],
 )
 def test_the_event_to_look_at_is_found_by_a_rule(rows, found):
