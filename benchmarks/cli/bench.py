@@ -6,7 +6,6 @@ import inspect
 import json
 import sys
 import warnings
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
@@ -125,14 +124,11 @@ class Bench(WithModules):
             check_suites(suites, chosen, link=self.link, data=self.data, quick=self.quick)
         made = [self._run_suite(suite(name)) for name in self.suites]
         if self.csv is not None:
-            self._write_table(self.csv, [out for out, _ in made])
-        return 1 if any(failed for _, failed in made) else 0
+            from benchmarks.show.results import numbers_table
 
-    def _write_table(self, file: Path, folders: Sequence[Path]) -> None:
-        from benchmarks.show.results import numbers_table
-
-        rows = [row for folder in dict.fromkeys(folders) for row in read_rows(folder)]
-        write_atomic(file, numbers_table(rows).to_csv(index=False))
+            rows = [row for folder in dict.fromkeys(out for out, _ in made) for row in read_rows(folder)]
+            write_atomic(self.csv, numbers_table(rows).to_csv(index=False))
+        return int(any(failed for _, failed in made))
 
     def _run_suite(self, wanted: Suite) -> tuple[Path, bool]:
         """Return the folder, and whether a tracker failed."""

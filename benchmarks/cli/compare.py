@@ -21,7 +21,7 @@ from benchmarks.show.progress import console_of
 from benchmarks.show.tables import NO_NUMBER
 from benchmarks.statistics.bootstrap import Comparison
 from benchmarks.statistics.summary import by_attribute, label_of
-from sim.checks import check, check_choice, suggestion
+from sim.checks import check, check_choice
 from trackers.controllers.catalogue import POLICY
 
 
@@ -63,15 +63,14 @@ class Compare(WithModules):
         self._check_alike(first, second)
         found = by_attribute(first, second)
         check("second", bool(found), f"a tracker with episodes that {self.first} ran on", repr(self.second))
-        compared = list(dict.fromkeys(metric.name for _, metric, _, _ in found))
         for name in self.metric:
-            check_choice("metric", name, compared)
+            check_choice("metric", name, dict.fromkeys(metric.name for _, metric, _, _ in found))
         found = [each for each in found if not self.metric or each[1].name in self.metric]
         words = suite(judged).events
         if self.json:
             print(json.dumps([_as_data(words, *each) for each in found], indent=1))
-            return 0
-        console_of().print(self._table(words, found))
+        else:
+            console_of().print(self._table(words, found))
         return 0
 
     def _suite_of_both(self, first: list[Row], second: list[Row]) -> str:
@@ -88,30 +87,24 @@ class Compare(WithModules):
         """Raise ValueError for controllers' rows of several scenarios or links, for simulated beside real ones, and for
         recordings of one name that differ.
         """
-        kinds = {row["scenario"] == REAL for row in (*first, *second)}
+        rows = [*first, *second]
+        kinds = {row["scenario"] == REAL for row in rows}
         check("preset", len(kinds) == 1, "one of rows that are all real or all simulated", repr(self.preset))
         scenes: dict[tuple[str, int], set[str]] = {}
-        for row in (*first, *second) if kinds == {True} else ():
+        for row in rows if kinds == {True} else ():
             scenes.setdefault((row["preset"], row["seed"]), set()).add(row.get("editions", {}).get("scene", ""))
         other = sorted({preset for (preset, _), found in scenes.items() if len(found) > 1})
         check("directory", not other, "results on the same recordings", f"others called {', '.join(other)}")
-        for key in ("scenario", "link"):
-            values = sorted({row[key] for row in (*first, *second) if key in row})
-            if len(values) > 1 and suite(first[0]["suite"]).judges_controllers:
-                raise ValueError(f"directory: expected results of one {key}, got {', '.join(values)}")
+        for key in ("scenario", "link") if suite(first[0]["suite"]).judges_controllers else ():
+            values = sorted({row[key] for row in rows if key in row})
+            check("directory", len(values) <= 1, f"results of one {key}", ", ".join(values))
 
     def _rows(self, name: str) -> list[Row]:
         directory, tracker = self._place_of(name)
         rows = read_rows(directory)
-        known = sorted({label_of(row) for row in rows})
-        if tracker not in known:
-            near = suggestion(tracker, known)
-            raise ValueError(
-                f"tracker: expected one of {', '.join(known)} in {str(directory)!r}; got {tracker!r}{near}"
-            )
-        presets = sorted({row["preset"] for row in rows})
-        if self.preset is not None and self.preset not in presets:
-            raise ValueError(f"preset: expected one of {', '.join(presets)} in {str(directory)!r}; got {self.preset!r}")
+        check_choice("tracker", tracker, sorted({label_of(row) for row in rows}))
+        if self.preset is not None:
+            check_choice("preset", self.preset, sorted({row["preset"] for row in rows}))
         return [row for row in rows if label_of(row) == tracker and self.preset in (None, row["preset"])]
 
     def _place_of(self, name: str) -> tuple[Path, str]:
@@ -127,16 +120,16 @@ class Compare(WithModules):
             table.add_column(column, justify="right", no_wrap=column != "95 % interval")
         previous = None
         for attribute, metric, comparison, p_holm in found:
-            clear = comparison.ci_low > 0 or comparison.ci_high < 0
+            low, high, unit = comparison.ci_low, comparison.ci_high, metric.unit
             table.add_row(
                 attribute if attribute != previous else "",
                 f"{metric.name} ({'↑' if metric.better == 'higher' else '↓'})",
-                "points" if metric.unit == "fraction" else unit_sign(metric.unit),
-                number_text(comparison.difference, metric.unit, signed=True),
-                interval_text(comparison.ci_low, comparison.ci_high, metric.unit, signed=True) or NO_NUMBER,
+                "points" if unit == "fraction" else unit_sign(unit),
+                number_text(comparison.difference, unit, signed=True),
+                interval_text(low, high, unit, signed=True) or NO_NUMBER,
                 f"{p_holm:.4f}",
                 str(comparison.n),
-                style="bold" if clear else "",
+                style="bold" if low > 0 or high < 0 else "",
             )
             previous = attribute
         return table

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import importlib.metadata
-import json
 import sys
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, ONE_NAME, RATE, SIZE, WORKERS, Names, UsualSeeds, WithModules
+from benchmarks.cli.arguments import COUNT, ONE_NAME, RATE, SIZE, WORKERS, Names, Seeds, WithModules
 from benchmarks.contract.text import counted
 from benchmarks.run.editions import package_versions, preset_edition
 from benchmarks.run.packages import needs_data
@@ -21,9 +20,6 @@ from benchmarks.run.workers import cores
 from benchmarks.show.progress import progress_bar
 from scenarios import catalog
 from sim.checks import check
-
-if TYPE_CHECKING:
-    from benchmarks.data.sets.generating import Forecast
 
 
 @dataclass(frozen=True)
@@ -37,8 +33,7 @@ class Generate(WithModules):
         scenario: catalogue id, see `frameout list`; without a version the latest.
         out: folder, or URL such as s3://bucket/folder.
         preset: one of the scenario's, on a set path or with a camera at rest.
-        seeds: episodes A to B - 1, or A alone (default: 0:EPISODES).
-        episodes: number of episodes from seed 0 on, in place of `--seeds`.
+        seeds: episodes A to B - 1, or A alone.
         channels: names of the pictures and maps to store (default: all that the scenario has).
         pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless) or jpeg (quality 95).
         size: width and height of the pictures in pixels (default: the preset's). With another size, rate or number of
@@ -51,14 +46,12 @@ class Generate(WithModules):
         on_error: stop at the first episode that cannot be built, or skip it: the others are made, and the seeds that
             are left out are named at the end, in the data card and in manifest.json.
         dry_run: say how large the data set will be and how long it takes; make nothing.
-        json: print what was made as JSON.
     """
 
     scenario: Annotated[str, tyro.conf.Positional]
     out: str
+    seeds: Seeds
     preset: str = "standard"
-    seeds: UsualSeeds = None
-    episodes: Annotated[int | None, COUNT] = None
     channels: Names = ()
     pictures: str = "blosc2"
     size: Annotated[tuple[int, int] | None, SIZE] = None
@@ -69,7 +62,6 @@ class Generate(WithModules):
     address: Annotated[str | None, ONE_NAME] = None
     on_error: Literal["stop", "skip"] = "stop"
     dry_run: bool = False
-    json: bool = False
     resumes = True
 
     def run(self) -> int:
@@ -78,11 +70,11 @@ class Generate(WithModules):
         from benchmarks.data.sets.generating import Workers, forecast, generate
         from benchmarks.data.sets.request import Request, existing_channels
 
-        scenario, seeds = catalog.scenario(self.scenario), self._seeds()
+        scenario = catalog.scenario(self.scenario)
         request = Request(
             scenario.id,
             self.preset,
-            (seeds.start, seeds.stop),
+            (self.seeds.start, self.seeds.stop),
             (),
             self.pictures,
             check_renderer(self.renderer),
@@ -99,36 +91,21 @@ class Generate(WithModules):
         request = dataclasses.replace(request, channels=stored)
         workers = cores(self.workers)
         if self.dry_run:
-            return self._say(forecast(request, on_error=self.on_error), max(workers, 1))
+            told = forecast(request, on_error=self.on_error)
+            for name, size in told.bytes_a_frame.items():
+                print(f"{name:>20} {size / 1024:9.1f} KiB a frame")
+            minutes = told.seconds / max(workers, 1) / 60
+            print(f"{told.frames} frames, {told.bytes / 2**30:.2f} GiB, about {minutes:.1f} minutes")
+            return 0
         began = time.perf_counter()
         with progress_bar(f"{request.scenario} {request.preset}") as progress:
             makers = Workers(workers, self.address, self.modules)
             data = generate(request, self.out, makers, progress, self.on_error)
-        made: dict[str, Any] = {"episodes": len(data.seeds), "frames": len(data), "bytes": data.files.du(data.root)}
+        room = f"{len(data)} frames, {data.files.du(data.root) / 2**30:.2f} GiB"
         seconds = time.perf_counter() - began
-        size = f"{made['frames']} frames, {made['bytes'] / 2**30:.2f} GiB"
-        summary = f"{self.out}: {counted(made['episodes'], 'episode')}, {size}, {seconds:.0f} s"
-        made |= {"left_out": data.left_out} if data.left_out else {}
-        print(json.dumps({"out": self.out} | made | {"seconds": seconds}) if self.json else summary)
+        print(f"{self.out}: {counted(len(data.seeds), 'episode')}, {room}, {seconds:.0f} s")
         for seed, why in data.left_out.items():
             print(f"left out: seed {seed}: {why}", file=sys.stderr)
         if data.left_out:
             print(f"{counted(len(data.left_out), 'episode')} could not be built", file=sys.stderr)
-        return 0
-
-    def _seeds(self) -> range:
-        if (self.seeds is None) == (self.episodes is None):
-            raise ValueError("seeds: expected either --seeds A:B or --episodes N, got both or neither")
-        check("episodes", self.episodes is None or self.episodes > 0, "a whole number > 0", self.episodes)
-        return self.seeds or range(self.episodes or 0)
-
-    def _say(self, told: Forecast, workers: int) -> int:
-        """Print a forecast."""
-        seconds = told.seconds / workers
-        if self.json:
-            print(json.dumps({"frames": told.frames, "bytes": told.bytes, "seconds": seconds}))
-            return 0
-        for name, size in told.bytes_a_frame.items():
-            print(f"{name:>20} {size / 1024:9.1f} KiB a frame")
-        print(f"{told.frames} frames, {told.bytes / 2**30:.2f} GiB, about {seconds / 60:.1f} minutes")
         return 0

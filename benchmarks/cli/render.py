@@ -10,9 +10,8 @@ from typing import Annotated, Any
 import tyro
 
 from benchmarks.cli.arguments import COUNT, FILE, ONE_NAME, WithModules
-from benchmarks.contract.suite import suites
 from benchmarks.run.jobs import Job
-from benchmarks.run.selection import job_on, trackers_in
+from benchmarks.run.selection import job_on
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.showing import suite_shown, suite_watching
 from benchmarks.show.video.episode_video import render_episode
@@ -66,7 +65,6 @@ class Render(WithModules):
         with progress_bar(f"{scenario.id} {preset}, frames") as progress:
             failures = render_episode(job, out, frames=self.frames, scale=self.scale, progress=progress)
         print(out)
-        self._say_if_not_scored(job)
         for failure in failures:
             print(f"error: {failure}", file=sys.stderr)
         return 1 if failures else 0
@@ -82,13 +80,3 @@ class Render(WithModules):
             link = (self.link or "prompt") if shown.judges_controllers else None
         how: Any = {"controller": self.controller, "link": link, "renderer": self.renderer}
         return job_on(shown, scenario, preset, self.seed, trackers, repeats=1, **how)
-
-    def _say_if_not_scored(self, job: Job) -> None:
-        """Print a note where the tracker was made for another scene: it is drawn, but no suite scores it here."""
-        scenario = job.episode.scenario_id
-        about = [each for each in suites().values() if each.is_about(scenario)]
-        scored = {name for each in about for name in trackers_in(each, each.scene(scenario))}
-        for name, tracker in job.trackers.items():
-            if about and name not in scored:
-                of = f"of suite {', '.join(tracker.suites)}"
-                print(f"note: {name} is {of}; `frameout bench` does not score it on {scenario}", file=sys.stderr)

@@ -139,16 +139,6 @@ def test_render_draws_all_tracks_on_a_set_path_and_one_in_closed_loop(
             assert sum(1 for _ in video.decode(video=0)) == 4
 
 
-def test_render_says_that_a_tracker_was_made_for_another_scene(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    words = ["render", "toy-yard", "--preset", "quick", "--frames", "2", "--out", str(tmp_path / "x.mp4"), *MODULES]
-    note = "note: hold is of suite frame-out; `frameout bench` does not score it on toy-yard-v1"
-    for tracker, said in (("hold", [note]), ("warm_bodies", []), ("oracle_target", [])):
-        assert main([*words, "--tracker", tracker]) == 0
-        assert [line for line in capsys.readouterr().err.splitlines() if line.startswith("note:")] == said
-
-
 def test_follow_judges_the_steered_camera(tmp_path: Path) -> None:
     assert bench("follow", tmp_path, "--scenario", "toy-yard", "--workers", "0") == 0
     shares = {name: mean_of(tmp_path, "centring_error", controller=name) for name in ("centre", "hold")}
