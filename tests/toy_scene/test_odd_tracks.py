@@ -50,32 +50,22 @@ def lived(episode: YardEpisode, answers: Any) -> tuple[GuardedTracker, list[Any]
     return guard, said, scores
 
 
-def test_repeated_identities_are_a_failure_and_no_track_follows(episode: YardEpisode) -> None:
-    guard, said, scores = lived(episode, lambda k: [track(3), track(3 if k == 5 else 4)])
-    assert guard.failed_at_frame == 5
-    assert guard.reason == "ValueError: identity: expected each once in an answer, got 3 twice"
-    assert [len(tracks) for tracks in said] == [2] * 5 + [0] * 15
-    assert scores["false_tracks"] == pytest.approx(2 * 5 / 20)
-
-
-def test_a_failure_on_the_first_frame_leaves_no_box_behind(episode: YardEpisode) -> None:
-    """The start holds the box of one crate, which a tracker of many is not given."""
-    guard, said, scores = lived(episode, lambda k: 1 / 0)
-    assert guard.failed_at_frame == 0
-    assert said == [()] * 20
-    assert scores["found_rate"] == 0.0
-
-
-def test_one_estimate_is_no_answer_of_a_tracker_of_many(episode: YardEpisode) -> None:
-    guard, said, _ = lived(episode, lambda k: Estimate(np.array([1.0, 2.0])))
-    assert guard.reason == "ValueError: update: expected a sequence of Tracks, () without any, got Estimate"
-    assert said == [()] * 20
-
-
-def test_half_a_position_is_a_failure(episode: YardEpisode) -> None:
-    guard, _, _ = lived(episode, lambda k: [track(0, np.nan)])
-    assert guard.failed_at_frame == 0
-    assert "position_px: expected finite numbers" in str(guard.reason)
+@pytest.mark.parametrize(
+    ("answers", "frame", "reason"),
+    [
+        (lambda k: [track(3), track(3 if k == 5 else 4)], 5, "identity: expected each once in an answer, got 3 twice"),
+        # The start holds the box of one crate, which a tracker of many is not given.
+        (lambda k: 1 / 0, 0, "division by zero"),
+        (lambda k: Estimate(np.zeros(2)), 0, "update: expected a sequence of Tracks, () without any, got Estimate"),
+        (lambda k: [track(0, np.nan)], 0, "position_px: expected finite numbers"),
+    ],
+)
+def test_a_failure_is_named_and_no_track_follows(episode: YardEpisode, answers: Any, frame: int, reason: str) -> None:
+    guard, said, scores = lived(episode, answers)
+    assert guard.failed_at_frame == frame
+    assert reason in str(guard.reason)
+    assert [len(tracks) for tracks in said] == [2] * frame + [0] * (20 - frame)
+    assert scores["false_tracks"] == pytest.approx(2 * frame / 20)
 
 
 def test_a_track_of_nan_says_nothing_and_is_no_failure(episode: YardEpisode) -> None:

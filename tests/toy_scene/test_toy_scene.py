@@ -19,15 +19,17 @@ from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
 from benchmarks.contract.suite import Scene, add_scene, suite
 from benchmarks.judges.tracker_speed import TIMES
+from benchmarks.run.editions import own_code
+from benchmarks.run.episodes import editions_of, simulated
 from benchmarks.run.jobs import opened
-from benchmarks.run.selection import job_on
+from benchmarks.run.selection import job_on, tracker_named
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import suite_watching
 from scenarios import catalog
 from scenarios.loop import Loop
 from scenarios.truth import check_truth
 from tests.toy_scene import register
-from tests.toy_scene.scenario import CRATE_M, LENS, TOY_YARD, YardEpisode
+from tests.toy_scene.scenario import TOY_YARD, YardEpisode
 from trackers.belief.features import FEATURES
 from trackers.types import CameraCommand
 
@@ -89,6 +91,13 @@ def test_rows_are_the_same_bytes_whatever_the_workers(results: Path, tmp_path: P
     assert json.dumps(rows_of(results)) == json.dumps(rows_of(tmp_path))
 
 
+def test_editions_hold_the_content_of_a_scene_a_judge_and_a_tracker_of_other_packages() -> None:
+    made = editions_of(suite("toy-many"), simulated("toy-yard", "quick", 0), tracker_named("warm_bodies"))
+    for part in ("scene", "judge", "tracker"):
+        module = "scenario" if part == "scene" else part
+        assert made[part].endswith(f" {own_code(f'tests.toy_scene.{module}')}")
+
+
 @pytest.mark.heavy
 def test_compare_report_and_list_take_the_modules_too(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pair = ("warm_bodies", "warm_bodies_no_motion")
@@ -111,19 +120,6 @@ def test_compare_report_and_list_take_the_modules_too(results: Path, capsys: pyt
     assert {"hold", "centre"} <= {each["name"] for each in listed["controllers"] if each["carrier"] == "yard-head"}
     assert main(["list", *MODULES, "--reference"]) == 0
     assert "crate_found_rate" in capsys.readouterr().out
-
-
-@pytest.mark.heavy
-def test_commands_in_another_process_know_the_suite_by_the_modules_alone(results: Path) -> None:
-    shell = [sys.executable, "-m", "benchmarks.cli.main"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    for command in (["report", str(results)], ["compare", "warm_bodies", "warm_bodies", "--directory", str(results)]):
-        done = [
-            subprocess.run([*shell, *command, *more], cwd=ROOT, env=environment, capture_output=True, text=True)
-            for more in ((), MODULES)
-        ]
-        assert [each.returncode for each in done] == [2, 0], done[1].stderr
-        assert "suite: expected one of" in done[0].stderr
 
 
 def test_render_draws_all_tracks_on_a_set_path_and_one_in_closed_loop(
@@ -179,11 +175,6 @@ def test_pictures_of_one_band_are_observed_too() -> None:
     env.close()
 
 
-def test_the_env_says_that_there_is_no_hard_preset_to_grade() -> None:
-    with pytest.raises(ValueError, match=r"difficulty: expected None, as toy-yard-v1 has no preset hard, got 0.5"):
-        gym.make(ENV, difficulty=0.5)
-
-
 # The scene's contracts ------------------------------------------------------------------------------------------------
 
 
@@ -236,31 +227,9 @@ def test_what_is_shown_without_a_controller_fits_the_tracker() -> None:
     assert suite_watching("road-town-v2", "colour_pf").name == "frame-out"
 
 
-# Tracks that are odd, through the guarded loop ------------------------------------------------------------------------
-
-
-# The tracker ----------------------------------------------------------------------------------------------------------
-
-
 def test_replayed_instants_hold_every_track_and_target() -> None:
     job = job_on("toy-many", "toy-yard", "quick", 1, ("warm_bodies",))
     with opened(job) as live:
         instants = list(replay(live, scale=1.0, wanted=range(5), frame_count=5))
     assert [len(each.targets) for each in instants] == [2] * 5
     assert [[identity for identity, _ in each.estimates] for each in instants] == [["0", "1"]] * 5
-
-
-def test_the_head_turns_and_zooms_within_its_limits() -> None:
-    episode = TOY_YARD.episode("quick", 0, closed_loop=True)
-    before = episode.step().steered
-    after = episode.step(CameraCommand(pan_rad_s=50.0, tilt_rad_s=-0.5, zoom_per_s=0.5))
-    assert before is not None
-    assert after.steered is not None
-    ahead = [pose[:3, 2] for pose in (before.T_world_camera, after.steered.T_world_camera)]
-    # To the left by a tenth of the limit's radian, down by 0.05.
-    assert np.arctan2(ahead[1][1], ahead[1][0]) - np.arctan2(ahead[0][1], ahead[0][0]) == pytest.approx(0.1)
-    assert np.arcsin(ahead[1][2]) - np.arcsin(ahead[0][2]) == pytest.approx(-0.05)
-    assert after.observation.steered is not None
-    assert after.observation.steered.camera.focal_px == pytest.approx(LENS.focal_px * np.exp(0.05))
-    assert after.steered.size_m[0] == pytest.approx(CRATE_M)
-    episode.close()

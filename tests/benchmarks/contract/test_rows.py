@@ -10,21 +10,20 @@ from typing import Any
 
 import pytest
 
-from benchmarks.contract.rows import block_key, read, read_blocks, read_rows, rounded
+from benchmarks.contract.rows import read, read_blocks, read_rows, rounded
 from benchmarks.run.result_folder import append_block, tidy
 
 
 def block(tracker: str, seed: int, values: tuple[float, ...] = (1.0, 2.0)) -> list[dict[str, Any]]:
     """Return a whole block: some metrics, then ``frames``."""
-    heading = {
+    heading: dict[str, Any] = {
         "suite": "frame-out",
         "scenario": "s-v1",
         "preset": "p",
         "renderer": "raster",
         "controller": None,
-        "tracker": tracker,
-        "seed": seed,
     }
+    heading |= {"tracker": tracker, "seed": seed}
     rows = [{**heading, "metric": f"m{k}", "value": value} for k, value in enumerate(values)]
     return [*rows, {**heading, "metric": "frames", "value": 300.0}]
 
@@ -56,12 +55,6 @@ def test_a_block_without_its_last_row_is_refused_and_not_read(tmp_path: Path) ->
     lines = (tmp_path / "records.jsonl").read_text().splitlines(keepends=True)
     (tmp_path / "records.jsonl").write_text("".join(lines[:-1]))
     assert read_blocks(tmp_path) == {}
-
-
-def test_the_later_making_counts(tmp_path: Path) -> None:
-    append_block(tmp_path, block("a", 1, (1.0,)))
-    append_block(tmp_path, block("a", 1, (5.0,)))
-    assert [row["value"] for row in read_rows(tmp_path)] == [5.0, 300.0]
 
 
 def test_rewriting_leaves_one_whole_file(tmp_path: Path) -> None:
@@ -140,10 +133,6 @@ def test_a_full_disk_leaves_the_tidied_file_as_it_was(tmp_path: Path, monkeypatc
 def test_a_folder_without_records_is_named(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"directory: expected one that holds records.jsonl, got"):
         read_rows(tmp_path)
-
-
-def test_a_set_path_is_not_a_controller() -> None:
-    assert block_key(block("a", 1)[0]).controller == ""
 
 
 def test_values_are_short_and_finite() -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Callable
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,72 +15,43 @@ from trackers.registry import NoParameters, register
 from trackers.types import Estimate, Observation
 
 
-class Mortal:
-    """Ends on frame 5."""
-
-    Parameters = NoParameters
-
-    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
-        self._frame = 0
-
-    def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
-        """See ``Tracker``."""
-        self._box_xyxy = box_xyxy.copy()
-
-    def update(self, observation: Observation) -> Estimate:
-        """See ``Tracker``."""
-        self._frame += 1
-        if self._frame == 5:
-            self.end()
-        return Estimate(0.5 * (self._box_xyxy[:2] + self._box_xyxy[2:]), self._box_xyxy)
-
-    def end(self) -> None:
-        """Do not."""
+def _raise() -> None:
+    raise RuntimeError("no")
 
 
-@register("innocent", role="external", summary="does not end")
-class Innocent(Mortal):
-    """Goes on."""
+def _nothing() -> None:
+    """Do not end."""
 
 
-@register("exits", role="external", summary="ends its process")
-class Exits(Mortal):
-    """Leaves without a word."""
-
-    def end(self) -> None:
-        """See ``Mortal``."""
-        os._exit(3)
-
-
-@register("crashes", role="external", summary="crashes its process")
-class Crashes(Mortal):
-    """Is killed as by a fault in compiled code."""
-
-    def end(self) -> None:
-        """See ``Mortal``."""
-        os.kill(os.getpid(), signal.SIGSEGV)
+_ENDS: dict[str, tuple[Callable[[], Any], Callable[[], Any]]] = {
+    "innocent": (_nothing, _nothing),
+    "exits": (_nothing, lambda: os._exit(3)),
+    "crashes": (_nothing, lambda: os.kill(os.getpid(), signal.SIGSEGV)),
+    "raises": (_nothing, _raise),
+    "stillborn": (lambda: os._exit(3), _nothing),
+    "unequipped": (lambda: version("no_such_package"), _nothing),
+}
+"""Tracker -> what it does when it is made, and on frame 5."""
 
 
-@register("stillborn", role="external", summary="ends its process when it is made")
-class Stillborn(Mortal):
-    """Is never made."""
+def _register(name: str, at_first: Callable[[], Any], on_frame_5: Callable[[], Any]) -> None:
+    @register(name, role="external", summary="ends, or does not")
+    class _Mortal:
+        Parameters = NoParameters
 
-    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
-        os._exit(3)
+        def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
+            at_first()
+            self._frame = 0
+
+        def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+            self._box_xyxy = box_xyxy.copy()
+
+        def update(self, observation: Observation) -> Estimate:
+            self._frame += 1
+            if self._frame == 5:
+                on_frame_5()
+            return Estimate(0.5 * (self._box_xyxy[:2] + self._box_xyxy[2:]), self._box_xyxy)
 
 
-@register("raises", role="external", summary="raises")
-class Raises(Mortal):
-    """Fails as Python does."""
-
-    def end(self) -> None:
-        """See ``Mortal``."""
-        raise RuntimeError("no")
-
-
-@register("unequipped", role="external", summary="lacks a package")
-class Unequipped(Mortal):
-    """Cannot begin."""
-
-    def __init__(self, parameters: NoParameters, rng: np.random.Generator) -> None:
-        version("no_such_package")
+for _name, _ends in _ENDS.items():
+    _register(_name, *_ends)

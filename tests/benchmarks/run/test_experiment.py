@@ -168,13 +168,6 @@ def test_a_tracker_that_fails_is_named_and_has_the_worst_score(tmp_path: Path, t
     assert ("--limit-s 0.05" in provenance(rows).command) == (tracker == "fake_slow")
 
 
-def test_a_tracker_cannot_spoil_the_pictures_of_another(tmp_path: Path) -> None:
-    run(replace(TINY, trackers=("fake_spoils", "fake_sees")), tmp_path / "together")
-    run(replace(TINY, trackers=("fake_sees",)), tmp_path / "alone")
-    together = [row for row in without_times(tmp_path / "together") if row["tracker"] == "fake_sees"]
-    assert together == without_times(tmp_path / "alone")
-
-
 def test_a_silent_tracker_is_no_failure_but_has_the_worst_error(tmp_path: Path) -> None:
     outcome = run(replace(TINY, trackers=("fake_silent",)), tmp_path)
     assert outcome.failures == []

@@ -11,15 +11,11 @@ import pytest
 
 from benchmarks.contract.rows import BlockKey
 from benchmarks.run.failures import FILE_NAME, Failure, ended_processes, read_failures, reason_of, write_failures
-from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.own_inputs import own
-from benchmarks.run.selection import tracker_named
 from benchmarks.show import page
 from benchmarks.show.page import write_report
-from tests.benchmarks.fake_episode import FakeEpisode
 from tests.benchmarks.named import run_named as run
 from tests.benchmarks.run.test_experiment import TINY, mean_of
-from tests.fakes_scenario import FAKE_TOWN
 from tests.fakes_trackers import Raises, Still
 from trackers import registry
 from trackers.registry import NoParameters
@@ -132,20 +128,3 @@ def test_a_tracker_that_cannot_be_made_fails_on_the_first_frame(
     assert (failure.tracker, failure.frame, failure.reason) == ("unmade", 0, "OSError: weights.pt not found")
     assert failure.place.startswith("test_failures.py, line ")
     assert mean_of(outcome, "fake_knowing", "recovery_rate") == 1.0
-
-
-class _UnmadeOfMany(_Unmade):
-    """Cannot be made, and would follow many."""
-
-    def start(self, background: object, camera: object) -> None:
-        """Never called."""
-
-
-def test_one_of_many_targets_fails_as_one_of_many(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "_ENTRIES", registry.entries())
-    registry.register("unmade", role="external", summary="", suites=("fish",))(_UnmadeOfMany)
-    episode, rng = FakeEpisode(), np.random.default_rng(0)
-    guard = GuardedTracker(lambda: tracker_named("unmade").create(episode, FAKE_TOWN, rng, many=True), 60.0, many=True)
-    assert guard.initialise(episode.step(), episode.start) == guard.update(episode.step()) == ()
-    assert (guard.failed_at_frame, guard.reason) == (0, "OSError: weights.pt not found")
-    guard.close()

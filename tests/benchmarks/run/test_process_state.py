@@ -13,7 +13,6 @@ import threading
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from multiprocessing.util import spawnv_passfds
 from pathlib import Path
 from typing import Any
 
@@ -108,19 +107,6 @@ def test_a_process_that_is_left_is_ended_and_told_by_whose_it_is() -> None:
     assert earlier.poll() is None
     earlier.kill()
     earlier.wait()
-
-
-@IN_FILES
-def test_one_started_without_an_audit_event_is_of_who_started_it() -> None:
-    """As ``multiprocessing`` and loky start theirs."""
-    mine, yours = ProcessState(), ProcessState()
-    with mine.applied():
-        left = spawnv_passfds(os.fsencode(sys.executable), ASLEEP, ())
-    with yours.applied():
-        subprocess.run([sys.executable, "-S", "-c", ""], check=True)
-    assert yours.close() == []
-    assert mine.close() == ["left 1 process running, ended with the episode (start anew in each)"]
-    assert os.waitstatus_to_exitcode(os.waitpid(left, 0)[1]) != 0
 
 
 @IN_FILES

@@ -151,11 +151,3 @@ def test_a_compilation_shortly_before_the_limit_leaves_the_time_between_alarms()
         left_s, every_s = signal.getitimer(signal.ITIMER_REAL)
         assert 0.0 < left_s <= 0.5
         assert every_s == 50.0
-
-
-@pytest.mark.heavy
-def test_a_compilation_outside_touches_no_clock() -> None:
-    with at_most(1.0):
-        pass
-    compile_something()
-    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)

@@ -104,20 +104,6 @@ def test_area_is_the_mean_of_points_on_the_curve(seed: int) -> None:
     assert value(AREA, of) == pytest.approx(np.mean(points), abs=3e-3)
 
 
-def test_two_trackers_are_compared_by_pairs() -> None:
-    rng = np.random.default_rng(0)
-    first, second = [], []
-    for seed in range(8):
-        levels = rng.random(6)
-        alarms = rng.random(40).tolist()
-        first += rows(levels.tolist(), alarms, seed=seed)
-        second += rows((levels - 0.3).tolist(), alarms, seed=seed)
-    found = paired(first, second, AREA)
-    assert found is not None
-    assert found.ci_low > 0
-    assert found.difference == pytest.approx(value(AREA, first) - value(AREA, second))
-
-
 def decided(found: list[float], alarms: float, *, seed: int = 0, hours: float = 1.0) -> list[Row]:
     """Return the rows of an episode with what a tracker finds and raises where it decides."""
     ending = {"suite": "fish", "seed": seed, "event": None}
