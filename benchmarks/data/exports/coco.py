@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import importlib
 import json
-import math
-import shutil
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from tempfile import TemporaryFile
 from typing import Any
 
 import numpy as np
@@ -18,9 +14,6 @@ from numpy.typing import NDArray
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import Instance, StoredFrame, as_xywh
 from benchmarks.data.sets.stored_episode import StoredEpisode
-
-AddItem = Callable[[str, dict[str, Any]], None]
-"""Appends an item to a list of a name."""
 
 
 @export_format("coco")
@@ -42,32 +35,33 @@ class Coco(Exporter):
     channels = ("image_rgb", "instance_map")
     packages = ("pycocotools",)
     has_attributes = True
-    needs_objects = True
     has_classes = True
     leaves_out = True
 
     def begin(self) -> None:
-        """Begin the JSON file."""
-        path = self.folder / "annotations" / "instances.json"
-        head = json_head(self) | {"categories": categories(self)}
-        self._add = self.stack.enter_context(json_lists(path, ("images", "annotations"), head))
-        self._images = self._annotations = 0
+        """Begin the lists of the JSON file."""
         self.reads = ("instance_map",)
+        self._lists: dict[str, list[str]] = {"images": [], "annotations": []}
 
     def write_episode(self, episode: StoredEpisode) -> None:
-        """Write pictures and their annotations. Numbers begin with 1: pycocotools takes 0 for no match."""
+        """Write pictures and note their annotations. Numbers begin with 1: pycocotools takes 0 for no match."""
+        images, annotations = self._lists.values()
         for stored in self.frames(episode):
-            self._images += 1
             name = f"{self.name_of(episode)}/{stored.index:06d}"
             self.write_picture(stored, f"images/{name}")
             height, width = stored.frame.truth.instance_map.shape
-            image = {"id": self._images, "file_name": name + self.ending, "width": width, "height": height}
-            self._add("images", image)
+            image_id = len(images) + 1
+            image = {"id": image_id, "file_name": name + self.ending, "width": width, "height": height}
+            images.append(as_text(image))
             for each in self.labels.instances(stored):
                 if each.is_seen:
-                    self._annotations += 1
-                    numbers = {"id": self._annotations, "image_id": self._images}
-                    self._add("annotations", numbers | self._annotation(stored, each))
+                    numbers = {"id": len(annotations) + 1, "image_id": image_id}
+                    annotations.append(as_text(numbers | self._annotation(stored, each)))
+
+    def end(self) -> None:
+        """Write the JSON file."""
+        head = json_head(self) | {"categories": categories(self)}
+        write_json(self.place("annotations/instances.json"), head, self._lists)
 
     def _annotation(self, stored: StoredFrame, instance: Instance) -> dict[str, Any]:
         is_small = not self.labels.takes(instance)
@@ -100,43 +94,16 @@ def run_lengths(mask: NDArray[np.bool_]) -> dict[str, Any]:
     return {"size": [int(length) for length in code["size"]], "counts": code["counts"].decode("ascii")}
 
 
-@contextmanager
-def json_lists(path: Path, names: Sequence[str], head: dict[str, Any]) -> Iterator[AddItem]:
-    """Write one JSON object of lists that may not fit into memory; yield what appends an item to any of them.
+def write_json(path: Path, head: Mapping[str, Any], lists: Mapping[str, Sequence[str]]) -> None:
+    """Write one JSON object: ``head``, then lists of items that are JSON already, a line each.
 
-    After a failure there is no file.
-
-    Args:
-        names: of the lists. head: what comes before them.
+    Readers of the formats hold all of it in memory, and so does what writes it.
     """
-    path.parent.mkdir(exist_ok=True)
-    with ExitStack() as stack:
-        parts = {name: stack.enter_context(TemporaryFile("w+", encoding="utf-8", dir=path.parent)) for name in names}
-        empty = set(names)
-
-        def add(name: str, item: dict[str, Any]) -> None:
-            parts[name].write(("\n" if name in empty else ",\n") + as_text(item))
-            empty.discard(name)
-
-        yield add
-        with path.open("w", encoding="utf-8") as file:
-            file.write("{" + ",\n".join(f"{as_text(name)}:{as_text(value)}" for name, value in head.items()))
-            for name, part in parts.items():
-                file.write(f",\n{as_text(name)}:[")
-                part.seek(0)
-                shutil.copyfileobj(part, file)
-                file.write("]")
-            file.write("}\n")
+    parts = [f"{as_text(name)}:{as_text(value)}" for name, value in head.items()]
+    parts += [f"{as_text(name)}:[" + "\n" * bool(items) + ",\n".join(items) + "]" for name, items in lists.items()]
+    path.write_text("{" + ",\n".join(parts) + "}\n", encoding="utf-8")
 
 
 def as_text(value: Any) -> str:
-    """Return a value as JSON on one line; NaN and infinity, which JSON lacks, become null."""
-    return json.dumps(_finite(value), allow_nan=False, separators=(",", ":"))
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    return [_finite(each) for each in value] if isinstance(value, list | tuple) else value
+    """Return a value as JSON on one line."""
+    return json.dumps(value, allow_nan=False, separators=(",", ":"))

@@ -17,7 +17,7 @@ import importlib
 import inspect
 import pkgutil
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
@@ -29,7 +29,6 @@ from benchmarks.data.exports.labels import ClassLevel, Labels, StoredFrame
 from benchmarks.data.sets.card import AXES, hub_head, split_of
 from benchmarks.data.sets.channels import CODINGS
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.episode_writer import episode_folder
 from benchmarks.data.sets.request import FORMAT
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.data.sets.verifying import damaged
@@ -49,11 +48,11 @@ class Exporter:
         channels: that must be stored. reads: those whose pixels ``frames`` reads.
         packages: that writing needs, by their import names. extra: that installs them.
         data_files: pattern of the files of a ``{split}``, if the Hugging Face library ``datasets`` reads them; else ''.
-        needs_objects: whether a set without any object is refused.
         has_classes: whether it labels objects with classes, those too that only stand about.
         leaves_out: whether labels of what shows too little can be left out, see ``Labels``.
         has_attributes: whether ``Instance.attributes`` are among its files.
         data: the set. folder: an empty one of this machine. labels: of its objects.
+        ending: of exported pictures, with a dot: they are copied as PNG or JPEG, others become PNG.
         stack: holds the files that stay open until the last episode is written.
     """
 
@@ -61,7 +60,6 @@ class Exporter:
     packages: ClassVar[tuple[str, ...]] = ()
     extra: ClassVar[str] = "data"
     data_files: ClassVar[str] = ""
-    needs_objects: ClassVar[bool] = False
     has_classes: ClassVar[bool] = False
     leaves_out: ClassVar[bool] = False
     has_attributes: ClassVar[bool] = False
@@ -70,18 +68,15 @@ class Exporter:
         self.data, self.folder, self.labels = data, folder, labels
         self.reads: tuple[str, ...] = ()
         self.stack = ExitStack()
+        self._coding = data.request.pictures if data.request.pictures in ("png", "jpeg") else "png"
+        self.ending = f".{CODINGS[self._coding].extension}"
 
     def write(self) -> None:
         """Write all files. Raises ValueError for a set that lacks what the format needs."""
-        has_objects = not self.needs_objects or self.data.count_rows("objects") > 0
-        check("data", has_objects, "a data set with objects", f"{self.data.url} without any")
         with self.stack:
             self.begin()
             for seed in self.data.seeds:
-                folder = episode_folder(self.data.root, seed)
-                # Closed and forgotten before the next one is opened.
-                with closing(StoredEpisode(self.data.files, folder, self.data.request)) as episode:
-                    self.write_episode(episode)
+                self.write_episode(self.data.episode(seed))
             self.end()
 
     def begin(self) -> None:
@@ -104,11 +99,6 @@ class Exporter:
         """Return the name of an episode's sequence, see ``sequence_name``."""
         return sequence_name(self.data, episode.seed)
 
-    @property
-    def ending(self) -> str:
-        """Ending of exported pictures, with a dot: they are copied as PNG or JPEG, others become PNG."""
-        return f".{CODINGS[self._coding].extension}"
-
     def picture(self, episode: StoredEpisode, index: int, channel: str = "image_rgb") -> bytes | None:
         """Return the content of a picture's file: as stored, or as PNG. None if the frame has none."""
         stored = episode.coded(index, channel)
@@ -121,24 +111,21 @@ class Exporter:
         """Return the content of the file of a picture that is black all over."""
         return CODINGS[self._coding].encode(np.zeros((camera.height_px, camera.width_px, 3), np.uint8))
 
+    def place(self, path: str) -> Path:
+        """Return a path in the folder, of which the folders above exist."""
+        target = self.folder / path
+        target.parent.mkdir(parents=True, exist_ok=True)
+        return target
+
     def write_picture(self, stored: StoredFrame, path: str) -> None:
         """Write the frame's picture, if it has one, to a path in the folder, which lacks its ending."""
         content = self.picture(stored.episode, stored.index)
         if content is not None:
-            target = self.folder / (path + self.ending)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(content)
+            self.place(path + self.ending).write_bytes(content)
 
     def write_lines(self, path: str, lines: Iterable[str]) -> None:
         """Write a text file in the folder."""
-        target = self.folder / path
-        target.parent.mkdir(parents=True, exist_ok=True)
-        with target.open("w", encoding="utf-8") as file:
-            file.writelines(f"{line}\n" for line in lines)
-
-    @property
-    def _coding(self) -> str:
-        return self.data.request.pictures if self.data.request.pictures in ("png", "jpeg") else "png"
+        self.place(path).write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
 
 
 _FORMATS: dict[str, type[Exporter]] = {}
@@ -173,14 +160,11 @@ def formats() -> dict[str, type[Exporter]]:
 def set_name(data: DataSet) -> str:
     """Return a name for a data set, without dots: scenario, preset, what was changed in that, and a renderer."""
     request = data.request
-    changes = {
-        "": None if request.size_px is None else "{}x{}".format(*request.size_px),
-        "hz": None if request.rate_hz is None else f"{request.rate_hz:g}",
-        "frames": request.frame_count,
-    }
-    words = [request.scenario, request.preset, *(f"{value}{unit}" for unit, value in changes.items() if value)]
-    if request.renderer != "raster":
-        words.append(request.renderer)
+    words = [request.scenario, request.preset]
+    words += ["{}x{}".format(*request.size_px)] if request.size_px else []
+    words += [f"{request.rate_hz:g}hz"] if request.rate_hz else []
+    words += [f"{request.frame_count}frames"] if request.frame_count else []
+    words += [request.renderer] if request.renderer != "raster" else []
     # Readers take what follows a dot for the ending of a file.
     return "-".join(words).replace(".", "_")
 

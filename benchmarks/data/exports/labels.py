@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import chain
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +14,7 @@ from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios import catalog
 from scenarios.scenario import Frame
 from scenarios.visibility import MOSTLY_SEEN, states_of
-from sim.checks import check, check_choice
+from sim.checks import check
 from trackers.types import CameraModel
 
 ClassLevel = Literal["class", "kind"]
@@ -121,7 +120,6 @@ class Labels:
         Raises:
             ValueError: for a value that is not possible.
         """
-        check_choice("classes", level, get_args(ClassLevel))
         check("min_visible", 0.0 <= min_visible <= 1.0, "a share of 0 to 1", min_visible)
         check("min_size", 0.0 <= min_size_px < np.inf, "a number of pixels >= 0", min_size_px)
         scenario = catalog.scenario(data.request.scenario)
@@ -145,39 +143,23 @@ class Labels:
     def instances(self, stored: StoredFrame) -> Iterator[Instance]:
         """Yield all objects of a frame, then those that stand about."""
         truth = stored.frame.truth
-        states = states_of(stored.frame.camera, truth.standing_box_xyxy, truth.standing_visible_fraction)
+        states = states_of(stored.camera, truth.standing_box_xyxy, truth.standing_visible_fraction)
         # One that reaches behind the camera has no box, and is seen.
         states[np.isnan(truth.standing_box_xyxy).any(axis=1)] = PARTIAL
-        asked = (
-            truth.names,
-            truth.kinds,
-            truth.instance_id,
-            truth.state,
-            truth.box_xyxy,
-            stored.visible_xyxy,
-            truth.visible_fraction,
-            truth.glare_fraction,
-            truth.T_world_object,
-            truth.bounds_m,
+        columns = (
+            (*truth.names, *truth.standing_names),
+            (*truth.kinds, *truth.standing_kinds),
+            (*truth.instance_id.tolist(), *truth.standing_id.tolist()),
+            (*truth.state.tolist(), *states.tolist()),
+            (*truth.box_xyxy, *truth.standing_box_xyxy),
+            (*stored.visible_xyxy, *stored.standing_visible_xyxy),
+            (*truth.visible_fraction.tolist(), *truth.standing_visible_fraction.tolist()),
+            (*truth.glare_fraction.tolist(), *[0.0] * len(states)),
+            (*truth.T_world_object, *truth.T_world_standing),
+            (*truth.bounds_m, *truth.standing_bounds_m),
         )
-        standing = (
-            truth.standing_names,
-            truth.standing_kinds,
-            truth.standing_id,
-            states,
-            truth.standing_box_xyxy,
-            stored.standing_visible_xyxy,
-            truth.standing_visible_fraction,
-            np.zeros(len(states)),
-            truth.T_world_standing,
-            truth.standing_bounds_m,
-        )
-        for name, kind, number, state, box, visible, fraction, glare, pose, bounds in chain(
-            zip(*asked, strict=True), zip(*standing, strict=True)
-        ):
-            class_number = self.names.index(self.class_of(kind))
-            shares = (float(fraction), float(glare))
-            yield Instance(name, kind, class_number, int(number), str(state), box, visible, *shares, pose, bounds)
+        for name, kind, *rest in zip(*columns, strict=True):
+            yield Instance(name, kind, self.names.index(self.class_of(kind)), *rest)
 
 
 def as_xywh(box_xyxy: NDArray[np.float64], first: float = 0.0) -> list[float]:

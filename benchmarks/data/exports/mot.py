@@ -33,7 +33,6 @@ class Mot(Exporter):
     """
 
     channels = ("image_rgb",)
-    needs_objects = True
     has_classes = True
 
     def write_episode(self, episode: StoredEpisode) -> None:

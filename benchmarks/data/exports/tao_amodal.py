@@ -6,17 +6,17 @@ Fields: https://huggingface.co/datasets/chengyenhsieh/TAO-Amodal, and those of T
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 
-from benchmarks.data.exports.coco import categories, json_head, json_lists
+from benchmarks.data.exports.coco import as_text, categories, json_head, write_json
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import ABSENT, Instance, StoredFrame, as_xywh
 from benchmarks.data.sets.stored_episode import StoredEpisode
 
 SPLIT = "validation"
 """The split that trackers are scored on."""
-_LISTS = ("videos", "images", "tracks", "annotations")
 
 
 @export_format("tao-amodal")
@@ -47,85 +47,69 @@ class TaoAmodal(Exporter):
 
     channels = ("image_rgb",)
     has_attributes = True
-    needs_objects = True
     has_classes = True
 
     def begin(self) -> None:
-        """Begin both JSON files; videos, pictures, tracks and annotations are counted from 1 in them."""
-        fields = ({"synset": "unknown"}, {"synset": "unknown", "frequency": "f"})
-        self._add, self._add_scored = (
-            self.stack.enter_context(
-                json_lists(
-                    self.folder / "amodal_annotations" / f"{SPLIT}{ending}.json",
-                    _LISTS,
-                    json_head(self) | {"categories": categories(self, **each)},
-                )
-            )
-            for ending, each in zip(("", "_lvis_v1"), fields, strict=True)
-        )
-        self._video = self._images = self._tracks = self._annotations = 0
+        """Begin the lists of both JSON files, which share videos and tracks; all are counted from 1 in them."""
+        self._lists: dict[str, list[str]] = {"videos": [], "images": [], "tracks": [], "annotations": []}
+        self._scored: dict[str, list[str]] = self._lists | {"images": [], "annotations": []}
 
     def write_episode(self, episode: StoredEpisode) -> None:
-        """Write a video."""
-        self._video += 1
-        self._of_video: dict[str, dict[str, int]] = {}
-        name = f"{SPLIT}/{self.name_of(episode)}"
+        """Write the pictures of a video, and note what it shows."""
+        videos, images, all_tracks, _ = self._lists.values()
+        name, video_id = f"{SPLIT}/{self.name_of(episode)}", len(videos) + 1
         size = {"width": episode.camera.width_px, "height": episode.camera.height_px}
+        tracks: dict[str, dict[str, int]] = {}
         for stored in self.frames(episode):
-            self._images += 1
-            file = f"{name}/frame{stored.index:06d}"
+            file, shown = f"{name}/frame{stored.index:06d}", set[int]()
             self.write_picture(stored, f"frames/{file}")
-            image = {"id": self._images, "video_id": self._video, "video": name}
+            image = {"id": len(images) + 1, "video_id": video_id, "video": name}
             image |= {"file_name": file + self.ending, "frame_index": stored.index} | size
-            present = (each for each in self.labels.instances(stored) if each.state != ABSENT)
-            shown = {self._annotate(stored, each) for each in present}
-            self._add("images", image)
-            self._add_scored("images", image | self._not_shown(shown))
+            for each in self.labels.instances(stored):
+                if each.state != ABSENT and (each.is_seen or np.isfinite(each.box_xyxy).all()):
+                    if each.name not in tracks:
+                        track = {"id": len(all_tracks) + 1, "category_id": 1 + each.class_number, "video_id": video_id}
+                        tracks[each.name] = track
+                        all_tracks.append(as_text(track))
+                    shown.add(tracks[each.name]["category_id"])
+                    self._annotate(stored, each, tracks[each.name])
+            images.append(as_text(image))
+            self._scored["images"].append(as_text(image | self._not_shown(shown)))
         metadata = {"dataset": self.data.request.scenario, "seed": episode.seed, "fps": episode.rate_hz}
-        shown = {track["category_id"] for track in self._of_video.values()}
-        about = {"id": self._video, "name": name, "metadata": metadata} | size | self._not_shown(shown)
-        for add in (self._add, self._add_scored):
-            add("videos", about)
+        not_shown = self._not_shown({track["category_id"] for track in tracks.values()})
+        videos.append(as_text({"id": video_id, "name": name, "metadata": metadata} | size | not_shown))
 
-    def _not_shown(self, shown: Collection[int | None]) -> dict[str, list[int]]:
+    def end(self) -> None:
+        """Write both JSON files."""
+        for ending, lists, more in (("", self._lists, {}), ("_lvis_v1", self._scored, {"frequency": "f"})):
+            head = json_head(self) | {"categories": categories(self, synset="unknown", **more)}
+            write_json(self.place(f"amodal_annotations/{SPLIT}{ending}.json"), head, lists)
+
+    def _not_shown(self, shown: Collection[int]) -> dict[str, list[int]]:
         missing = [number for number in range(1, 1 + len(self.labels.names)) if number not in shown]
         return {"neg_category_ids": missing, "not_exhaustive_category_ids": []}
 
-    def _annotate(self, stored: StoredFrame, instance: Instance) -> int | None:
-        """Annotate an object; return its category, None if it has no annotation here."""
+    def _annotate(self, stored: StoredFrame, instance: Instance, track: dict[str, int]) -> None:
         amodal_xyxy, uncertain = instance.box_xyxy, bool(np.isnan(instance.box_xyxy).any())
-        if uncertain and not instance.is_seen:
-            return None
         modal = as_xywh(instance.visible_xyxy) if instance.is_seen else [0.0] * 4
+        amodal = modal if uncertain else as_xywh(amodal_xyxy)
         corner = (stored.camera.width_px, stored.camera.height_px)
         inside = not uncertain and (amodal_xyxy[:2] >= 0).all() and (amodal_xyxy[2:] <= corner).all()
-        track = self._track(instance)
-        self._annotations += 1
-        amodal = modal if uncertain else as_xywh(amodal_xyxy)
-        annotation = {
-            "id": self._annotations,
-            "image_id": self._images,
+        annotation: dict[str, Any] = {
+            "id": len(self._lists["annotations"]) + 1,
+            "image_id": len(self._lists["images"]) + 1,
             "track_id": track["id"],
             "bbox": modal,
             "area": modal[2] * modal[3],
             "iscrowd": 0,
             "category_id": track["category_id"],
-            "video_id": self._video,
+            "video_id": track["video_id"],
             "amodal_bbox": amodal,
             "amodal_is_uncertain": uncertain,
             "visibility": instance.visible_fraction,
             "out_of_frame": not inside,
             "attributes": instance.attributes(),
         }
-        self._add("annotations", annotation)
-        self._add_scored("annotations", annotation | {"bbox": amodal, "area": amodal[2] * amodal[3]})
-        return track["category_id"]
-
-    def _track(self, instance: Instance) -> dict[str, int]:
-        if instance.name not in self._of_video:
-            self._tracks += 1
-            track = {"id": self._tracks, "category_id": 1 + instance.class_number, "video_id": self._video}
-            self._of_video[instance.name] = track
-            for add in (self._add, self._add_scored):
-                add("tracks", track)
-        return self._of_video[instance.name]
+        self._lists["annotations"].append(as_text(annotation))
+        scored = {"bbox": amodal, "area": amodal[2] * amodal[3]}
+        self._scored["annotations"].append(as_text(annotation | scored))

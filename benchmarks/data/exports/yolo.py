@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
+from typing import Any
+
+import pandas as pd
 
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import ATTRIBUTES, Instance, StoredFrame
@@ -41,22 +43,19 @@ class Yolo(Exporter):
 
     channels = ("image_rgb",)
     has_attributes = True
-    needs_objects = True
     has_classes = True
     leaves_out = True
 
     def begin(self) -> None:
-        """Split the seeds, begin the sidecar, and write the names of classes."""
+        """Split the seeds, and write the names of classes."""
         self._parts = parts_of(self.data.seeds)
-        file = self.stack.enter_context((self.folder / SIDECAR).open("w", encoding="utf-8", newline=""))
-        self._table = csv.writer(file, lineterminator="\n")
-        self._table.writerow(["file", "line", "class", *ATTRIBUTES])
+        self._rows: list[dict[str, Any]] = []
         # A string of JSON is one of YAML, whatever it holds.
         names = (f"  {number}: {json.dumps(name)}" for number, name in enumerate(self.labels.names))
         self.write_lines("data.yaml", ["train: images/train", "val: images/val", "names:", *names])
 
     def write_episode(self, episode: StoredEpisode) -> None:
-        """Write pictures, their labels and the rows of the sidecar."""
+        """Write pictures and their labels, and note the rows of the sidecar."""
         part = self._parts[episode.seed]
         for stored in self.frames(episode):
             name = f"{part}/{self.name_of(episode)}_{stored.index:06d}"
@@ -66,8 +65,13 @@ class Yolo(Exporter):
             self.labels.left_out += len(seen) - len(shown)
             self.write_lines(f"labels/{name}.txt", (_line(stored, each) for each in shown))
             for line, each in enumerate(shown, start=1):
-                told = [self.labels.names[each.class_number], *each.attributes().values()]
-                self._table.writerow([f"labels/{name}.txt", line, *told])
+                row = {"file": f"labels/{name}.txt", "line": line, "class": self.labels.names[each.class_number]}
+                self._rows.append(row | each.attributes())
+
+    def end(self) -> None:
+        """Write the sidecar."""
+        table = pd.DataFrame(self._rows, columns=["file", "line", "class", *ATTRIBUTES])
+        table.to_csv(self.folder / SIDECAR, index=False, lineterminator="\n")
 
 
 def _line(stored: StoredFrame, instance: Instance) -> str:

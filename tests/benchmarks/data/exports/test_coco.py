@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from benchmarks.data.exports.coco import json_lists
+from benchmarks.data.exports.coco import write_json
 from tests.benchmarks.data.exports.painted_scene import IDS, KINDS, picture, truths
 
 # pycocotools decodes masks in the way of NumPy 1.
@@ -83,20 +83,10 @@ def test_pictures_are_those_of_the_frames(read: Any, exported: Callable[[str], P
 
 
 def test_lists_come_together(tmp_path: Path) -> None:
-    with json_lists(tmp_path / "a.json", ("one", "two", "none"), {"info": {"x": float("nan")}}) as add:
-        for k in range(3):
-            add("two", {"k": k, "list": [float("inf"), 0.5]})
-            add("one", {"é": (k,)})
+    lists = {"two": ['{"k":0}', '{"k":1}'], "none": []}
+    write_json(tmp_path / "a.json", {"info": {"é": None}}, lists)
     assert json.loads((tmp_path / "a.json").read_text()) == {
-        "info": {"x": None},
-        "one": [{"é": [k]} for k in range(3)],
-        "two": [{"k": k, "list": [None, 0.5]} for k in range(3)],
+        "info": {"é": None},
+        "two": [{"k": 0}, {"k": 1}],
         "none": [],
     }
-    assert [path.name for path in tmp_path.iterdir()] == ["a.json"]
-
-
-def test_a_failure_leaves_no_file(tmp_path: Path) -> None:
-    with pytest.raises(RuntimeError, match="stop"), json_lists(tmp_path / "a.json", ("one",), {"info": 1}):
-        raise RuntimeError("stop")
-    assert not list(tmp_path.iterdir())

@@ -196,7 +196,6 @@ def test_what_shows_too_little_is_left_out_or_ignored_and_counted(data: DataSet,
     [
         ({"min_visible": 1.5}, r"min_visible: expected a share of 0 to 1, got 1\.5"),
         ({"min_size_px": -1.0}, r"min_size: expected a number of pixels >= 0, got -1\.0"),
-        ({"classes": "role"}, "classes: expected one of class, kind; got 'role'"),
     ],
 )
 def test_options_that_are_not_possible_are_refused(
