@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +22,9 @@ THRESHOLD = 0.5
 """Similarity from which on a track is on a target, for ID and CLEAR scores."""
 _LEVELS = np.arange(0.05, 0.99, 0.05)
 _EPSILON = float(np.finfo(float).eps)
-_IMPOSSIBLE = 1e10
 
 
-@dataclass(frozen=True, slots=True)
-class Pairing:
+class Pairing(NamedTuple):
     """Targets and tracks of one frame.
 
     Attributes:
@@ -103,8 +101,6 @@ def numbered(frames: Sequence[Pairing]) -> list[Pairing]:
 def hota(frames: Sequence[Pairing]) -> float:
     """Return the mean over the levels a of ``sqrt(DetA_a AssA_a)`` (Luiten et al. 2021) of ``numbered`` frames."""
     shape = _shape(frames)
-    if 0 in shape:
-        return 0.0
     potential = np.zeros(shape)
     of_target, of_track = np.zeros((shape[0], 1)), np.zeros((1, shape[1]))
     for frame in frames:
@@ -131,29 +127,14 @@ def hota(frames: Sequence[Pairing]) -> float:
 
 def identity_counts(frames: Sequence[Pairing]) -> IdentityCounts:
     """Return the counts of ``numbered`` frames."""
-    targets, tracks = _shape(frames)
-    of_target, of_track = np.zeros(targets), np.zeros(tracks)
-    together = np.zeros((targets, tracks))
+    together = np.zeros(_shape(frames))
     for frame in frames:
         rows, columns = np.nonzero(frame.similarity >= THRESHOLD)
         together[frame.targets[rows], frame.tracks[columns]] += 1
-        of_target[frame.targets] += 1
-        of_track[frame.tracks] += 1
-    # A track that is never on a target is false throughout, with or without a target: thousands need not be paired.
-    met = together.any(axis=0)
-    never = int(of_track[~met].sum())
-    of_track, together, tracks = of_track[met], together[:, met], int(met.sum())
-    # A target may have no track and a track no target: each has a partner of its own for that.
-    missed = np.zeros((targets + tracks, targets + tracks))
-    false = np.zeros_like(missed)
-    missed[:targets, tracks:], false[targets:, :tracks] = _IMPOSSIBLE, _IMPOSSIBLE
-    missed[:targets, :tracks] = of_target[:, None] - together
-    false[:targets, :tracks] = of_track[None, :] - together
-    missed[np.arange(targets), tracks + np.arange(targets)] = of_target
-    false[targets + np.arange(tracks), np.arange(tracks)] = of_track
-    rows, columns = linear_sum_assignment(missed + false)
-    lost, wrong = int(missed[rows, columns].sum()), int(false[rows, columns].sum()) + never
-    return IdentityCounts(int(of_target.sum()) - lost, lost, wrong)
+    # A target or a track without a partner has no frame in common with one: the most right frames are the fewest wrong.
+    right = int(together[linear_sum_assignment(together, maximize=True)].sum())
+    targets, tracks = _frames(frames)
+    return IdentityCounts(right, targets - right, tracks - right)
 
 
 def clear_counts(frames: Sequence[Pairing]) -> ClearCounts:
@@ -174,17 +155,19 @@ def clear_counts(frames: Sequence[Pairing]) -> ClearCounts:
         before[:] = -1
         before[targets] = tracks
         found += len(targets)
-    all_targets, all_tracks = (sum(len(getattr(frame, name)) for frame in frames) for name in ("targets", "tracks"))
+    all_targets, all_tracks = _frames(frames)
     return ClearCounts(found, all_targets - found, all_tracks - found, switches)
 
 
 def _shape(frames: Sequence[Pairing]) -> tuple[int, int]:
-    """Return the numbers of targets and of tracks."""
-    counts = [max((int(getattr(each, name).max(initial=-1)) for each in frames), default=-1) + 1 for name in _SIDES]
-    return counts[0], counts[1]
+    """Return the numbers of targets and of tracks of ``numbered`` frames."""
+    targets, tracks = (np.concatenate([frame[side] for frame in frames]).max(initial=-1) for side in range(2))
+    return int(targets) + 1, int(tracks) + 1
 
 
-_SIDES = ("targets", "tracks")
+def _frames(frames: Sequence[Pairing]) -> tuple[int, int]:
+    """Return the frames of all targets, and of all tracks."""
+    return sum(len(frame.targets) for frame in frames), sum(len(frame.tracks) for frame in frames)
 
 
 _HOTA = "HOTA: Luiten et al., HOTA: a higher order metric for evaluating multi-object tracking, IJCV 129, 2021"

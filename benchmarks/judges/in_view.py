@@ -26,25 +26,6 @@ def present_and_absent(
     return present, ((state == "out") | (visible_fraction < _SEEN_AT_LEAST)) & ~present
 
 
-def true_positive_rate(
-    present: NDArray[np.bool_], says_in_view: NDArray[np.bool_], on_target: NDArray[np.bool_]
-) -> float:
-    """Return TPR in [0, 1]: share of the present frames on which the tracker says "in view" and is on the target.
-
-    Valmadre et al., Long-term Tracking in the Wild (OxUvA), ECCV 2018, eq. 1, with ``localisation.on_object``
-    for their IoU >= 0.5. NaN without present frames.
-    """
-    return _share(says_in_view & on_target, present)
-
-
-def true_negative_rate(absent: NDArray[np.bool_], says_in_view: NDArray[np.bool_]) -> float:
-    """Return TNR in [0, 1]: share of the absent frames on which the tracker says "not in view" (OxUvA, eq. 1).
-
-    The position of the estimate does not matter. NaN without absent frames.
-    """
-    return _share(~says_in_view, absent)
-
-
 def oxuva_scores(
     present: NDArray[np.bool_],
     absent: NDArray[np.bool_],
@@ -52,10 +33,16 @@ def oxuva_scores(
     on_target: NDArray[np.bool_],
     failed: NDArray[np.bool_],
 ) -> Iterator[Score]:
-    """Yield ``in_view_tpr`` and ``in_view_tnr`` of frames (F,); each frame after a failure is wrong."""
-    tpr = true_positive_rate(present, says_in_view & ~failed, on_target)
-    yield Score("in_view_tpr", tpr, float(present.sum()))
-    yield Score("in_view_tnr", true_negative_rate(absent, says_in_view | failed), float(absent.sum()))
+    """Yield ``in_view_tpr`` and ``in_view_tnr`` of frames (F,); each frame after a failure is wrong.
+
+    Valmadre et al., Long-term Tracking in the Wild (OxUvA), ECCV 2018, eq. 1, with ``localisation.on_object`` for their
+    IoU >= 0.5. TPR: share of the present frames on which the tracker says "in view" and is on the target. TNR: share of
+    the absent frames on which it says "not in view", wherever its position is. NaN without such frames.
+    """
+    rights = {"in_view_tpr": (present, says_in_view & on_target), "in_view_tnr": (absent, ~says_in_view)}
+    for name, (among, right) in rights.items():
+        share = float((right & ~failed)[among].mean()) if among.any() else float("nan")
+        yield Score(name, share, float(among.sum()))
 
 
 def failed_frames(frame_count: int, failed_at_frame: int | None) -> NDArray[np.bool_]:
@@ -63,47 +50,17 @@ def failed_frames(frame_count: int, failed_at_frame: int | None) -> NDArray[np.b
     return np.arange(frame_count) >= (frame_count if failed_at_frame is None else failed_at_frame)
 
 
-def _share(hits: NDArray[np.bool_], among: NDArray[np.bool_]) -> float:
-    return float(hits[among].mean()) if among.any() else float("nan")
-
-
 _OXUVA = "OxUvA: Valmadre et al., Long-term tracking in the wild: a benchmark, ECCV 2018"
-TPR = Quantity(
-    "in_view_tpr",
-    0,
-    1,
-    "frames with the whole target in the picture, at least half of it seen",
-    _OXUVA,
-    (present_and_absent, true_positive_rate),
-)
-TNR = Quantity(
-    "in_view_tnr",
-    0,
-    1,
-    "frames with the target outside, or less than a tenth of it seen",
-    _OXUVA,
-    (present_and_absent, true_negative_rate),
-)
+_DEFINED_BY = present_and_absent, oxuva_scores
+_PRESENT = "frames with the whole target in the picture, at least half of it seen"
+_ABSENT = "frames with the target outside, or less than a tenth of it seen"
+TPR = Quantity("in_view_tpr", 0, 1, _PRESENT, _OXUVA, _DEFINED_BY)
+TNR = Quantity("in_view_tnr", 0, 1, _ABSENT, _OXUVA, _DEFINED_BY)
+_TPR_WORDS = 'frames in view on which the answer is "in view" and on the target'
+_TNR_WORDS = 'frames with the target absent on which the answer is "not in view"'
+_GM_WORDS = "geometric mean of in_view_tpr and in_view_tnr (OxUvA)"
 IN_VIEW = (
-    Metric(
-        "in_view_tpr",
-        'frames in view on which the answer is "in view" and on the target',
-        "fraction",
-        "higher",
-        Mean(TPR),
-    ),
-    Metric(
-        "in_view_tnr",
-        'frames with the target absent on which the answer is "not in view"',
-        "fraction",
-        "higher",
-        Mean(TNR),
-    ),
-    Metric(
-        "in_view_gm",
-        "geometric mean of in_view_tpr and in_view_tnr (OxUvA)",
-        "fraction",
-        "higher",
-        GeometricMean(TPR, TNR),
-    ),
+    Metric("in_view_tpr", _TPR_WORDS, "fraction", "higher", Mean(TPR)),
+    Metric("in_view_tnr", _TNR_WORDS, "fraction", "higher", Mean(TNR)),
+    Metric("in_view_gm", _GM_WORDS, "fraction", "higher", GeometricMean(TPR, TNR)),
 )

@@ -41,23 +41,19 @@ def times(taken: Sequence[tuple[float, float]], revision: tuple[float, float], f
         yield Score("frames_per_s", 1e3 / max(ms_per_frame, 1e-6))
 
 
-def _speed(name: str, summary: str, unit: str, better: Better) -> Metric:
+def _speed(name: str, summary: str, unit: str = "ms", better: Better = "lower") -> Metric:
     quantity = Quantity(name, 0, inf, "every frame but the tracker's first five", OWN, (times,))
     return Metric(name, summary, unit, better, Median(quantity))
 
 
 SPEED = (
-    _speed(
-        MS_PER_FRAME, "time of the tracker per frame: its CPU time or its wall time, whichever is larger", "ms", "lower"
-    ),
+    _speed(MS_PER_FRAME, "time of the tracker per frame: its CPU time or its wall time, whichever is larger"),
     _speed("frames_per_s", "frames a second of the tracker, at the larger of CPU time and wall time", "1/s", "higher"),
-    _speed("cpu_ms_per_frame", "CPU time of the tracker per frame, of all its threads and processes", "ms", "lower"),
+    _speed("cpu_ms_per_frame", "CPU time of the tracker per frame, of all its threads and processes"),
     _speed(
         "wall_ms_per_frame",
         "wall time of the tracker per frame, with what it waits for; a loaded machine makes it larger, on Linux less, "
         "where its waiting for a core is left out: where it is far above the CPU time, measure on an idle one",
-        "ms",
-        "lower",
     ),
 )
 TIMES = tuple(metric.name for metric in SPEED)

@@ -9,7 +9,7 @@ visible (``MOSTLY_SEEN``).
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from math import inf
 from typing import Any
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score
-from benchmarks.contract.metric import OWN, Mean, Metric, Quantity
+from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity
 from benchmarks.judges.runs import runs
 from scenarios.visibility import MOSTLY_SEEN
 
@@ -57,52 +57,28 @@ def find_losses(in_view: NDArray[np.bool_], rate_hz: float, longer_than_s: float
     ]
 
 
-def share_of_steps(flags: NDArray[np.bool_]) -> float:
-    """Return the share in [0, 1] of the steps on which the flag (F,) is true."""
-    return float(flags[1:].mean())
-
-
-def losses_per_minute(losses: Sequence[Loss], frame_count: int, rate_hz: float) -> float:
-    """Return the number of losses a minute of the steps, >= 0."""
-    return 60.0 * len(losses) * rate_hz / (frame_count - 1)
-
-
 def view_scores(in_view: NDArray[np.bool_], visible_fraction: NDArray[np.float64], rate_hz: float) -> Iterator[Score]:
-    """Yield ``time_seen``, ``time_in_view`` and ``losses_per_minute`` of an episode.
+    """Yield ``time_seen``, ``time_in_view`` and ``losses_per_minute`` of an episode, all of its steps.
 
     Args:
         in_view: (F,) see above. visible_fraction: (F,) visible share of the target, in [0, 1].
     """
     steps = float(len(in_view) - 1)
-    losses = find_losses(in_view, rate_hz)
-    yield Score("time_seen", share_of_steps(in_view & (visible_fraction >= MOSTLY_SEEN)), steps)
-    yield Score("time_in_view", share_of_steps(in_view), steps)
-    yield Score("losses_per_minute", losses_per_minute(losses, len(in_view), rate_hz), steps)
+    seen = in_view & (visible_fraction >= MOSTLY_SEEN)
+    yield Score("time_seen", float(seen[1:].mean()), steps)
+    yield Score("time_in_view", float(in_view[1:].mean()), steps)
+    yield Score("losses_per_minute", 60.0 * len(find_losses(in_view, rate_hz)) * rate_hz / steps, steps)
 
 
-def _quantity(name: str, high: float, *defined_by: Any) -> Quantity:
-    return Quantity(name, 0, high, "every frame but the first, of episodes in closed loop", OWN, defined_by)
+def _metric(name: str, summary: str, unit: str, better: Better, high: float, *defined_by: Any) -> Metric:
+    steps = "every frame but the first, of episodes in closed loop"
+    return Metric(name, summary, unit, better, Mean(Quantity(name, 0, high, steps, OWN, defined_by)))
 
 
 _THIS_MODULE = sys.modules[__name__]
-TIME_SEEN = Metric(
-    "time_seen",
-    f"time in view with at least {MOSTLY_SEEN:.0%} of the target visible",
-    "fraction",
-    "higher",
-    Mean(_quantity("time_seen", 1, _THIS_MODULE)),
-)
-TIME_IN_VIEW = Metric(
-    "time_in_view",
-    "time with the target's centre in the picture, hidden or not, and its box at least 12 px long",
-    "fraction",
-    "higher",
-    Mean(_quantity("time_in_view", 1, _THIS_MODULE)),
-)
-LOSSES_PER_MINUTE = Metric(
-    "losses_per_minute",
-    f"stretches out of view longer than {LOSS_S:g} s",
-    "1/min",
-    "lower",
-    Mean(_quantity("losses_per_minute", inf, losses_per_minute, Loss)),
-)
+_SEEN = f"time in view with at least {MOSTLY_SEEN:.0%} of the target visible"
+_IN_VIEW = "time with the target's centre in the picture, hidden or not, and its box at least 12 px long"
+_LOSSES = f"stretches out of view longer than {LOSS_S:g} s"
+TIME_SEEN = _metric("time_seen", _SEEN, "fraction", "higher", 1, _THIS_MODULE)
+TIME_IN_VIEW = _metric("time_in_view", _IN_VIEW, "fraction", "higher", 1, _THIS_MODULE)
+LOSSES_PER_MINUTE = _metric("losses_per_minute", _LOSSES, "1/min", "lower", inf, view_scores, Loss)

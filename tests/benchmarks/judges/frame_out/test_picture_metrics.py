@@ -27,9 +27,14 @@ def test_rates_count_place_where_the_car_is_seen_and_not_where_it_is_away() -> N
     present = np.array([True, True, True, False, False])
     says = np.array([True, True, False, True, False])
     on = np.array([True, False, True, False, False])
-    assert in_view.true_positive_rate(present, says, on) == pytest.approx(1 / 3)
-    assert in_view.true_negative_rate(~present, says) == pytest.approx(1 / 2)
-    assert np.isnan(in_view.true_negative_rate(np.zeros(5, dtype=bool), says))
+    never, failed = np.zeros(5, dtype=bool), np.arange(5) >= 4
+
+    def rates(absent: np.ndarray, failed: np.ndarray) -> list[float]:
+        return [score.value for score in in_view.oxuva_scores(present, absent, says, on, failed)]
+
+    assert rates(~present, never) == pytest.approx([1 / 3, 1 / 2])
+    assert rates(~present, failed) == pytest.approx([1 / 3, 0.0])
+    assert np.isnan(rates(never, never)[1])
 
 
 def test_without_a_probability_the_position_speaks() -> None:
