@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import blosc2
@@ -64,17 +65,9 @@ def _pack(array: NDArray[Any]) -> bytes:
     return packed
 
 
-def _unpack(packed: bytes) -> NDArray[Any]:
-    array: NDArray[Any] = blosc2.ndarray_from_cframe(packed)[:]
-    return array
-
-
-def _image_encoder(extension: str, *parameters: int) -> Callable[[NDArray[Any]], bytes]:
-    def encode(array: NDArray[Any]) -> bytes:
-        swapped = cv2.cvtColor(array, cv2.COLOR_RGB2BGR) if array.ndim == 3 else array
-        return cv2.imencode(extension, swapped, parameters)[1].tobytes()
-
-    return encode
+def _encode_image(extension: str, parameters: tuple[int, int], array: NDArray[Any]) -> bytes:
+    swapped = cv2.cvtColor(array, cv2.COLOR_RGB2BGR) if array.ndim == 3 else array
+    return cv2.imencode(extension, swapped, parameters)[1].tobytes()
 
 
 def _read_image(coded: bytes) -> NDArray[Any]:
@@ -84,10 +77,12 @@ def _read_image(coded: bytes) -> NDArray[Any]:
     return cv2.cvtColor(read, cv2.COLOR_BGR2RGB) if read.ndim == 3 else read
 
 
+_encode_png = partial(_encode_image, ".png", (cv2.IMWRITE_PNG_COMPRESSION, 1))
+_encode_jpeg = partial(_encode_image, ".jpg", (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
 CODINGS: dict[str, Coding] = {
-    "blosc2": Coding("b2nd", _pack, _unpack),
-    "png": Coding("png", _image_encoder(".png", cv2.IMWRITE_PNG_COMPRESSION, 1), _read_image),
-    LOSSY: Coding("jpg", _image_encoder(".jpg", cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY), _read_image),
+    "blosc2": Coding("b2nd", _pack, lambda packed: blosc2.ndarray_from_cframe(packed)[:]),
+    "png": Coding("png", _encode_png, _read_image),
+    LOSSY: Coding("jpg", _encode_jpeg, _read_image),
 }
 """By name. ``blosc2``: Zstandard or LZ4 after shuffling, for any values; the others for pictures (``PICTURES``)."""
 

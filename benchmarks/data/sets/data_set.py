@@ -45,6 +45,7 @@ class DataSet:
                 raise ValueError(f"directory: expected a data set with a file {REQUEST}, got none in {self.url}")
             self.request: Request = request_of(self.files.cat_file(f"{self.root}/{REQUEST}"), REQUEST)
             self.seeds = tuple(seed for seed in range(*self.request.seeds) if is_whole(self.files, self.root, seed))
+        self._known = frozenset(self.seeds)
         self._episodes: dict[int, StoredEpisode] = {}
 
     @cached_property
@@ -112,29 +113,26 @@ class DataSet:
         """
         return self.scan(name).to_table()
 
-    def scan(self, name: str) -> pa.dataset.Dataset:
+    def scan(self, name: str, seeds: Sequence[int] | None = None) -> pa.dataset.Dataset:
         """Return the table as an Arrow dataset, which reads chosen columns and rows only.
+
+        Args:
+            seeds: of the episodes; None = all.
 
         Raises:
             ValueError: for an unknown name, or one that a set of an earlier format does not have.
         """
         check("name", name in self.tables, f"one of {', '.join(self.tables)}", repr(name))
-        return self._scan(name, self.seeds)
+        folders = (episode_folder(self.root, seed) for seed in (self.seeds if seeds is None else seeds))
+        paths = [f"{folder}/{name}.parquet" for folder in folders]
+        return pa.dataset.dataset(paths, filesystem=self.files, format="parquet")
 
-    def batches(self, name: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:
-        """Yield the rows of a table in order, as columns of expressions; the number of episodes costs no memory."""
+    def batches(self, name: str, columns: dict[str, Any] | list[str]) -> Iterator[pa.RecordBatch]:
+        """Yield the rows of a table in order, as columns of expressions or of names; the number of episodes costs no
+        memory."""
         for first in range(0, len(self.seeds), _SCANNED):
             # Arrow keeps the footer of every file that it has read for as long as the dataset exists.
-            part = self._scan(name, self.seeds[first : first + _SCANNED])
-            yield from part.scanner(columns=columns).to_batches()
-
-    def count_rows(self, name: str) -> int:
-        """Return the number of a table's rows."""
-        return self.scan(name).count_rows()
-
-    def _scan(self, name: str, seeds: Sequence[int]) -> pa.dataset.Dataset:
-        paths = [f"{episode_folder(self.root, seed)}/{name}.parquet" for seed in seeds]
-        return pa.dataset.dataset(paths, filesystem=self.files, format="parquet")
+            yield from self.scan(name, self.seeds[first : first + _SCANNED]).scanner(columns=columns).to_batches()
 
     def stored_bytes(self) -> dict[str, int]:
         """Return the bytes of each channel in all frames, from its places in the table of frames, and of all tables."""
@@ -159,10 +157,6 @@ class DataSet:
         """Forget what was read."""
         for episode in self._episodes.values():
             episode.close()
-
-    @cached_property
-    def _known(self) -> frozenset[int]:
-        return frozenset(self.seeds)
 
     @cached_property
     def _episode_ends(self) -> np.ndarray:

@@ -107,11 +107,14 @@ def _finish(data: DataSet, left_out: dict[int, str]) -> None:
 def _connected(workers: Workers) -> Iterator[Unordered]:
     """Yield what gives the workers something to make, while the context lasts."""
     if workers.address is None:
-        yield partial(_in_processes, workers.count)
+        try:
+            yield partial(in_processes, workers=workers.count)
+        except BrokenProcessPool:
+            raise ChildProcessError(_LOST) from None
         return
     check("workers", workers.count >= 1, "at least 1 on a cluster", workers.count)
     check_packages(("distributed",), "dask")
-    from distributed import Client
+    from distributed import Client, KilledWorker
 
     try:
         client = Client(workers.address, timeout=_PATIENCE_S)
@@ -119,28 +122,21 @@ def _connected(workers: Workers) -> Iterator[Unordered]:
         got = f"{workers.address!r} ({error})"
         raise ValueError(f"address: expected a Dask scheduler that answers, got {got}") from None
     with client:
-        yield partial(_on_cluster, client, 2 * workers.count)
-
-
-def _in_processes(count: int, make: Callable[[int], Made], seeds: Iterable[int]) -> Iterator[Made]:
-    try:
-        yield from in_processes(make, seeds, count)
-    except BrokenProcessPool:
-        raise ChildProcessError(_LOST) from None
+        try:
+            yield partial(_on_cluster, client, 2 * workers.count)
+        except KilledWorker:
+            raise ChildProcessError(_LOST) from None
 
 
 def _on_cluster(client: Any, under_way: int, make: Callable[[int], Made], seeds: Iterable[int]) -> Iterator[Made]:
-    from distributed import KilledWorker, as_completed
+    from distributed import as_completed
 
     # The same seeds may have to be made again: their results are not known from before.
     calls = (client.submit(make, seed, pure=False) for seed in seeds)
     running = as_completed(list(islice(calls, under_way)))
-    try:
-        for future in running:
-            yield future.result()
-            running.update(list(islice(calls, 1)))
-    except KilledWorker:
-        raise ChildProcessError(_LOST) from None
+    for future in running:
+        yield future.result()
+        running.update(list(islice(calls, 1)))
 
 
 def begin(request: Request, out: str) -> None:

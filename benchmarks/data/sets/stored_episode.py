@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -27,23 +26,8 @@ _KEPT_GROUPS = 4
 """Row groups that are kept for reading in any order: an episode's length costs no memory."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Group:
-    """A row group of all tables.
-
-    Attributes:
-        rows: of ``frames``. fields: table of objects -> field -> (K, …) of all objects of these frames.
-        ends: table of objects -> (frames + 1,) where each frame's objects begin.
-    """
-
-    rows: list[dict[str, Any]]
-    fields: dict[str, dict[str, NDArray[Any]]]
-    ends: dict[str, NDArray[np.int64]]
-
-    def objects(self, table: str, at: int) -> dict[str, NDArray[Any]]:
-        """Return the fields of one frame's objects."""
-        part = slice(*self.ends[table][at : at + 2])
-        return {name: values[part] for name, values in self.fields[table].items()}
+_Objects = dict[str, dict[str, NDArray[Any]]]
+"""Table -> field -> values (N, …) of one frame's objects."""
 
 
 class StoredEpisode:
@@ -67,7 +51,7 @@ class StoredEpisode:
         self._start = {name: value_of(value, hints[name]) for name, value in mark["start"].items()}
         self._next = 0
         self._live: Any = None
-        self._groups: dict[int, _Group] = {}
+        self._groups: dict[int, list[tuple[dict[str, Any], _Objects]]] = {}
 
     def __getstate__(self) -> dict[str, Any]:
         """Without what is only kept: another process reads its own."""
@@ -98,13 +82,12 @@ class StoredEpisode:
 
     def frame(self, index: int, channels: tuple[str, ...] | None = None) -> Frame:
         """Return a frame; of its pixels only ``channels``, None = all that are stored. Raises IndexError."""
-        group, at = self._group(index)
+        row, objects = self._row(index)
         stored = self._request.channels
         wanted = stored if channels is None else channels
         check("channels", set(wanted) <= set(stored), f"some of {', '.join(stored)}", ", ".join(map(str, wanted)))
-        row = group.rows[at]
         pixels = self._pixels("pixels", row, set(wanted) - {NORMALS})
-        fields = {name: each for table in group.fields for name, each in group.objects(table, at).items()}
+        fields = {name: values for table in objects.values() for name, values in table.items()}
         truth = tables.truth_of(self._scenario.truth, row, fields, pixels)
         pictures = {channel: pixels[channel] for channel in PICTURES if channel in pixels}
         return Frame(tables.observation_of(row, pictures), truth)
@@ -112,7 +95,7 @@ class StoredEpisode:
     def normals_of(self, index: int) -> NDArray[np.float32]:
         """Return the normals of a frame, see ``Episode.normals``. Raises ValueError if they are not stored."""
         check("channels", NORMALS in self._request.channels, f"a data set with {NORMALS}", "one without")
-        return self._pixels("pixels", self._row(index), [NORMALS])[NORMALS]
+        return self._pixels("pixels", self._row(index)[0], [NORMALS])[NORMALS]
 
     def visible_boxes_of(self, index: int, table: str = "objects") -> NDArray[np.float64]:
         """Return the boxes (N, 4) about the visible pixels of a frame's objects; NaN where none is seen.
@@ -120,12 +103,12 @@ class StoredEpisode:
         Args:
             table: ``objects``, or ``standing`` for those that stand about (S, 4).
         """
-        group, at = self._group(index)
-        return group.objects(table, at)[tables.VISIBLE_BOX] if table in group.fields else np.empty((0, 4))
+        objects = self._row(index)[1]
+        return objects[table][tables.VISIBLE_BOX] if table in objects else np.empty((0, 4))
 
     def coded(self, index: int, channel: str) -> tuple[str, bytes] | None:
         """Return the name of the coding and the stored bytes of a frame's channel; None if it has none."""
-        place = self._row(index)[channel]
+        place = self._row(index)[0][channel]
         return None if place is None else (coding_of(channel, self._request.pictures), self._bytes("pixels", place))
 
     def step(self, command: CameraCommand | None = None) -> Frame:
@@ -156,29 +139,30 @@ class StoredEpisode:
         if self._live is not None:
             self._live.close()
 
-    def _row(self, index: int) -> dict[str, Any]:
-        group, at = self._group(index)
-        return group.rows[at]
-
-    def _group(self, index: int) -> tuple[_Group, int]:
-        """Return the rows that were written together with a frame's, and its place among them. Raises IndexError."""
+    def _row(self, index: int) -> tuple[dict[str, Any], _Objects]:
+        """Return the row of a frame and its objects; those written together are read together. Raises IndexError."""
         if not 0 <= index < self.frame_count:
             raise IndexError(f"frame: expected 0 to {self.frame_count - 1}, got {index}")
         number, at = divmod(index, ROWS_AT_ONCE)
-        found = self._groups.get(number)
-        if found is None:
-            found = _Group(self._table("frames", number).to_pylist(), {}, {})
-            firsts = number * ROWS_AT_ONCE + np.arange(len(found.rows) + 1)
-            for name in ("objects", "standing"):
-                if f"{name}.parquet" in self.marks:
-                    rows = self._table(name, number)
-                    found.fields[name] = tables.object_arrays(self._scenario.truth, rows, name)
-                    found.ends[name] = np.searchsorted(rows["frame"].to_numpy(), firsts)
-            self._groups[number] = found
+        group = self._groups.get(number)
+        if group is None:
+            group = self._groups[number] = self._group(number)
             # Threads may read at once.
             for old in list(self._groups)[:-_KEPT_GROUPS]:
                 self._groups.pop(old, None)
-        return found, at
+        return group[at]
+
+    def _group(self, number: int) -> list[tuple[dict[str, Any], _Objects]]:
+        group: list[tuple[dict[str, Any], _Objects]] = [(row, {}) for row in self._table("frames", number).to_pylist()]
+        for name in ("objects", "standing"):
+            if f"{name}.parquet" in self.marks:
+                rows = self._table(name, number)
+                begins = np.searchsorted(rows["frame"].to_numpy(), number * ROWS_AT_ONCE + np.arange(1, len(group)))
+                arrays = tables.object_arrays(self._scenario.truth, rows, name)
+                parts = {field: np.split(values, begins) for field, values in arrays.items()}
+                for k, (_, objects) in enumerate(group):
+                    objects[name] = {field: of_frames[k] for field, of_frames in parts.items()}
+        return group
 
     def _table(self, name: str, row_group: int) -> pa.Table:
         path = f"{self._folder}/{name}.parquet"

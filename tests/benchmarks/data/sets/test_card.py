@@ -35,7 +35,7 @@ def test_the_card_begins_with_what_the_hub_reads(data: DataSet) -> None:
         found = [path for pattern in split["path"] for path in Path(data.root).glob(pattern)]
         assert len(found) == len(data.seeds)
         rows = sum(pq.read_table(path).num_rows for path in found)
-        assert rows == data.count_rows(config["config_name"])
+        assert rows == data.table(config["config_name"]).num_rows
 
 
 def test_splits_are_those_of_seeds(tmp_path: Path) -> None:

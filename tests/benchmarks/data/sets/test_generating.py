@@ -95,10 +95,11 @@ def peak_mib(work: str) -> float:
 
 
 @pytest.mark.heavy
-def test_a_workers_memory_does_not_grow_with_the_number_of_frames(tmp_path):
+def test_memory_hardly_grows_with_the_number_of_frames(tmp_path):
     """512 frames are two blocks of rows, which are in memory until they are written.
 
-    What is left in memory of a longer episode are the footers of its tables, 3 KiB a frame.
+    What is left in memory of a longer episode are the footers of its tables, 3 KiB a frame. The data card is written
+    from tables that are read in parts.
     """
 
     def worker_mib(name: str, frames: int, episodes: int) -> float:
@@ -109,16 +110,11 @@ def test_a_workers_memory_does_not_grow_with_the_number_of_frames(tmp_path):
     assert blocks < 1.15 * few
     assert worker_mib("long", 10_000, 1) < 1.12 * blocks
     assert worker_mib("many", 100, 100) < 1.06 * blocks
-
-
-@pytest.mark.heavy
-def test_the_memory_of_the_whole_run_hardly_grows_with_the_number_of_frames(tmp_path):
-    """The data card is written from tables that are read in parts."""
-    few, many = (
+    one, many = (
         peak_mib(f"made(tiny(seeds=(0, {episodes}), frame_count=100), {str(tmp_path / str(episodes))!r})")
         for episodes in (1, 100)
     )
-    assert many < 1.15 * few
+    assert many < 1.15 * one
 
 
 @pytest.mark.heavy
@@ -217,12 +213,6 @@ def test_a_forecast_is_near_what_is_made_and_makes_nothing(data):
     assert told.seconds > 0
 
 
-def test_a_folder_that_cannot_be_made_is_named(tmp_path):
-    (tmp_path / "file").touch()
-    with pytest.raises(ValueError, match="out: expected a folder that can be written"):
-        made(tiny(), tmp_path / "file/inside")
-
-
 @pytest.fixture
 def unbuilt(monkeypatch):
     """Let the episode of seed 4 be one that cannot be built."""
@@ -312,6 +302,8 @@ def test_a_whole_set_is_not_written_again(tmp_path, monkeypatch):
     assert made(tiny(seeds=(3, 4)), tmp_path / "set").seeds == (3,)
 
 
-def test_a_folder_in_which_nothing_can_be_made_is_named():
-    with pytest.raises(ValueError, match="out: expected a folder that can be written, got '/proc/1/"):
-        made(tiny(), "/proc/1/set")
+def test_folders_that_cannot_be_made_or_written_are_named(tmp_path):
+    (tmp_path / "file").touch()
+    for out in (tmp_path / "file/inside", "/proc/1/set"):
+        with pytest.raises(ValueError, match=f"out: expected a folder that can be written, got '{out}"):
+            made(tiny(), out)
