@@ -127,11 +127,6 @@ def test_knowing_the_drivers_is_worth_something(plans: list[Plan]) -> None:
 
 
 @pytest.mark.heavy
-def test_the_same_numbers_give_the_same_guesses(plans: list[Plan]) -> None:
-    assert followed(plans[0], OracleParameters()) == followed(plans[0], OracleParameters())
-
-
-@pytest.mark.heavy
 def test_a_fan_holds_the_route_that_is_driven(plans: list[Plan]) -> None:
     """On the road, the car's further way lies on one of the routes, from any start frame."""
     checked = 0

@@ -100,7 +100,7 @@ def test_scores_are_those_of_a_loop_over_frames(
     for name, value in expected.items():
         assert got[name] == pytest.approx(value, nan_ok=True, abs=1e-9), name
     sure = [(p if np.isfinite(p) else 1.0) if place else 0.0 for p, place in zip(probability, inside, strict=True)]
-    for t in (0, 7, 20):
+    for t in range(21):
         said = [k for k in range(len(truth)) if sure[k] >= t / 20 and sure[k] > 0]
         total = sum(iou[k] for k in said)
         assert got["precision_curve"][t] == pytest.approx(total / len(said) if said else 1.0)  # type: ignore[index]

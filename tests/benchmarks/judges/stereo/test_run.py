@@ -12,8 +12,8 @@ import pytest
 
 from benchmarks.cli.main import main
 from benchmarks.contract.judging import truth_as
-from benchmarks.contract.rows import read_blocks, read_rows
-from benchmarks.contract.suite import Scene, register_suite
+from benchmarks.contract.rows import read_rows
+from benchmarks.contract.suite import register_suite
 from benchmarks.judges.stereo.metrics.people import WORST_ERROR_M
 from benchmarks.judges.stereo.suite import STEREO
 from benchmarks.run.outcome import Outcome
@@ -24,7 +24,6 @@ from tests.benchmarks.judges.follow import fake_follow
 from tests.benchmarks.judges.follow.fake_follow import HIDDEN
 from tests.benchmarks.named import NamedExperiment as Experiment
 from tests.benchmarks.named import run_named as run
-from tests.benchmarks.run.test_experiment import without_times
 
 ALL_TRACKERS = ("follow_knowing", "follow_single", "follow_taken")
 TINY = Experiment(
@@ -125,24 +124,6 @@ def test_ours_is_compared_in_what_the_suite_says(outcome: tuple[Outcome, Path]) 
 
 
 @pytest.mark.heavy
-def test_a_stopped_run_goes_on_where_it_was(outcome: tuple[Outcome, Path], tmp_path: Path) -> None:
-    _, at_once = outcome
-    run(replace(TINY, trackers=ALL_TRACKERS[:1]), tmp_path)
-    file = tmp_path / "records.jsonl"
-    lines = file.read_text().splitlines(keepends=True)
-    file.write_text("".join(lines[:-3]) + lines[-3][:50])
-    assert [key.seed for key in read_blocks(tmp_path)] == [0]
-    went_on = run(TINY, tmp_path)
-    assert (went_on.resumed, went_on.episodes) == (1, 5)
-    assert without_times(tmp_path) == without_times(at_once)
-
-
-def test_rows_do_not_depend_on_workers(outcome: tuple[Outcome, Path], tmp_path: Path) -> None:
-    run(replace(TINY, workers=2), tmp_path)
-    assert without_times(tmp_path) == without_times(outcome[1])
-
-
-@pytest.mark.heavy
 def test_who_fails_misses_the_target_from_there_on(tmp_path: Path) -> None:
     made = run(replace(TINY, trackers=("follow_raises", "follow_knowing"), seeds=range(1)), tmp_path)
     (failure,) = made.failures
@@ -202,12 +183,6 @@ def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -
 
 
 @pytest.mark.heavy
-def test_one_tracker_on_one_seed_makes_a_page(tmp_path: Path) -> None:
-    run(replace(TINY, trackers=("follow_taken",), seeds=range(1)), tmp_path)
-    assert "follow_taken" in write_report(tmp_path).read_text()
-
-
-@pytest.mark.heavy
 def test_both_suites_may_lie_on_one_page(outcome: tuple[Outcome, Path], tmp_path: Path) -> None:
     for suite, scenario, tracker, modules in (
         ("frame-out", "fake-town", "fake_still", ("tests.fakes_scenario",)),
@@ -238,24 +213,6 @@ def test_trackers_of_two_suites_are_not_compared(outcome: tuple[Outcome, Path], 
     run(replace(town, trackers=("fake_still",), seeds=range(1)), tmp_path)
     names = [f"{outcome[1]}:follow_taken", f"{tmp_path}:fake_still"]
     assert main(["compare", *names]) == 2
-
-
-@pytest.mark.heavy
-def test_bench_takes_all_trackers_of_the_suite_and_ranks_by_f(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    fake = replace(STEREO, scenes=(Scene(TINY.scenario, "stereo"),), preset="tiny", quick_preset="tiny")
-    monkeypatch.setattr("benchmarks.cli.bench.suite", lambda name: fake)
-    assert main(["bench", "stereo", "--workers", "0", "--seeds", "0:1", "--quick", "--out", str(tmp_path)]) == 1
-    out, err = capsys.readouterr()
-    # OpenCV's tracker is in both suites; one of the trackers here fails, which is reported.
-    assert {key.tracker for key in read_blocks(tmp_path)} >= {*ALL_TRACKERS, "opencv_mil", "follow_raises"}
-    assert not {"hold", "oracle_map"} & {key.tracker for key in read_blocks(tmp_path)}
-    assert next(line for line in out.splitlines() if "follow_" in line).split()[0] in (
-        "follow_knowing",
-        "follow_single",
-    )
-    assert "error: follow_raises failed" in err
 
 
 def test_list_tells_the_suites_of_each_tracker(capsys: pytest.CaptureFixture[str]) -> None:
