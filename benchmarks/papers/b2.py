@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -12,13 +13,15 @@ from numpy.typing import NDArray
 from benchmarks.contract.rows import LAST_METRIC, Row
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture, Values, photograph
 from benchmarks.papers.experiment import Plots
-from benchmarks.show.palette import GRID, line_styles
-from benchmarks.show.plots import Plot, count_frames, drawn_as, new_figure, svg
+from benchmarks.show.charts import Chart, Curve
+from benchmarks.show.palette import line_styles
+from benchmarks.show.plots import plot_of
 from benchmarks.show.video.drawing import picture_sheet
 from scenarios.scenario import RendererName
 from trackers.light_adaptive_stereo.light_change import LightTrend
 
 _HSV = ("hue", "saturation", "value")
+_STYLES = line_styles([("saturation", "ours"), ("value", "as-written"), ("hue", "baseline"), ("D_l", "as-written")])
 _CEILING_LIGHT_FRAMES = 300
 _SHOWN_FRAMES = (60, 200, 320, 385, 420, 560, 760, 920)
 _SHOWN_IN_A_ROW = 4
@@ -53,7 +56,7 @@ class Drive(CameraExperiment):
         caption = f"The camera's pictures during the drive, with the measured rectangle; seed {seed}."
         self.write_figure(out, sheet, seed, renderer, "figure 5", caption)
         own = {r["metric"]: r["value"] for r in rows if (r["renderer"], r["seed"]) == (renderer, seed)}
-        plots = [Plot("Colour of the sheet (grey: D_l < 0)", "", _plot_colour(own)), Plot("D_l", "", _plot_trend(own))]
+        plots = [plot_of(chart, _STYLES) for chart in _charts(own)]
         return Plots(f"The paper's figures 6 and 7, in this world: seed {seed}", plots)
 
 
@@ -65,27 +68,16 @@ def _mean_hsv(picture: SheetPicture) -> NDArray[np.float64]:
     return mean
 
 
-def _plot_colour(values: dict[str, list[float]]) -> str:
-    """Draw the sheet's colour over the frames; grey where D_l is negative."""
-    styles = line_styles([("saturation", "ours"), ("value", "as-written"), ("hue", "baseline")])
-    with drawn_as("b2-colour"):
-        figure, axes = new_figure("frame", "share of its range")
-        for name, style in styles.items():
-            axes.plot(values[name], color=style["color"], linewidth=0.7 * style["linewidth"], label=name)
-        negative = np.array(values["trend"]) < 0
-        axes.fill_between(np.arange(len(negative)), 0, 1, where=negative, color=GRID, alpha=0.6, linewidth=0, zorder=1)
-        axes.set_ylim(0, 1)
-        count_frames(axes, len(negative) - 1)
-        figure.legend(frameon=False, fontsize=8, loc="outside upper left", ncols=3)
-        return svg(figure)
-
-
-def _plot_trend(values: dict[str, list[float]]) -> str:
-    """Draw D_l over the frames."""
-    with drawn_as("b2-trend"):
-        figure, axes = new_figure("frame", f"D_l, cut at {_LARGEST_TREND:g}")
-        style = line_styles([("D_l", "as-written")])["D_l"]
-        axes.plot(np.clip(values["trend"], -_LARGEST_TREND, _LARGEST_TREND), color=style["color"], linewidth=1.0)
-        axes.axhline(0.0, color=line_styles([("0", "oracle")])["0"]["color"], linewidth=0.8)
-        count_frames(axes, len(values["trend"]) - 1)
-        return svg(figure)
+def _charts(values: dict[str, list[float]]) -> list[Chart]:
+    """Return the sheet's colour and D_l over the frames."""
+    frames = np.arange(float(len(values["trend"])))
+    series = {name: np.array(values[name]) for name in _HSV}
+    series["D_l"] = np.clip(values["trend"], -_LARGEST_TREND, _LARGEST_TREND)
+    curves = {name: Curve(frames, each, each, each) for name, each in series.items()}
+    trend = {"D_l": curves.pop("D_l")}
+    how: dict[str, Any] = {"words": "", "x_label": "frame", "x_scale": "frames"}
+    cut = f"D_l, cut at {_LARGEST_TREND:g}"
+    return [
+        Chart(title="Colour of the sheet", curves=curves, y_label="share of its range", **how),
+        Chart(title="D_l", curves=trend, y_label=cut, y_scale="linear", rule=(0.0, ""), **how),
+    ]

@@ -84,18 +84,11 @@ class CameraExperiment(PaperExperiment):
             "controller": None,
             "renderer": renderer,
             "seed": seed,
+            "repeat": 0,
         }
-        ending = {"seconds": None, "editions": self._editions(renderer)}
+        ending = {"weight": 1.0, "frame_out": None, "seconds": None, "editions": self._editions(renderer)}
         return [
-            {
-                **heading,
-                "repeat": 0,
-                "metric": name,
-                "value": rounded(value),
-                "weight": 1.0,
-                "frame_out": None,
-                **ending,
-            }
+            {**heading, "metric": name, "value": rounded(value), **ending}
             for name, value in self.measure(seed, renderer).items()
         ]
 

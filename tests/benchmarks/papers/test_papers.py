@@ -99,18 +99,6 @@ def test_a_claim_is_judged_by_its_bound(mean: float | None, metric: str, agrees:
     assert (found[other].value, found[other].episodes, found[other].agrees) == ("–", 0, False)
 
 
-def test_both_renderers_are_shown_where_both_were_run() -> None:
-    renderers = ("raster", "pybullet")
-    rows = [row(A2, "colour_pf", "run_kept", 1.0, seed, renderer=r) for r in renderers for seed in range(5)]
-    found = findings(A2, rows)
-    assert [(each.claim.tracker, each.renderer, each.episodes) for each in found[:4]] == [
-        ("colour_pf", "raster", 5),
-        ("colour_pf", "pybullet", 5),
-        ("road_shape_pf", "raster", 0),
-        ("road_shape_pf", "pybullet", 0),
-    ]
-
-
 def test_rows_of_something_else_in_the_folder_count_for_nothing(tmp_path: Path) -> None:
     mine = row(A2, "colour_pf", "frames", 80.0)
     for more in ({"suite": "paper"}, {"scenario": "x-v1"}, {"preset": "standard"}, {"controller": None}, {}):
