@@ -12,22 +12,17 @@ from benchmarks.contract.metric import Metric, Quantity
 from benchmarks.contract.rows import Row, read_rows
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import interval_text, number_text, ranges_text, unit_sign
-from benchmarks.papers.experiment import Claim, PaperExperiment, Plots, Robustness, TextTable
+from benchmarks.papers.experiment import Claim, PaperExperiment, Robustness, TextTable
 from benchmarks.run.experiment import Experiment, Progress
 from benchmarks.run.experiment import run as run_experiment
 from benchmarks.run.result_folder import MadeNow
 from benchmarks.run.selection import experiment_on, job_on, tracker_named
-from benchmarks.show.palette import line_styles
-from benchmarks.show.pictures import drawn_cells, keep_event_picture
-from benchmarks.show.plots import plot_of
-from benchmarks.show.showing import showing_of
+from benchmarks.show.pictures import drawn_cells
 from benchmarks.show.video.drawing import InLargerView, picture_sheet
 from benchmarks.statistics.bootstrap import bootstrap_interval
 from benchmarks.statistics.pooling import Median
-from benchmarks.statistics.summary import grouped
 from scenarios import catalog
 from scenarios.scenario import RendererName
-from trackers import registry
 
 FOLDER = "robustness"
 """Of the rows of what is varied, in the experiment's folder."""
@@ -149,24 +144,14 @@ class TrackerExperiment(PaperExperiment):
             self.suite, self.scenario, self.presets, self.methods, seeds, renderer=renderer, workers=workers
         )
 
-    def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> Plots | None:
-        """See ``PaperExperiment``: the paper's frames; where it names none, the suite's picture and its figures."""
-        if self.frames:
-            self._show_frames(out, seeds.start, renderer)
-            return None
-        condition = self.condition(renderer)
-        found = grouped(rows)[condition]
-        drawn = {name: found[name] for name in self.trackers}
-        showing = showing_of(suite(self.suite))
-        if showing.event_picture is not None:
-            keep_event_picture(out, condition, drawn, self.trackers, showing.event_picture)
-        styles = line_styles([(name, registry.entry(name).role) for name in self.trackers])
-        plots = [plot_of(chart, styles) for chart in showing.charts(drawn) if chart.values]
-        return Plots("What the paper does not show", plots) if plots else None
+    def show(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> None:
+        """See ``PaperExperiment``: one episode with each method, the observed frame inside the larger view.
 
-    def _show_frames(self, out: Path, seed: int, renderer: RendererName) -> None:
-        """Run one episode with each method; show the observed frame inside the larger view."""
-        cells = []
+        Where the paper names no frames nothing is shown.
+        """
+        if not self.frames:
+            return
+        seed, cells = seeds.start, []
         for tracker in self.trackers:
             how: Any = {"controller": self.controller, "renderer": renderer, "repeats": 1}
             job = job_on(self.suite, self.scenario, self.preset, seed, (tracker,), **how)

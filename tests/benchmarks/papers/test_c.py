@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from benchmarks.contract.suite import suite
@@ -83,14 +81,9 @@ def test_ours_is_nearer_where_the_paired_interval_is_clear_of_zero(
     assert (found.agrees, found.episodes, found.expected) == (agrees, 4, "interval below 0 px")
 
 
-def test_ours_stands_beside_it_without_a_verdict_and_curves_are_drawn(tmp_path: Path) -> None:
+def test_ours_stands_beside_it_without_a_verdict() -> None:
     rows = [row(EXPERIMENT, "shoal_chain", f"gap_error_{count}_px", 0.3) for count in (50, 100, 200)]
     found = [each for each in findings(EXPERIMENT, rows) if each.claim.tracker == "shoal_chain"]
     assert [(each.mean, each.agrees) for each in found if not each.claim.minus] == [(0.3, None)] * 3
     # Alone it has nothing to be compared with.
     assert [(each.mean, each.agrees) for each in found if each.claim.minus] == [(None, False)] * 3
-    curve = [0.1 * k for k in range(200)]
-    curves = [row(EXPERIMENT, name, "gap_error_by_frame_px", curve) for name in EXPERIMENT.trackers]
-    plots = EXPERIMENT.show(tmp_path, [*rows, *curves], range(1), "raster")
-    assert plots is not None
-    assert [plot.title for plot in plots.plots] == ["How far off is a lost fish?"]

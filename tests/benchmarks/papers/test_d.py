@@ -131,11 +131,3 @@ def test_ours_is_to_find_more_with_a_tenth_of_the_alarms(sure: float, agrees: bo
         of += [heading | {"metric": "found", "value": value, "event": {"kind": "person"}} for value in found]
     (held,) = (each for each in findings(EXPERIMENT, of) if each.claim.metric == "detection_rate_at_a_tenth")
     assert (held.mean, held.agrees) == (pytest.approx(0.5 if agrees else -0.5), agrees)
-
-
-def test_both_methods_have_their_figures(tmp_path: Path) -> None:
-    both = [each for name in EXPERIMENT.trackers for each in rows(PRINTED, {}, name)]
-    visit = {"contrast_to_noise": 30.0, "first_frame": 5, "length_frames": 3}
-    found = [each | {"metric": "found", "event": each["event"] | visit} for each in both]
-    plots = EXPERIMENT.show(tmp_path, [each | {"editions": {}} for each in [*both, *found]], range(1), "raster")
-    assert [plot.title for plot in plots.plots] == ["What contrast does it take?"]
