@@ -54,7 +54,10 @@ def print_leaderboard(
         if markdown:
             print(f"{title}\n")
             heads = [*scores.key_columns, "role", *(column.head for column in board.columns)]
-            print(tables.markdown_table(heads, board.lines_in_parts(), words=len(scores.key_columns) + 1), end="\n\n")
+            competitors, references = board.parts
+            between = [[f"*{tables.REFERENCES}*", *[""] * (len(heads) - 1)]] if competitors and references else []
+            lines = [*(line.words for line in competitors), *between, *(line.words for line in references)]
+            print(tables.markdown_table(heads, lines, words=len(scores.key_columns) + 1), end="\n\n")
         else:
             console.print(_that_fits(console, title, board, scores.key_columns))
 
@@ -87,7 +90,7 @@ def _for_terminal(title: str, board: tables.Table, names: Sequence[str], count: 
     for place, column in enumerate(board.columns[:count]):
         parts = (part for line in board.lines for part in _number_above_interval(line.cells[place]))
         table.add_column(column.head, justify="right", width=max(map(len, (*column.head.split(), *parts))))
-    for part in (board.competitors, board.references):
+    for part in board.parts:
         for line in part:
             cells = ("\n".join(_number_above_interval(cell)) for cell in line.cells[:count])
             table.add_row(*line.names, line.role, *cells, style=_ROLE_STYLES.get(line.role, ""))

@@ -86,9 +86,9 @@ def _definitions() -> str:
     """Return the definitions of metrics, some lines for each."""
     lines = []
     for each in (definition for suite in suites().values() for definition in metric_definitions(suite)):
-        lines += [f"{each.suite}: {each.name}", f"    {each.summary}"]
-        lines += [f"    {name + ':':<12}{getattr(each, name)}" for name in _PARTS]
-        lines.append(f"    rows in:    {'; '.join(each.defined_in)}")
+        lines += [f"{each['suite']}: {each['name']}", f"    {each['summary']}"]
+        lines += [f"    {name + ':':<12}{each[name]}" for name in _PARTS]
+        lines.append(f"    rows in:    {'; '.join(each['defined_in'])}")
     return "\n".join(lines)
 
 

@@ -39,7 +39,7 @@ class Render(WithModules):
             in closed loop none).
         renderer: raster or pybullet.
         frames: number of frames (default: the whole episode).
-        scale: size of the larger view over that of the camera's picture, >= 1; 16,777,216 pixels at most.
+        scale: size of the larger view over that of the camera's picture, 1 to 8.
         out: the file (default: results/SCENARIO-PRESET-SEED.mp4).
     """
 

@@ -20,7 +20,7 @@ from benchmarks.run.jobs import Job, block_of, heading_of, take_in
 from benchmarks.run.packages import check_packages
 from benchmarks.run.result_folder import append_block
 from benchmarks.run.selection import tracker_named
-from benchmarks.show.video.drawing import draw_steered
+from benchmarks.show.video.drawing import Canvas, draw_steered
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.settings import FollowSettings
 from scenarios.envs.view import Window, draw_place, open_display
@@ -120,7 +120,7 @@ def _read_keys(held: set[int]) -> bool:
 def _picture(loop: Loop, zoom: float) -> NDArray[np.uint8]:
     """Return the picture (H, W, 3) that the tracker gets, with its estimate, and what a second camera looks at."""
     picture = loop.frame.observation.image_rgb.copy()
-    draw_steered(picture, loop.frame, 1.0)
+    draw_steered(Canvas(picture, np.eye(2), np.zeros(2)), loop.frame)
     draw_place(picture, loop.estimate.position_px)
     enlarged: Any = cv2.resize(picture, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_NEAREST)
     return np.asarray(enlarged, np.uint8)

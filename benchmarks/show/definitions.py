@@ -5,15 +5,18 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, TypeVar
 
 from benchmarks.contract.metric import NOT_STATED, Metric
 from benchmarks.contract.suite import Suite
 from benchmarks.contract.text import range_text
 from benchmarks.show.showing import showing_of
+
+T = TypeVar("T")
+K = TypeVar("K")
 
 _ROOT = Path(__file__).resolve().parents[2]
 _SECTION = re.compile(r"^(Args|Attributes|Raises|Returns|Yields):$", re.MULTILINE)
@@ -59,32 +62,6 @@ def _in_docstring(kind: type, names: list[str]) -> dict[str, str]:
     return meanings
 
 
-@dataclass(frozen=True, slots=True)
-class MetricDefinition:
-    """The definition of one metric of a suite, each part in words.
-
-    Attributes:
-        suite, name, summary, unit: see ``Metric``.
-        formula: how rows make it. range: of its values; fractions are 0 to 1.
-        better: ``higher``, ``lower``, or the ideal value.
-        conditions: which frames, events or episodes count.
-        source: where the definitions of its rows come from.
-        rows: names of its rows. defined_in: places of their formulas.
-    """
-
-    suite: str
-    name: str
-    summary: str
-    formula: str
-    range: str
-    unit: str
-    better: str
-    conditions: str
-    source: str
-    rows: tuple[str, ...]
-    defined_in: tuple[str, ...]
-
-
 def metrics_of(suite: Suite) -> list[Metric]:
     """Return the metrics of a suite's summary, then those of only its events and facts."""
     found: dict[str, Metric] = {}
@@ -94,64 +71,74 @@ def metrics_of(suite: Suite) -> list[Metric]:
     return list(found.values())
 
 
-def definitions_of(suite: Suite) -> Mapping[Any, tuple[str, ...]]:
-    """Return the definitions of a suite's rows: function, class or module -> names of rows."""
-    found: dict[Any, dict[str, None]] = {}
+def definitions_of(suite: Suite) -> dict[Any, dict[str, None]]:
+    """Return the definitions of a suite's rows: function, class or module -> names of rows, as keys."""
+    found: dict[Any, dict[str, None]] = defaultdict(dict)
     for metric in metrics_of(suite):
         own = () if metric.value is None else (metric.value,)
         for quantity in metric.statistic.of:
             for thing in (*own, *quantity.defined_by):
-                found.setdefault(thing, {})[quantity.name] = None
-    return {thing: tuple(names) for thing, names in found.items()}
+                found[thing][quantity.name] = None
+    return found
 
 
-def metric_definitions(suite: Suite) -> list[MetricDefinition]:
-    """Return the definitions of all metrics of a suite, see ``metrics_of``."""
+def metric_definitions(suite: Suite) -> list[dict[str, Any]]:
+    """Return the definitions of all metrics of a suite, see ``metrics_of``, each part in words.
+
+    Beside those of ``Metric``: ``formula``: how rows make it; ``range`` of its values; ``better``: ``higher``,
+    ``lower``, or the ideal value; ``conditions``: which frames, events or episodes count; ``source``: where the
+    definitions of its rows come from; ``rows``: their names; ``defined_in``: places of their formulas.
+    """
     return [_definition(suite, metric) for metric in metrics_of(suite)]
 
 
-def _definition(suite: Suite, metric: Metric) -> MetricDefinition:
+def _definition(suite: Suite, metric: Metric) -> dict[str, Any]:
     statistic = metric.statistic
     stated = [each for each in statistic.of if each.conditions != NOT_STATED]
     conditions = dict.fromkeys(each.conditions for each in stated if each.conditions)
     of_kind = f"; of events: {statistic.kind}" if statistic.kind else ""
     in_seconds = metric.unit == "s" and "frames" in statistic.formula
-    return MetricDefinition(
-        suite=suite.name,
-        name=metric.name,
-        summary=metric.summary,
-        formula=statistic.words(),
-        range=range_text(*statistic.range()) + (" frames, in s" if in_seconds else ""),
-        unit=metric.unit,
-        better=metric.better if metric.ideal is None else f"{metric.ideal:g}",
-        conditions="; ".join(conditions or [NOT_STATED]) + of_kind,
-        source="; ".join(dict.fromkeys(each.source for each in stated)) or NOT_STATED,
-        rows=tuple(each.name for each in statistic.of),
-        defined_in=tuple(map(place_of, metric.definitions)),
-    )
+    return {
+        "suite": suite.name,
+        "name": metric.name,
+        "summary": metric.summary,
+        "formula": statistic.words(),
+        "range": range_text(*statistic.range()) + (" frames, in s" if in_seconds else ""),
+        "unit": metric.unit,
+        "better": metric.better if metric.ideal is None else f"{metric.ideal:g}",
+        "conditions": "; ".join(conditions or [NOT_STATED]) + of_kind,
+        "source": "; ".join(dict.fromkeys(each.source for each in stated)) or NOT_STATED,
+        "rows": [each.name for each in statistic.of],
+        "defined_in": [place_of(each) for each in metric.definitions],
+    }
 
 
-@dataclass(frozen=True, slots=True)
-class Setting:
+def grouped_by(items: Iterable[T], key: Callable[[T], K]) -> dict[K, list[T]]:
+    """Return items by a key of theirs, in their order."""
+    groups: dict[K, list[T]] = defaultdict(list)
+    for each in items:
+        groups[key(each)].append(each)
+    return groups
+
+
+class Setting(NamedTuple):
     """A setting of presets.
 
     Attributes:
         name: of the field, with those of the dataclasses that hold it, e.g. ``ego.heading_rad``.
         meaning: from the docstring.
-        values: text of a value -> the presets that have it, in their order.
+        presets: text of a value -> the presets that have it, in their order.
     """
 
     name: str
     meaning: str
-    values: Mapping[str, tuple[str, ...]]
+    presets: Mapping[str, list[str]]
 
 
-def preset_settings(presets: Mapping[str, Any]) -> list[tuple[tuple[str, ...], list[Setting]]]:
+def preset_settings(presets: Mapping[str, Any]) -> list[tuple[list[str], list[Setting]]]:
     """Return the settings of presets, those of one kind of dataclass together, each with the presets' names."""
-    kinds: dict[type, dict[str, Any]] = {}
-    for name, preset in presets.items():
-        kinds.setdefault(type(preset), {})[name] = preset
-    return [(tuple(mine), list(_settings(mine))) for mine in kinds.values()]
+    kinds = grouped_by(presets, lambda name: type(presets[name])).values()
+    return [(names, list(_settings({name: presets[name] for name in names}))) for names in kinds]
 
 
 def _settings(presets: Mapping[str, Any], prefix: str = "") -> Iterator[Setting]:
@@ -159,20 +146,14 @@ def _settings(presets: Mapping[str, Any], prefix: str = "") -> Iterator[Setting]
     for name, meaning in attribute_meanings(type(next(iter(presets.values())))).items():
         values = {preset: getattr(configuration, name) for preset, configuration in presets.items()}
         nested = {preset: value for preset, value in values.items() if _is_nested(value)}
-        yield Setting(prefix + name, meaning, _grouped({p: v for p, v in values.items() if p not in nested}))
+        plain = {preset: value_text(value) for preset, value in values.items() if preset not in nested}
+        yield Setting(prefix + name, meaning, grouped_by(plain, plain.__getitem__))
         if len({type(value) for value in nested.values()}) == 1:
             yield from _settings(nested, f"{prefix}{name}.")
 
 
 def _is_nested(value: Any) -> bool:
     return dataclasses.is_dataclass(value) or hasattr(value, "_fields")
-
-
-def _grouped(values: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
-    groups: dict[str, list[str]] = {}
-    for preset, value in values.items():
-        groups.setdefault(value_text(value), []).append(preset)
-    return {text: tuple(presets) for text, presets in groups.items()}
 
 
 def value_text(value: Any) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ from benchmarks.run.blindfold import BLIND_NOTE
 from benchmarks.run.failures import ended_processes
 from benchmarks.show import tables
 from benchmarks.show.charts import Chart
-from benchmarks.show.definitions import MetricDefinition, metric_definitions
+from benchmarks.show.definitions import metric_definitions
 from benchmarks.show.palette import LineStyles, line_styles
 from benchmarks.show.pictures import Picture, keep_event_picture, name_of, read_pictures, remove_picture
 from benchmarks.show.provenance import provenance
@@ -29,8 +28,8 @@ from benchmarks.statistics.summary import (
     condition_of,
     grouped,
     label_of,
+    read_entries,
     steering_words,
-    write_summary,
 )
 from sim.checks import check
 from trackers import registry
@@ -101,29 +100,23 @@ def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
     """
     rows = read_rows(directory)
     check("directory", bool(rows), "one that holds results", f"no whole episode in {str(directory)!r}")
-    if not all((directory / name).is_file() for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME)):
-        write_summary(directory)
-    summary, comparisons = (
-        json.loads((directory / name).read_text()) for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME)
-    )
+    summary, comparisons = (read_entries(directory, name) for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME))
     results = list(_by_condition(rows, summary, comparisons, metrics))
     _draw_pictures(directory, results)
     pictures = read_pictures(directory)
-    sections = [
-        _section(each, [picture for picture in pictures if picture.condition == each.condition]) for each in results
-    ]
-    page = page_environment(__file__).get_template("page.html.jinja")
+    sections = [_section(each, [one for one in pictures if one.condition == each.condition]) for each in results]
+    suites = {each.suite.name: suite(each.suite.name) for each in results}
+    headings = (each["showing"].heading or each["suite"].summary for each in sections)
     path = directory / REPORT_FILE_NAME
-    write_atomic(
-        path,
-        page.render(
-            heading=" · ".join(dict.fromkeys(each["showing"].heading or each["suite"].summary for each in sections)),
-            sections=sections,
-            definitions=_definitions(sections),
-            references_heading=tables.REFERENCES,
-            style=Markup(page_style()),
-        ),
+    page = page_environment(__file__).get_template("page.html.jinja")
+    text = page.render(
+        heading=" · ".join(dict.fromkeys(headings)),
+        sections=sections,
+        definitions={name: metric_definitions(judged) for name, judged in suites.items()},
+        references_heading=tables.REFERENCES,
+        style=Markup(page_style()),
     )
+    write_atomic(path, text)
     return path
 
 
@@ -171,13 +164,10 @@ def _draw_pictures(directory: Path, results: Sequence[_Results]) -> None:
     deadly = ended_processes(directory)
     for each in results:
         event = showing_of(each.suite).event_picture
-        if each.is_real or event is None:
-            continue
         alive = [entry for entry in each.summary if deadly.isdisjoint((entry["tracker"], entry.get("controller")))]
-        if alive:
-            shown = worth_showing(each.suite, alive)
-            keep_event_picture(directory, each.condition, each.rows, shown, event)
-        else:
+        if event is not None and alive and not each.is_real:
+            keep_event_picture(directory, each.condition, each.rows, worth_showing(each.suite, alive), event)
+        elif event is not None:
             remove_picture(directory, name_of(each.condition))
 
 
@@ -199,7 +189,7 @@ def _section(results: _Results, pictures: Sequence[Picture]) -> dict[str, Any]:
     showing, real = showing_of(scores), results.is_real
     sequences = scores.on_sequences if real else None
     everything = tables.every_metric(scores, summary)
-    references = tables.leaderboard(scores, summary, tables.UNRANKED_ROLES)
+    roles = {line.role for line in everything.lines}
     notes = {"blind": BLIND_NOTE, "oracle": showing.oracles}
     steering = [] if real else [steering_words(results.condition), renderer]
     return {
@@ -211,9 +201,8 @@ def _section(results: _Results, pictures: Sequence[Picture]) -> dict[str, Any]:
         "suite": scores,
         "showing": showing,
         "provenance": provenance([row for rows in results.rows.values() for row in rows]),
-        "leaderboard": tables.leaderboard(scores, summary, tables.RANKED_ROLES),
-        "references": references,
-        "references_note": " ".join(notes[role] for role in dict.fromkeys(line.role for line in references.lines)),
+        "leaderboard": tables.leaderboard(scores, summary, _DRAWN_ROLES),
+        "references_note": " ".join(words for role, words in notes.items() if role in roles),
         "papers": _papers(everything),
         "differences": list(_differences(scores, results.comparisons, everything)),
         "everything": everything,
@@ -247,14 +236,3 @@ def _differences(
     for (first, kind), mine in groups.items():
         order = dict.fromkeys(line.names[scores.key_columns.index(kind)] for line in everything.lines)
         yield first, kind, tables.paired_differences(scores, mine, list(order))
-
-
-def _definitions(sections: Sequence[dict[str, Any]]) -> dict[str, list[MetricDefinition]]:
-    """Return by suite the definitions of those metrics that stand in a table."""
-    names: dict[str, set[str]] = {}
-    for section in sections:
-        shown = (column for table in (section["everything"], section["facts"]) if table for column in table.columns)
-        names.setdefault(section["suite"].name, set()).update(column.name for column in shown)
-    return {
-        name: [each for each in metric_definitions(suite(name)) if each.name in mine] for name, mine in names.items()
-    }

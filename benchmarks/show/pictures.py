@@ -47,14 +47,12 @@ class EventPicture:
         drawing: makes the drawing of one tracker's frames.
         cell_width_px: width of one picture of the sheet.
         scale: size of the larger view over that of the observed frame.
-        every_frame: whether the drawing needs all frames up to the last that is shown.
     """
 
     find: Callable[[Sequence[Row]], ShownEvent | None]
     drawing: Callable[[Episode], Drawing]
     cell_width_px: int
     scale: float = 1.0
-    every_frame: bool = False
 
 
 class Picture(NamedTuple):
@@ -88,28 +86,21 @@ def keep_event_picture(
         return
     remove_picture(directory, name)
     if event is not None and all(map(is_of_present_editions, first)):
-        how: Any = {"scale": picture.scale, "every_frame": picture.every_frame}
-        jobs = _jobs(first, event.seed)
-        cells = [row for job in jobs for row in drawn_cells(job, picture.drawing, event.frames, **how)]
+        drawn = (drawn_cells(job, picture.drawing, event.frames, picture.scale) for job in _jobs(first, event.seed))
+        cells = [row for rows in drawn for row in rows]
         sheet = picture_sheet(cells, picture.cell_width_px)
         write_picture(directory, name, sheet, condition, event.title, f"Seed {event.seed}: {event.caption}", key)
 
 
 def drawn_cells(
-    job: Job,
-    drawing: Callable[[Episode], Drawing],
-    frames: Sequence[int],
-    *,
-    scale: float = 1.0,
-    every_frame: bool = False,
+    job: Job, drawing: Callable[[Episode], Drawing], frames: Sequence[int], scale: float
 ) -> list[list[tuple[str, NDArray[np.uint8]]]]:
     """Run a job; return a line of pictures with their words for each of its trackers, see ``EventPicture``."""
     cells: list[dict[int, tuple[str, NDArray[np.uint8]]]] = [{} for _ in job.trackers]
     with opened(job) as live:
         frames = [min(frame, live.loop.episode.frame_count - 1) for frame in frames]
         drawings = [drawing(live.loop.episode) for _ in job.trackers]
-        wanted = range(max(frames) + 1) if every_frame else frames
-        for instants in replay_all(live, scale=scale, wanted=wanted, frame_count=max(frames) + 1):
+        for instants in replay_all(live, scale=scale, wanted=frames, frame_count=max(frames) + 1):
             for own, tracker, each, instant in zip(cells, job.trackers, drawings, instants, strict=True):
                 frame = instant.frame.truth.frame
                 own[frame] = f"{tracker}   frame {frame}   {each.describe(instant)}", each.picture(instant)

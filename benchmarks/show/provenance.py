@@ -42,17 +42,20 @@ class Provenance:
 
 def provenance(rows: Sequence[Row]) -> Provenance:
     """Return the provenance of the rows of one condition, see ``contract.suite.Condition``."""
-    seeds = sorted({row["seed"] for row in rows})
-    frames = {row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}
-    unit, named = _names(rows, seeds)
+    seeds, is_real = sorted({row["seed"] for row in rows}), rows[0]["scenario"] == REAL
+    sequences = {row["seed"]: row["sequence"] for row in rows if "sequence" in row}
+    tested = sum(seed in TEST_SPLIT for seed in seeds)
+    split = {0: "development", len(seeds): "test split"}.get(tested, "mixed splits")
+    if is_real:
+        split = "real sequences" if sequences else "real recording, blocks of time"
     return Provenance(
-        unit=unit,
-        seeds=named,
-        split=_recorded(rows[0]) if rows[0]["scenario"] == REAL else _split(seeds),
+        unit="sequence" if sequences else "block" if is_real else "seed",
+        seeds=", ".join(sequences[seed] for seed in seeds) if sequences else ranges_text(seeds),
+        split=split,
         episodes=len(seeds),
-        frames=int(sum(frames.values())),
+        frames=int(sum({row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}.values())),
         events=_events(rows),
-        command=_command(rows, seeds),
+        command=_command(rows, f"{seeds[0]}:{seeds[-1] + 1}"),
         editions=_editions(rows),
         failures=tuple(_failures(rows)),
     )
@@ -80,62 +83,42 @@ def _events(rows: Sequence[Row]) -> str:
     return suite(rows[0]["suite"]).events.describe(list(events.values()))
 
 
-def _names(rows: Sequence[Row], seeds: Sequence[int]) -> tuple[str, str]:
-    """Return what one episode is called, and the seeds, sequences or blocks of time."""
-    sequences = {row["seed"]: row["sequence"] for row in rows if "sequence" in row}
-    if sequences:
-        return "sequence", ", ".join(sequences[seed] for seed in seeds)
-    return "block" if rows[0]["scenario"] == REAL else "seed", ranges_text(seeds)
-
-
-def _recorded(row: Row) -> str:
-    return "real recording, blocks of time" if suite(row["suite"]).on_sequences is None else "real sequences"
-
-
-def _split(seeds: Sequence[int]) -> str:
-    inside = sum(seed in TEST_SPLIT for seed in seeds)
-    return "test split" if inside == len(seeds) else "development" if inside == 0 else "mixed splits"
-
-
-def _command(rows: Sequence[Row], seeds: Sequence[int]) -> str:
-    row = rows[0]
-    trackers = list(dict.fromkeys(each["tracker"] for each in rows))
-    span = f"{seeds[0]}:{seeds[-1] + 1}"
-    if all(each["controller"] == HUMAN for each in rows):
+def _command(rows: Sequence[Row], span: str) -> str:
+    row, judged = rows[0], suite(rows[0]["suite"])
+    steering = dict.fromkeys(each["controller"] for each in rows)
+    modules = dict.fromkeys(each for some in rows for each in some.get("modules", ()))
+    if steering.keys() == {HUMAN}:
         env = next((name for name, (scenario, _) in catalog.envs().items() if scenario == row["scenario"]), "ENV")
-        parts = ["frameout", "play", env, "--preset", row["preset"], "--tracker", row["tracker"], "--link", row["link"]]
+        parts = ["play", env, "--preset", row["preset"], "--tracker", row["tracker"], "--link", row["link"]]
         parts += ["--seeds", span]
     else:
-        parts = ["frameout", "bench", row["suite"]]
-        parts += row["recorded"] if row["scenario"] == REAL else _simulated(rows, span)
-        parts += ["--trackers", *trackers]
+        parts = ["bench", row["suite"]]
+        if row["scenario"] == REAL:
+            parts += row["recorded"]
+        else:
+            parts += ["--scenario", row["scenario"], "--preset", row["preset"], "--seeds", span]
+            parts += ["--renderer", row["renderer"]]
+            parts += ["--link", row["link"]] if judged.judges_controllers else []
+            # Neither a person nor a preset's own set path is named.
+            preset = catalog.scenario(row["scenario"]).presets.get(row["preset"])
+            own_path = preset is None or not preset.closed_loop
+            named = [each or SET_PATH for each in steering if each != HUMAN and (each is not None or not own_path)]
+            parts += ["--controllers", *named] if named else []
+        parts += ["--trackers", *dict.fromkeys(each["tracker"] for each in rows)]
         # The shortest of several: a tracker that it ended may not end under a longer one.
         limit_s = min(each.get("limit_s", Job.limit_s) for each in rows)
         parts += ["--limit-s", f"{limit_s:g}"] if limit_s != Job.limit_s else []
-    modules = list(dict.fromkeys(each for some in rows for each in some.get("modules", ())))
-    return shlex.join([*parts, "--modules", *modules] if modules else parts)
-
-
-def _simulated(rows: Sequence[Row], span: str) -> list[str]:
-    """Return the arguments of simulated episodes; of controllers neither a person nor a preset's own set path."""
-    row, presets = rows[0], catalog.scenario(rows[0]["scenario"]).presets
-    set_path = row["preset"] in presets and presets[row["preset"]].closed_loop
-    steering = dict.fromkeys(each["controller"] for each in rows if each["controller"] != HUMAN)
-    controllers = [each or SET_PATH for each in steering if each is not None or set_path]
-    parts = ["--scenario", row["scenario"], "--preset", row["preset"], "--seeds", span, "--renderer", row["renderer"]]
-    parts += ["--link", row["link"]] if suite(row["suite"]).judges_controllers else []
-    return [*parts, "--controllers", *controllers] if controllers else parts
+    return shlex.join(["frameout", *parts, *(["--modules", *modules] if modules else [])])
 
 
 def _editions(rows: Sequence[Row]) -> dict[str, str]:
-    found: dict[str, list[str]] = {}
+    found: dict[str, dict[str, None]] = {}
     for row in rows:
         for name, version in row.get("editions", {}).items():
-            if name == "scene" and row["scenario"] == REAL:
-                continue  # One for each sequence, which has a name already.
-            label = f"{name} {row[name]}" if name in ("tracker", "controller") else name
-            if version not in found.setdefault(label, []):
-                found[label].append(version)
+            # Those of real sequences have a name already.
+            if name != "scene" or row["scenario"] != REAL:
+                label = f"{name} {row[name]}" if name in ("tracker", "controller") else name
+                found.setdefault(label, {})[version] = None
     return {name: ", ".join(editions) for name, editions in found.items()}
 
 

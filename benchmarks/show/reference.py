@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any, get_type_hints
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple, get_type_hints
 
 from jinja2 import Template
 
@@ -16,6 +14,7 @@ from benchmarks.contract.suite import suites
 from benchmarks.show.definitions import (
     attribute_meanings,
     definitions_of,
+    grouped_by,
     metric_definitions,
     place_of,
     preset_settings,
@@ -35,15 +34,14 @@ from scenarios.envs.truth_info import INFO, truth_keys
 from scenarios.scenario import Scenario
 from scenarios.truth import Truth, dtype_of, meanings
 from trackers.belief import features
-from trackers.controllers.catalogue import ControllerEntry, controllers
+from trackers.controllers.catalogue import controllers
 from trackers.papers import PAPERS
-from trackers.types import CameraCommand, Carrier
+from trackers.types import CameraCommand
 
 _UNITS = {"mps": "m/s", "rad_s": "rad/s", "per_s": "1/s"}
 
 
-@dataclass(frozen=True, slots=True)
-class TruthField:
+class TruthField(NamedTuple):
     """A field of truth: dtype, shape and unit as in data sets and ``info``; meaning from the docstring."""
 
     name: str
@@ -85,14 +83,11 @@ def truth_fields(kind: type[Truth]) -> Iterator[TruthField]:
         yield TruthField(name, _dtype(kind, name, meaning.unit), shape, meaning.unit, whole, name in in_info)
 
 
-def own_truth() -> list[tuple[tuple[str, ...], list[TruthField]]]:
+def own_truth() -> list[tuple[list[str], list[TruthField]]]:
     """Return the fields that scenarios add to ``Truth``, with the ids of all that have them."""
-    kinds: dict[type[Truth], list[str]] = {}
-    for name in catalog.names():
-        kinds.setdefault(catalog.scenario(name).truth, []).append(name)
-    common = meanings(Truth)
-    own = {tuple(ids): [each for each in truth_fields(kind) if each.name not in common] for kind, ids in kinds.items()}
-    return [(ids, fields) for ids, fields in own.items() if fields]
+    kinds, common = grouped_by(catalog.names(), lambda name: catalog.scenario(name).truth), meanings(Truth)
+    own = [(ids, [each for each in truth_fields(kind) if each.name not in common]) for kind, ids in kinds.items()]
+    return [(ids, fields) for ids, fields in own if fields]
 
 
 def _dtype(kind: type[Truth], name: str, unit: str) -> str:
@@ -114,99 +109,69 @@ def _cell(text: Any) -> str:
     return str(text).replace("|", "\\|").replace("\n", " ")
 
 
-@dataclass(frozen=True, slots=True)
-class EnvRow:
-    """An env id, its catalogue entry and its scenario."""
+class EnvRow(NamedTuple):
+    """The catalogue entry of an env, its scenario, and the configuration of its default preset."""
 
     entry: catalog.Entry
     scenario: Scenario
-
-    @property
-    def preset(self) -> Any:
-        """The configuration of its default preset."""
-        return self.scenario.presets[self.entry.preset]
+    preset: Any
 
 
-@dataclass(frozen=True, slots=True)
-class Field:
-    """A field of a dataclass, as users set it: its type, default, and meaning from the docstring.
+class Field(NamedTuple):
+    """A field of a dataclass, as users set it: its type, a value, and meaning from the docstring.
 
     ``drawn``: whether ``randomise`` takes it.
     """
 
     name: str
     type: str
-    default: str
+    value: str
     meaning: str
     drawn: bool
 
 
 def envs_page() -> str:
     """Return the page as Markdown."""
-    rows = [EnvRow(entry, catalog.scenario(entry.id)) for entry in catalog.entries() if entry.env_id]
+    found = [(entry, catalog.scenario(entry.id)) for entry in catalog.entries() if entry.env_id]
+    rows = [EnvRow(entry, scenario, scenario.presets[entry.preset]) for entry, scenario in found]
+    ids = {row.entry.id for row in rows}
+    keywords = fields_of(FollowSettings(rows[0].entry.id, rows[0].entry.tracker))
+    kinds = grouped_by(rows, lambda row: type(row.preset)).values()
+    by_carrier = grouped_by(rows, lambda row: row.scenario.carrier.name)
     return _template("envs.md.jinja").render(
         rows=rows,
         env=FollowEnv,
         vector_env=PicturelessVectorEnv,
-        keywords=fields_of(FollowSettings, ["tracker"]),
+        keywords=[field for field in keywords if field.name != "scenario"],
         options=RESET_OPTIONS,
-        configurations=_configurations(rows),
+        configurations=[(mine, fields_of_preset(mine[-1].preset)) for mine in kinds],
         features=features,
-        carriers=_carriers(rows),
+        carriers=[(mine[0].scenario.carrier, mine, controllers(name)) for name, mine in by_carrier.items()],
         command=CameraCommand,
         reward=Reward,
-        reward_fields=fields_of(Reward),
+        reward_fields=fields_of(Reward()),
         terms=TERMS,
         links=LINKS,
         link=Link,
         info=INFO,
-        own_truth=[(ids, fields) for ids, fields in own_truth() if {row.entry.id for row in rows} & set(ids)],
+        own_truth=[(mine, fields) for mine, fields in own_truth() if ids & {*mine}],
         timed_env=catalog.DEFAULT_ENV,
     )
 
 
-def fields_of(kind: Any, required: list[str] | None = None) -> list[Field]:
-    """Return the fields with defaults of a kind of settings, and ``required`` ones."""
-    meanings, hints, fields = attribute_meanings(kind), get_type_hints(kind), []
-    for each in dataclasses.fields(kind):
-        if each.default is not dataclasses.MISSING:
-            default = value_text(each.default)
-        elif each.default_factory is not dataclasses.MISSING:
-            default = value_text(each.default_factory())
-        elif each.name in (required or []):
-            default = "of the env"
-        else:
-            continue
-        fields.append(Field(each.name, _type_text(hints[each.name]), default, meanings[each.name], False))
-    return fields
+def fields_of(settings: Any, names: Iterable[str] | None = None) -> list[Field]:
+    """Return fields of a dataclass, all or some, with the values that it holds."""
+    words, hints = attribute_meanings(type(settings)), get_type_hints(type(settings))
+    values = {name: getattr(settings, name) for name in (words if names is None else names)}
+    return [
+        Field(name, _type_text(hints[name]), value_text(value), words[name], is_number(value))
+        for name, value in values.items()
+    ]
 
 
 def fields_of_preset(preset: Any) -> list[Field]:
     """Return what ``changes`` takes of a preset, with the preset's values."""
-    meanings, hints = attribute_meanings(type(preset)), get_type_hints(type(preset))
-    return [
-        Field(name, _type_text(hints[name]), value_text(value), meanings[name], is_number(value))
-        for name, value in ((name, getattr(preset, name)) for name in changeable(preset))
-    ]
-
-
-def _configurations(rows: list[EnvRow]) -> list[tuple[list[EnvRow], list[Field]]]:
-    """Return the fields of each kind of preset, with the values of the last env that has it, and all such envs."""
-    kinds: dict[type, list[EnvRow]] = {}
-    for row in rows:
-        kinds.setdefault(type(row.preset), []).append(row)
-    return [(mine, fields_of_preset(mine[-1].preset)) for mine in kinds.values()]
-
-
-def _carriers(rows: list[EnvRow]) -> list[tuple[Carrier, list[str], Mapping[str, ControllerEntry]]]:
-    """Return the carriers, each with its env ids and controllers."""
-    ids: dict[str, list[str]] = {}
-    carriers = {}
-    for row in rows:
-        carrier = row.scenario.carrier
-        ids.setdefault(carrier.name, []).append(row.entry.env_id)
-        carriers[carrier.name] = carrier
-    return [(carriers[name], mine, controllers(name)) for name, mine in ids.items()]
+    return fields_of(preset, changeable(preset))
 
 
 def _unit(name: str) -> str:

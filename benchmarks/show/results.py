@@ -10,7 +10,6 @@ ones.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,7 +27,7 @@ from benchmarks.statistics.summary import (
     SUMMARY_FILE_NAME,
     condition_of,
     label_of,
-    write_summary,
+    read_entries,
 )
 from sim.checks import check, check_choice
 
@@ -88,24 +87,18 @@ class Results:
         """
         from benchmarks.show.plots import figure_of
 
-        return figure_of(*metric_chart(self._entries(SUMMARY_FILE_NAME), metric), titled=True)
+        return figure_of(*metric_chart(read_entries(self.directory, SUMMARY_FILE_NAME), metric), titled=True)
 
     def figures(self) -> list[ShownFigure]:
         """Return the plots of the report, condition by condition; a notebook shows each as a picture."""
         from benchmarks.show.page import figures_of
 
-        return figures_of(read_rows(self.directory), self._entries(SUMMARY_FILE_NAME))
+        return figures_of(read_rows(self.directory), read_entries(self.directory, SUMMARY_FILE_NAME))
 
     def _read(self, name: str) -> pd.DataFrame:
         import pandas as pd
 
-        return pd.DataFrame(self._entries(name))
-
-    def _entries(self, name: str) -> list[dict[str, Any]]:
-        if not (self.directory / name).is_file():
-            write_summary(self.directory)
-        entries: list[dict[str, Any]] = json.loads((self.directory / name).read_text())
-        return entries
+        return pd.DataFrame(read_entries(self.directory, name))
 
 
 def metric_chart(summary: Sequence[dict[str, Any]], metric: str) -> tuple[Chart, LineStyles]:

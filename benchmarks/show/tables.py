@@ -26,13 +26,8 @@ NO_NUMBER = "–"
 """Text of a cell without a value."""
 _RANKED_BY = 3
 """Number of columns that decide the order: the first one, on ties the next …"""
-_WRITTEN_OUT = {"gm": "√(TPR × TNR)", "f": "F", "f1": "F1"} | {
-    word: word.upper()
-    for word in (
-        *("tpr", "tnr", "auc", "nees", "dat", "tsr", "sr", "evt"),
-        *("hota", "idf1", "mota", "froc", "gospa", "agc"),
-    )
-}
+_CAPITALS = "tpr tnr auc nees dat tsr sr evt f f1 hota idf1 mota froc gospa agc"
+_WRITTEN_OUT = {"gm": "√(TPR × TNR)"} | {word: word.upper() for word in _CAPITALS.split()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,15 +52,13 @@ class Cell:
 
     Attributes:
         text, interval: in words; ``interval`` may be empty.
-        left, width, dot: bar of the interval and its dot, in per cent of the column's range; None = no bar.
+        bar: left end, width and dot of the interval's bar, in per cent of the column's range; None = no bar.
         mark: ``best``, ``better``, ``worse`` or nothing.
     """
 
     text: str
     interval: str = ""
-    left: float | None = None
-    width: float = 0.0
-    dot: float = 0.0
+    bar: tuple[float, float, float] | None = None
     mark: str = ""
 
     @property
@@ -104,20 +97,10 @@ class Table:
     lines: tuple[Line, ...]
 
     @property
-    def competitors(self) -> tuple[Line, ...]:
-        """The lines that are no references."""
-        return tuple(line for line in self.lines if line.role not in UNRANKED_ROLES)
-
-    @property
-    def references(self) -> tuple[Line, ...]:
-        """The lines of references."""
-        return tuple(line for line in self.lines if line.role in UNRANKED_ROLES)
-
-    def lines_in_parts(self) -> list[list[str]]:
-        """Return the cells of all lines as Markdown; those of references have a heading if there are others too."""
-        competitors, references = ([line.words for line in part] for part in (self.competitors, self.references))
-        between = [[f"*{REFERENCES}*", *[""] * (len(references[0]) - 1)]] if competitors and references else []
-        return [*competitors, *between, *references]
+    def parts(self) -> tuple[list[Line], list[Line]]:
+        """The lines of competitors, and those of references."""
+        references = [line for line in self.lines if line.role in UNRANKED_ROLES]
+        return [line for line in self.lines if line.role not in UNRANKED_ROLES], references
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,16 +122,14 @@ class Facts:
 def leaderboard(suite: Suite, entries: Sequence[Entry], roles: Sequence[str]) -> Table:
     """Return the headline metrics of those with one of these roles, the best first, then references."""
     headline = suite.headline_in(entries[0]["scenario"]) if entries else ()
-    metrics = [m for m in map(suite.metric, headline) if any(e["metric"] == m.name for e in entries)]
-    return _table(suite, metrics, [entry for entry in entries if entry["role"] in roles], entries)
+    return _table(suite, [suite.metric(name) for name in headline], entries, roles)
 
 
 def every_metric(suite: Suite, entries: Sequence[Entry]) -> Table:
     """Return all metrics: a line for each tracker or pair, in the leaderboard's order."""
-    metrics = [metric for metric in suite.metrics if any(e["metric"] == metric.name for e in entries)]
-    ranked = leaderboard(suite, entries, sorted({entry["role"] for entry in entries}))
-    table = _table(suite, metrics, entries, entries)
-    order = [line.names for line in ranked.lines]
+    roles = sorted({entry["role"] for entry in entries})
+    order = [line.names for line in leaderboard(suite, entries, roles).lines]
+    table = _table(suite, suite.metrics, entries, roles)
     return Table(table.columns, tuple(sorted(table.lines, key=lambda line: order.index(line.names))))
 
 
@@ -168,34 +149,32 @@ def paired_differences(suite: Suite, comparisons: Sequence[Entry], order: Sequen
         comparisons: of that one. order: possible names of ``other``.
     """
     compared = suite.compared_in(comparisons[0]["scenario"]) if comparisons else ()
-    metrics = [m for m in map(suite.metric, compared) if any(c["metric"] == m.name for c in comparisons)]
-    lines = []
-    for other in order:
-        own = {entry["metric"]: entry for entry in comparisons if entry["other"] == other}
-        if own:
-            cells = tuple(_difference(metric, own.get(metric.name)) for metric in metrics)
-            lines.append(Line((other,), "", cells))
+    known = {(entry["other"], entry["metric"]): entry for entry in comparisons}
+    metrics = [suite.metric(name) for name in compared if any(name == metric for _, metric in known)]
+    others = [name for name in order if any(name == other for other, _ in known)]
+    lines = (
+        Line((other,), "", tuple(_difference(metric, known.get((other, metric.name))) for metric in metrics))
+        for other in others
+    )
     return Table(tuple(map(column_of, metrics)), tuple(lines))
 
 
-def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], among: Sequence[Entry]) -> Table:
-    """Return a table of ``entries``; bars and marks are relative to the entries ``among``."""
-    by_names: dict[tuple[str, ...], dict[str, Entry]] = {}
+def _table(suite: Suite, metrics: Sequence[Metric], entries: Sequence[Entry], roles: Sequence[str]) -> Table:
+    """Return a table of those with one of these roles; bars and marks are relative to all entries."""
+    known: dict[str, dict[tuple[str, ...], Entry]] = {}
     for entry in entries:
-        by_names.setdefault(suite.names_of(entry), {})[entry["metric"]] = entry
-    top = {metric.name: _top(metric, among) for metric in metrics}
-    rivals = [entry for entry in among if entry["role"] not in UNRANKED_ROLES]
-    ranks = {m.name: [rank(m, entry) for entry in rivals if entry["metric"] == m.name] for m in metrics}
-    lines = []
-    for names, own in by_names.items():
-        role = next(iter(own.values()))["role"]
-        cells = tuple(_cell(metric, own.get(metric.name), top[metric.name], ranks[metric.name]) for metric in metrics)
-        lines.append(Line(names, role, cells))
-    lines.sort(
-        key=lambda line: [
-            line.role in UNRANKED_ROLES,
-            *(rank(m, by_names[line.names].get(m.name)) for m in metrics[:_RANKED_BY]),
-        ]
+        known.setdefault(entry["metric"], {})[suite.names_of(entry)] = entry
+    metrics = [metric for metric in metrics if metric.name in known]
+    role_of = {suite.names_of(entry): entry["role"] for entry in entries if entry["role"] in roles}
+    columns = {metric.name: _cells(metric, known[metric.name]) for metric in metrics}
+
+    def place(names: tuple[str, ...]) -> list[float]:
+        return [rank(metric, known[metric.name].get(names)) for metric in metrics[:_RANKED_BY]]
+
+    order = sorted(role_of, key=lambda names: [role_of[names] in UNRANKED_ROLES, *place(names)])
+    lines = (
+        Line(names, role_of[names], tuple(columns[metric.name].get(names, Cell(NO_NUMBER)) for metric in metrics))
+        for names in order
     )
     return Table(tuple(map(column_of, metrics)), tuple(lines))
 
@@ -214,25 +193,24 @@ def column_of(metric: Metric) -> Column:
     return Column(metric.name, " ".join(words), unit_sign(metric.unit), goal, metric.summary)
 
 
-def _cell(metric: Metric, entry: Entry | None, top: float, ranks: Sequence[float]) -> Cell:
-    """Return a cell; the best of those that are ranked, if there are several of these, is marked."""
-    if entry is None or entry["mean"] is None:
-        return Cell(NO_NUMBER)
-    text = number_text(entry["mean"], metric.unit)
-    low, high = entry["ci_low"], entry["ci_high"]
-    ranked = len(ranks) > 1 and entry["role"] not in UNRANKED_ROLES
-    mark = "best" if ranked and rank(metric, entry) == min(ranks) else ""
-    if low is None or high is None or top <= 0:
-        return Cell(text, mark=mark)
-    left, right, dot = (max(0.0, min(100.0, 100.0 * v / top)) for v in (low, high, entry["mean"]))
-    return Cell(text, interval_text(low, high, metric.unit), left, max(right - left, 0.5), dot, mark)
-
-
-def _top(metric: Metric, entries: Sequence[Entry]) -> float:
-    """Return the right end of a column's bars: 1 for fractions, else the largest upper bound."""
-    if metric.unit == "fraction":
-        return 1.0
-    return max((e["ci_high"] or 0.0 for e in entries if e["metric"] == metric.name), default=0.0)
+def _cells(metric: Metric, entries: Mapping[tuple[str, ...], Entry]) -> dict[tuple[str, ...], Cell]:
+    """Return the cells of a column; the best of those that are ranked, if there are several of these, is marked."""
+    ranks = [rank(metric, entry) for entry in entries.values() if entry["role"] not in UNRANKED_ROLES]
+    best = min(ranks) if len(ranks) > 1 else None
+    # The right end of the column's bars: 1 for fractions, else the largest upper bound.
+    ends = [entry["ci_high"] or 0.0 for entry in entries.values()]
+    top = 1.0 if metric.unit == "fraction" else max(ends, default=0.0)
+    cells = {}
+    for names, entry in entries.items():
+        mean, low, high = entry["mean"], entry["ci_low"], entry["ci_high"]
+        is_best = mean is not None and entry["role"] not in UNRANKED_ROLES and rank(metric, entry) == best
+        interval, bar = "", None
+        if mean is not None and low is not None and high is not None and top > 0:
+            interval = interval_text(low, high, metric.unit)
+            left, right, dot = (max(0.0, min(100.0, 100.0 * value / top)) for value in (low, high, mean))
+            bar = left, max(right - left, 0.5), dot
+        cells[names] = Cell(number_text(mean, metric.unit), interval, bar, "best" if is_best else "")
+    return cells
 
 
 def rank(metric: Metric, entry: Entry | None) -> float:
@@ -269,18 +247,18 @@ def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
         for row in rows
     }
     rows, lines = list(once.values()), list[Line]()
+    units = [metric.unit for metric in facts.columns]
     for words, suffix in facts.lines.items():
-        means = [(metric.unit, interval_of(metric.statistic.of_line(suffix), rows)) for metric in facts.columns]
-        if any(mean is not None for _, mean in means):
-            cells = (
+        means = [interval_of(metric.statistic.of_line(suffix), rows) for metric in facts.columns]
+        if any(mean is not None for mean in means):
+            cells = [
                 Cell(NO_NUMBER) if mean is None else Cell(number_text(mean.mean, unit), interval_text(*mean[1:], unit))
-                for unit, mean in means
-            )
+                for mean, unit in zip(means, units, strict=True)
+            ]
             lines.append(Line((words,), "", tuple(cells)))
             for other, values in facts.beside.items():
-                there = (values.get(f"{metric.statistic.of[0].name}_{suffix}") for metric in facts.columns)
-                texts = map(number_text, there, (metric.unit for metric in facts.columns))
-                lines.append(Line((f"{words}, {other}",), "", tuple(map(Cell, texts))))
+                there = [values.get(f"{metric.statistic.of[0].name}_{suffix}") for metric in facts.columns]
+                lines.append(Line((f"{words}, {other}",), "", tuple(map(Cell, map(number_text, there, units)))))
     return Table(tuple(map(column_of, facts.columns)), tuple(lines))
 
 

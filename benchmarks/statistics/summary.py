@@ -81,6 +81,14 @@ def read_summary(directory: Path) -> list[dict[str, Any]]:
     return summarise(grouped(read_rows(directory)))
 
 
+def read_entries(directory: Path, file_name: str) -> list[dict[str, Any]]:
+    """Return what one of both files holds; files that are missing are made from the directory's rows."""
+    if not (directory / file_name).is_file():
+        write_summary(directory)
+    entries: list[dict[str, Any]] = json.loads((directory / file_name).read_text())
+    return entries
+
+
 def grouped(rows: Iterable[Row]) -> Groups:
     """Return rows by condition and tracker, named by ``label_of``."""
     groups: Groups = defaultdict(lambda: defaultdict(list))

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.jobs import take_in
-from benchmarks.show.video.drawing import Instant, draw_instant
+from benchmarks.show.video.drawing import InLargerView, Instant
 from scenarios.loop import Loop, ManyFromPictures
 from tests.toy_scene.judge import ManyJudge
 from tests.toy_scene.scenario import TOY_YARD, YardEpisode
@@ -81,7 +81,7 @@ def test_a_thousand_tracks_are_judged_and_drawn(episode: YardEpisode) -> None:
     assert [len(tracks) for tracks in said] == [1000] * 20
     assert scores["false_tracks"] > 990
     frame = next(Loop(TOY_YARD.episode("quick", 1)).frames())
-    picture = draw_instant(Instant(frame, (0, 1), said[0], frame.observation.image_rgb))
+    picture = InLargerView().picture(Instant(frame, (0, 1), said[0], frame.observation.image_rgb))
     assert picture.ndim == 3
 
 
@@ -107,7 +107,7 @@ def test_identities_are_drawn_beside_their_tracks(episode: YardEpisode) -> None:
     frame = next(Loop(episode).frames())
     nothing = np.zeros((720, 960, 3), np.uint8)
     pictures = [
-        draw_instant(Instant(frame, (), [Track(number, Estimate(np.array([40.0, 30.0])))], nothing))
+        InLargerView().picture(Instant(frame, (), [Track(number, Estimate(np.array([40.0, 30.0])))], nothing))
         for number in (1, 2, 1)
     ]
     assert (pictures[0] == pictures[2]).all()

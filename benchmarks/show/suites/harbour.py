@@ -82,7 +82,6 @@ def first_visit(rows: Sequence[Row]) -> ShownEvent | None:
 SHOWING = Showing(
     heading="Who comes into the harbour?",
     charts=charts,
-    # Alarms are raised by frames running: all are drawn.
-    event_picture=EventPicture(first_visit, HarbourDrawing, cell_width_px=900, every_frame=True),
+    event_picture=EventPicture(first_visit, HarbourDrawing, cell_width_px=900),
     drawings={"harbour": HarbourDrawing},
 )

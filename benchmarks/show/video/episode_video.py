@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from pathlib import Path
@@ -20,14 +19,13 @@ from benchmarks.run.result_folder import make_folder
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
 from benchmarks.show.video import marks
-from benchmarks.show.video.drawing import Drawing, Instant, draw_legend, outlined
+from benchmarks.show.video.drawing import Drawing, Instant
 from sim.checks import check
 
-MOST_PIXELS = 4096 * 4096
+LARGEST_SCALE = 8
 """Limit of a larger view, whose buffers and encoder then take 2 GB."""
 HEIGHT_PX = 116
 _TRACK_TOP, _TRACK_BOTTOM = 78, 106
-_STEERED = outlined("2nd camera", marks.OBSERVED)
 
 
 def render_episode(
@@ -44,22 +42,18 @@ def render_episode(
         job: gives the pictures and, with trackers, the estimates of the first.
         out: file (H.264 in MP4), written atomically.
         frames: number of frames; None = the whole episode.
-        scale: size of the larger view relative to the observed frame, >= 1, of at most 16,777,216 pixels; for
-            scenarios shown in one.
+        scale: size of the larger view relative to the observed frame, 1 to 8; for scenarios shown in one.
         progress: called with the number of frames written, and of all.
 
     Raises:
         ValueError: names the parameter, what was expected and what came.
     """
-    check("scale", scale >= 1, "a number >= 1", scale)
+    check("scale", 1 <= scale <= LARGEST_SCALE, f"a number from 1 to {LARGEST_SCALE}", scale)
+    check("frames", frames is None or frames >= 1, "a whole number >= 1", frames)
+    check("out", out.suffix == ".mp4" and not out.is_dir(), "a file that ends in .mp4", repr(str(out)))
+    make_folder(out.parent)
     spec = job.episode
     assert isinstance(spec, Simulated)
-    shown = spec.configuration
-    pixels = scale**2 * shown.width_px * shown.height_px
-    check("scale", pixels <= MOST_PIXELS, f"a larger view of at most {MOST_PIXELS:,} pixels", f"{pixels:,.0f}")
-    check("frames", frames is None or frames >= 1, "a whole number >= 1", frames)
-    check("out", out.suffix == ".mp4" and not os.path.isdir(out), "a file that ends in .mp4", repr(str(out)))
-    make_folder(out.parent)
     with opened(job) as live:
         episode = live.loop.episode
         count = episode.frame_count if frames is None else min(frames, episode.frame_count)
@@ -68,71 +62,67 @@ def render_episode(
         title = " · ".join([spec.scenario_id, spec.preset, f"seed {spec.seed}", *job.trackers, *steered])
         drawing = drawing_of(spec.scenario_id, episode)
         shown_scale = scale if drawing.uses_larger_view else 1.0
-        instants = replay(live, scale=shown_scale, wanted=range(count), frame_count=count)
-        instants = _counted(instants, count, progress)
-        write_video(out, instants, drawing, rate_hz=episode.rate_hz, title=title, frame_count=count)
+
+        def instants() -> Iterator[Instant]:
+            # A frame is reported when the next one is requested, since it is then written.
+            progress(0, count)
+            for done, instant in enumerate(replay(live, scale=shown_scale, wanted=range(count), frame_count=count), 1):
+                yield instant
+                progress(done, count)
+
+        write_video(out, instants(), drawing, rate_hz=episode.rate_hz, title=title, frame_count=count)
         return live.failures()
-
-
-def _counted(instants: Iterable[Instant], count: int, progress: Progress) -> Iterator[Instant]:
-    """Yield the instants; a frame is reported when the next one is requested, since it is then written."""
-    progress(0, count)
-    for done, instant in enumerate(instants, 1):
-        yield instant
-        progress(done, count)
 
 
 def write_video(
     out: Path, instants: Iterable[Instant], drawing: Drawing, *, rate_hz: float, title: str, frame_count: int
 ) -> None:
     """Write instants as an MP4, under each a caption with ``title`` and a time line of ``frame_count``."""
-    write_mp4(out, _captioned(instants, drawing, title, frame_count), rate_hz)
-
-
-def _captioned(
-    instants: Iterable[Instant], drawing: Drawing, title: str, frame_count: int
-) -> Iterator[NDArray[np.uint8]]:
-    caption = None
-    for instant in instants:
-        picture = drawing.picture(instant)
-        caption = caption or Caption(drawing, title, frame_count, picture.shape[1])
-        yield np.concatenate([picture, caption.draw(instant)])
+    caption = Caption(drawing, title, frame_count)
+    write_mp4(out, (caption.below(drawing.picture(instant), instant) for instant in instants), rate_hz)
 
 
 class Caption:
-    """Draws the strip frame by frame, with a time line of all frames so far."""
+    """Draws a strip below the pictures, frame by frame, with a time line of all frames so far."""
 
-    def __init__(self, drawing: Drawing, title: str, frame_count: int, width_px: int) -> None:
+    def __init__(self, drawing: Drawing, title: str, frame_count: int) -> None:
         self._drawing = drawing
         self._title = title
         self._frame_count = frame_count
-        self._width = width_px
         self._shades: list[tuple[marks.Rgb, ...]] = []
         self._probabilities: list[float] = []
 
-    def draw(self, instant: Instant) -> NDArray[np.uint8]:
-        """Return the strip (HEIGHT_PX, width, 3) of the next instant."""
+    def below(self, picture: NDArray[np.uint8], instant: Instant) -> NDArray[np.uint8]:
+        """Return the picture (H, W, 3) of the next instant with the strip below it: (H + HEIGHT_PX, W, 3)."""
         truth, estimate = instant.frame.truth, instant.estimate
         probability = None if estimate is None else estimate.in_view_probability
         self._shades.append(self._drawing.shades(instant))
         self._probabilities.append(np.nan if probability is None else probability)
-        strip = np.full((HEIGHT_PX, self._width, 3), marks.GROUND, dtype=np.uint8)
+        strip = np.full((HEIGHT_PX, picture.shape[1], 3), marks.GROUND, dtype=np.uint8)
         marks.draw_text(strip, (16, 28), f"frame {truth.frame}", marks.INK, size=19, weight=600)
-        marks.draw_text(strip, (130, 28), f"{truth.time_s:.1f} s", marks.QUIET, size=16)
-        end = marks.draw_text(strip, (200, 28), self._drawing.describe(instant), marks.INK, size=16)
+        marks.draw_text(strip, (130, 28), f"{truth.time_s:.1f} s", marks.QUIET)
+        end = marks.draw_text(strip, (200, 28), self._drawing.describe(instant), marks.INK)
         if estimate is not None and np.isnan(estimate.position_px).any():
-            marks.draw_text(strip, (end + 28, 28), "tracker: no answer", marks.ESTIMATE, size=16)
+            marks.draw_text(strip, (end + 28, 28), "tracker: no answer", marks.ESTIMATE)
         elif probability is not None:
-            marks.draw_text(strip, (end + 28, 28), f"tracker: {probability:.0%} in view", marks.ESTIMATE, size=16)
-        width = marks.text_width_px(self._title, size=14)
-        marks.draw_text(strip, (self._width - 16 - width, 27), self._title, marks.QUIET, size=14)
-        signs = self._drawing.signs if instant.frame.steered is None else (*self._drawing.signs, _STEERED)
-        draw_legend(strip, (16, 58), signs, with_tracker=instant.answer is not None)
+            marks.draw_text(strip, (end + 28, 28), f"tracker: {probability:.0%} in view", marks.ESTIMATE)
+        left = picture.shape[1] - 16 - marks.text_width_px(self._title, size=14)
+        marks.draw_text(strip, (left, 27), self._title, marks.QUIET, size=14)
+        self._draw_legend(strip, instant)
         self._draw_time_line(strip)
-        return strip
+        return np.concatenate([picture, strip])
+
+    def _draw_legend(self, strip: NDArray[np.uint8], instant: Instant) -> None:
+        signs = dict(self._drawing.signs)
+        signs |= {} if instant.frame.steered is None else {"2nd camera": marks.OBSERVED}
+        signs |= {} if instant.answer is None else self._drawing.answers
+        x = 16
+        for words, colour in signs.items():
+            strip[46:60, x : x + 20] = colour
+            x = marks.draw_text(strip, (x + 28, 58), words, marks.QUIET, size=14) + 24
 
     def _draw_time_line(self, strip: NDArray[np.uint8]) -> None:
-        left, right = 16, self._width - 16
+        left, right = 16, strip.shape[1] - 16
         edges = np.linspace(left, right, self._frame_count + 1)
         strip[_TRACK_TOP:_TRACK_BOTTOM, left:right] = (36, 39, 45)
         for k, shades in enumerate(self._shades):
@@ -149,42 +139,30 @@ class Caption:
         marks.draw_lines(strip, [[(now, _TRACK_TOP - 4.0), (now, _TRACK_BOTTOM + 4.0)]], marks.INK, 1)
 
 
-def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], rate_hz: float, *, quality: int = 20) -> None:
-    """Write pictures (H, W, 3) as H.264 in MP4.
+def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], rate_hz: float) -> None:
+    """Write pictures (H, W, 3), at least one, all of one size, as H.264 in MP4.
 
     The file is written as ``.part`` and renamed at the end; after an error nothing is left. One encoding thread and no
     time stamps: the same pictures make the same bytes. An odd last row or column is left out: yuv420p has even sizes
     only.
 
     Args:
-        rate_hz: frames a second, > 0. quality: 0 (lossless) to 51 (worst), x264's CRF.
-
-    Raises:
-        ValueError: if the file cannot be written, without pictures, and for pictures of several sizes.
+        rate_hz: frames a second, > 0.
     """
-    check("rate_hz", rate_hz > 0, "a number > 0", rate_hz)
-    part, size = path.with_name(path.name + ".part"), None
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(path.name + ".part")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part.touch()
-    except OSError as error:
-        wanted = f"out: expected a file that can be written, got {str(path)!r}: {error.strerror}"
-        raise ValueError(wanted) from None
-    try:
-        # The library opens the file only with the first picture.
         with av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as file:
             file.flags |= cast(int, av.container.Flags.bitexact.value)
-            options = {"crf": str(quality), "preset": "veryfast", "threads": "1", "tune": "animation"}
+            options = {"crf": "20", "preset": "veryfast", "threads": "1", "tune": "animation"}
             stream = file.add_stream("libx264", rate=Fraction(rate_hz).limit_denominator(1001), options=options)
             stream.pix_fmt = "yuv420p"
-            for image_rgb in pictures:
+            for index, image_rgb in enumerate(pictures):
                 height, width = (side & ~1 for side in image_rgb.shape[:2])
-                if size is None:
-                    size = stream.height, stream.width = height, width
-                check("image_rgb", (height, width) == size, f"{size} like the first picture", (height, width))
+                if index == 0:
+                    stream.height, stream.width = height, width
                 even = np.ascontiguousarray(image_rgb[:height, :width])
                 file.mux(stream.encode(av.VideoFrame.from_ndarray(even, format="rgb24")))
-            check("pictures", size is not None, "at least one", "none")
             file.mux(stream.encode())
         part.replace(path)
     finally:

@@ -1,7 +1,7 @@
 """Marks on a picture: boxes, crosses, particles, arrows, text. Anti-aliased, readable on any ground.
 
 All positions are in pixels, ``(x, y)`` from the top left corner, pixel centres at halves. Colours are RGB,
-those of Okabe and Ito for colour-blind people; every mark differs in shape too.
+those of Okabe and Ito for colour-blind people.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ HALO: Rgb = (16, 18, 22)
 GROUND: Rgb = (24, 26, 31)
 INK: Rgb = (236, 238, 242)
 QUIET: Rgb = (150, 156, 166)
+CALM: Rgb = (54, 58, 66)
+"""Where nothing is to be seen on a time line."""
 
 _LABEL_MARGIN_PX = 3
 _LABEL_GROUND = 0.7

@@ -66,11 +66,9 @@ def test_every_row_of_every_metric_is_defined(name: str) -> None:
 def test_every_metric_says_how_it_is_made_its_range_and_where_it_comes_from(name: str) -> None:
     scores = suite(name)
     for each in metric_definitions(scores):
-        parts = (each.summary, each.formula, each.range, each.unit, each.better, each.conditions, each.source)
-        assert all(parts), each
-        assert NOT_STATED not in (each.conditions, each.source), each
-        assert f"`{each.rows[0]}`" in each.formula, each
-        assert each.defined_in, each
+        assert all(each.values()), each
+        assert NOT_STATED not in (each["conditions"], each["source"]), each
+        assert f"`{each['rows'][0]}`" in each["formula"], each
 
 
 @pytest.mark.parametrize("name", SUITES)
@@ -104,10 +102,10 @@ def test_a_users_metric_is_defined_by_its_docstring_and_what_it_says(monkeypatch
     mine = Quantity("jitter_px", 0, np.inf, "frames in view", "mine")
     registry.add_metric("frame-out", Metric("jitter_px", "jitter", "px", "lower", Mean(mine), value=jitter_px))
     registry.add_metric("frame-out", Metric("bare", "nothing said", "fraction", "lower"))
-    told = {each.name: each for each in metric_definitions(suite("frame-out"))}
-    assert (told["jitter_px"].range, told["jitter_px"].source) == ("0 to infinity", "mine")
-    assert told["jitter_px"].defined_in[0].endswith("jitter_px")
-    assert (told["bare"].range, told["bare"].source) == ("0 to 1", NOT_STATED)
+    told = {each["name"]: each for each in metric_definitions(suite("frame-out"))}
+    assert (told["jitter_px"]["range"], told["jitter_px"]["source"]) == ("0 to infinity", "mine")
+    assert told["jitter_px"]["defined_in"][0].endswith("jitter_px")
+    assert (told["bare"]["range"], told["bare"]["source"]) == ("0 to 1", NOT_STATED)
 
 
 def test_every_column_of_results_is_defined() -> None:
@@ -130,7 +128,7 @@ def test_every_setting_of_presets_and_field_of_truth_is_defined(name: str) -> No
         assert set(presets) <= set(scenario.presets)
         for setting in settings:
             assert setting.meaning, setting.name
-            held = [preset for mine in setting.values.values() for preset in mine]
+            held = [preset for mine in setting.presets.values() for preset in mine]
             assert len(held) == len(set(held)), setting.name
     assert all(field.meaning for field in truth_fields(scenario.truth))
 

@@ -15,15 +15,14 @@ from benchmarks.show import pictures
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
 from benchmarks.show.suites.stereo import SHOWING, first_event
-from benchmarks.show.video import marks
-from benchmarks.show.video.drawing import InLargerView, Instant, draw_legend, shaded
+from benchmarks.show.video.drawing import InLargerView, Instant
 from benchmarks.show.video.episode_video import render_episode, write_video
-from benchmarks.show.video.stereo import LeftAndPlan, StereoDrawing, describe_person, settings_in_words
+from benchmarks.show.video.stereo import LeftAndPlan, StereoDrawing
 from tests.benchmarks.fake_episode import FakeEpisode, live
 from tests.benchmarks.judges.follow import fake_follow
 from tests.benchmarks.judges.follow.fake_follow import HIDDEN, FakeFollow, FakeFollowEpisode, FollowKnowing
 from tests.fakes_trackers import NoParameters
-from trackers.types import CameraRegisters, Estimate
+from trackers.types import Estimate
 
 
 def episode() -> FakeFollowEpisode:
@@ -73,11 +72,11 @@ def test_what_is_rendered_is_what_the_command_asks_for(tmp_path: Path):
 def test_words_and_shades_tell_of_hiding_and_of_light():
     drawing = StereoDrawing.of(episode())
     calm, hidden, dark = (instant_at(frame) for frame in (5, HIDDEN[2], 30))
-    assert describe_person(calm) == "100% seen"
-    assert describe_person(hidden) == "0% seen, behind crosser"
-    assert describe_person(dark) == "100% seen, lamp off"
+    assert drawing.describe(calm) == "100% seen"
+    assert drawing.describe(hidden) == "0% seen, behind crosser"
+    assert drawing.describe(dark) == "100% seen, lamp off"
     outside = replace(calm, frame=replace(calm.frame, truth=replace(calm.frame.truth, state=np.full(3, "out"))))
-    assert describe_person(outside) == "out of view"
+    assert drawing.describe(outside) == "out of view"
     plain = drawing.shades(calm)
     assert plain[0] == plain[1]
     assert drawing.shades(hidden)[0] == plain[0] != drawing.shades(hidden)[1]
@@ -105,18 +104,6 @@ def test_a_lost_right_picture_is_shown_as_lost():
     shown, blank = drawing.picture(whole), drawing.picture(lost)
     assert shown.shape == blank.shape == (960, 1280, 3)
     assert np.array_equal(shown[:480, :640], blank[:480, :640])
-
-
-def test_a_legend_leaves_out_what_no_tracker_draws():
-    ends = []
-    for with_tracker in (False, True):
-        strip = np.zeros((80, 1280, 3), np.uint8)
-        draw_legend(strip, (16, 58), StereoDrawing.signs, with_tracker=with_tracker)
-        ends.append(np.flatnonzero(strip.any(axis=(0, 2))).max())
-    assert ends[0] < ends[1]
-    strip = np.zeros((80, 200, 3), np.uint8)
-    shaded("x", marks.TRUTH).draw(strip, 10, 40)
-    assert (strip[30:40, 12:28] == marks.TRUTH).all()
 
 
 def event(kind: str, first: int, length: int, back: int | None, index: int = 0) -> dict[str, object]:
@@ -166,7 +153,7 @@ def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Pat
     rows = {name: [{**heading, "tracker": name, **told}] for name in ("stereo_people", "stereo_wb")}
     for _ in range(2):
         pictures.keep_event_picture(tmp_path, condition, rows, tuple(rows), SHOWING.event_picture)
-    ((job, _, frames),) = drawn
+    ((job, _, frames, _),) = drawn
     assert (job.episode.preset, job.episode.seed, list(job.trackers)) == ("quick", 4, list(rows))
     assert frames == [19, 22, 28, 38]
     (words,) = (tmp_path / "pictures").glob("*.json")
@@ -174,8 +161,3 @@ def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Pat
     rows["stereo_wb"][0]["editions"] = "of old"
     pictures.keep_event_picture(tmp_path, condition, rows, tuple(rows), SHOWING.event_picture)
     assert list((tmp_path / "pictures").iterdir()) == []
-
-
-def test_settings_of_the_camera_are_named() -> None:
-    words = settings_in_words(CameraRegisters(red=499, blue=515, shutter=707, gain=12))
-    assert words == "camera: white balance red 499, blue 515; shutter 707, gain 12"

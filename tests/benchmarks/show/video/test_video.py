@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from benchmarks.show.replay import replay
 from benchmarks.show.video import marks
-from benchmarks.show.video.drawing import InLargerView, Instant, describe_state, draw_instant
+from benchmarks.show.video.drawing import InLargerView, Instant
 from benchmarks.show.video.episode_video import Caption, write_mp4, write_video
 from tests.benchmarks.fake_episode import HEIGHT, WIDTH, FakeEpisode, FakeTracker, live
 from trackers.types import CameraCommand, Estimate, Observation
@@ -52,7 +52,7 @@ def words_of(monkeypatch: pytest.MonkeyPatch, *instants: Instant) -> list[str]:
     told: list[str] = []
     monkeypatch.setattr(marks, "draw_text", lambda image, place, text, *rest, **style: told.append(text) or 0)
     for instant in instants:
-        Caption(InLargerView(), "fake", 3, 960).draw(instant)
+        Caption(InLargerView(), "fake", 3).below(np.zeros((1, 960, 3), np.uint8), instant)
     return told
 
 
@@ -97,34 +97,13 @@ def test_a_video_cut_short_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    ("sizes", "rate_hz", "message"),
-    [
-        ([(32, 32)], 0.0, "rate_hz: expected a number > 0, got 0"),
-        ([], 15.0, "pictures: expected at least one"),
-        ([(32, 32), (32, 34)], 15.0, "image_rgb: expected"),
-    ],
-)
-def test_bad_pictures_are_named(tmp_path: Path, sizes: list[tuple[int, int]], rate_hz: float, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        write_mp4(tmp_path / "x.mp4", [np.zeros((*size, 3), dtype=np.uint8) for size in sizes], rate_hz)
-
-
-@pytest.mark.parametrize("name", ["file/x.mp4", f"{'x' * 250}.mp4"])
-def test_a_file_that_cannot_be_made_is_named(tmp_path: Path, name: str) -> None:
-    (tmp_path / "file").touch()
-    with pytest.raises(ValueError, match=r"out: expected a file that can be written, got '.*mp4': "):
-        write_mp4(tmp_path / name, [], 15.0)
-    assert list(tmp_path.iterdir()) == [tmp_path / "file"]
-
-
 @settings(max_examples=25, deadline=None)
 @given(x=st.floats(-70, WIDTH + 70), y=st.floats(-50, HEIGHT + 50))
 def test_the_estimate_is_drawn_where_it_is_said_to_be(x: float, y: float) -> None:
     """The mean position of the pixels that the cross changes is the estimate, inside the picture or not."""
     silent = instant_at(3, Estimate(np.array([np.nan, np.nan])))
     said = replace(silent, answer=Estimate(np.array([x, y])))
-    with_cross, without = draw_instant(said).astype(float), draw_instant(silent).astype(float)
+    with_cross, without = InLargerView().picture(said).astype(float), InLargerView().picture(silent).astype(float)
     changed = np.argwhere(np.abs(with_cross - without).sum(axis=2) > 0)
     middle = 0.5 * (changed.min(axis=0) + changed.max(axis=0)) + 0.5
     zoom = with_cross.shape[1] / (2 * WIDTH)
@@ -136,7 +115,7 @@ def test_truth_is_outlined_outside_the_picture_too() -> None:
     instant = instant_at(19)
     truth = instant.frame.truth
     assert truth.state.tolist() == ["out"]
-    image = draw_instant(instant)
+    image = InLargerView().picture(instant)
     zoom = image.shape[1] // (2 * WIDTH)
     x0, y0, x1, y1 = ((truth.box_xyxy[0] + np.tile([WIDTH / 2, HEIGHT / 2], 2)) * zoom).astype(int)
     for row, column in ((y0, (x0 + x1) // 2), ((y0 + y1) // 2, x1)):
@@ -146,8 +125,8 @@ def test_truth_is_outlined_outside_the_picture_too() -> None:
 
 def test_what_lies_beyond_the_larger_view_is_pointed_at() -> None:
     far = Estimate(np.array([5000.0, 60.0]))
-    with_arrow = draw_instant(instant_at(3, far)).astype(int)
-    without = draw_instant(instant_at(3)).astype(int)
+    with_arrow = InLargerView().picture(instant_at(3, far)).astype(int)
+    without = InLargerView().picture(instant_at(3)).astype(int)
     rows, columns = np.nonzero(np.abs(with_arrow - without).sum(axis=2))
     assert columns.min() > 0.95 * with_arrow.shape[1]
     assert abs(rows.mean() - 0.5 * with_arrow.shape[0]) < 3
@@ -164,13 +143,13 @@ def test_a_silent_tracker_and_odd_posteriors_are_drawn_without_error() -> None:
         Estimate(np.array([1e9, -1e12]), particles_px=np.full((2, 2), 1e12)),
     ]
     for estimate in estimates:
-        assert draw_instant(instant_at(2, estimate)).dtype == np.uint8
+        assert InLargerView().picture(instant_at(2, estimate)).dtype == np.uint8
 
 
 def test_the_state_is_put_in_words() -> None:
-    assert describe_state(instant_at(0)) == "in view"
-    assert describe_state(instant_at(13)) == "cut by the border"
-    assert describe_state(instant_at(16)) == "out of view for 2 frames, over the right edge"
+    assert InLargerView().describe(instant_at(0)) == "in view"
+    assert InLargerView().describe(instant_at(13)) == "cut by the border"
+    assert InLargerView().describe(instant_at(16)) == "out of view for 2 frames, over the right edge"
 
 
 def test_replay_steers_by_the_estimate_and_shows_only_what_is_wanted() -> None:
