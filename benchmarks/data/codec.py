@@ -39,7 +39,7 @@ def type_of(hint: Any, shape: tuple[Any, ...] = ("K",)) -> pa.DataType:
     Raises:
         ValueError: for another type hint.
     """
-    hint = _given(hint)
+    hint = given(hint)
     if hint in _SCALARS:
         return _SCALARS[hint]
     if get_origin(hint) is Literal:
@@ -66,7 +66,7 @@ def plain(value: Any) -> Any:
 
 def value_of(stored: Any, hint: Any, shape: tuple[Any, ...] = (), name: str = "") -> Any:
     """Return what ``plain`` was given, from the type hint and, of an array, its shape or the name of the field."""
-    hint = _given(hint)
+    hint = given(hint)
     if stored is None:
         return None
     if dataclasses.is_dataclass(hint):
@@ -91,7 +91,7 @@ def array_of(column: pa.ChunkedArray, dtype: np.dtype[Any], shape: tuple[Any, ..
     return flat.to_numpy(zero_copy_only=False).astype(dtype, copy=False).reshape(-1, *shape)
 
 
-def _given(hint: Any) -> Any:
+def given(hint: Any) -> Any:
     """Return the type of a value that may be missing, where it is given."""
     if get_origin(hint) in (Union, UnionType):
         return next(each for each in get_args(hint) if each is not NoneType)

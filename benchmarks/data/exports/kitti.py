@@ -16,17 +16,14 @@ from numpy.typing import NDArray
 
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import StoredFrame
+from benchmarks.data.sets.channels import PICTURES
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
 from trackers.types import CameraModel
 
 _FRACTIONS, _FLOW_FRACTIONS, _FLOW_ZERO, _LARGEST = 256.0, 64.0, 2**15, 2**16 - 1
 
-FLOW_FIELD = "flow_px"
-"""The channel of backward flow, in scenarios that have it."""
-_FOLDER = "training"
-
-
+_FOLDER, _FLOW = "training", "flow_px"
 _PRESENT = ("image_2", "image_rgb", 0, "10")
 
 
@@ -46,14 +43,11 @@ class Kitti(Exporter):
 
     def begin(self) -> None:
         """Begin the list of samples."""
-        for name in {self.maps, "calib_cam_to_cam", *(each[0] for each in self.pictures)}:
-            (self.folder / _FOLDER / name).mkdir(parents=True)
         self._samples = ["number,seed,frame"]
-        self.reads = tuple(channel for channel in self.channels if channel not in ("image_rgb", "right_rgb"))
+        self.reads = tuple(channel for channel in self.channels if channel not in PICTURES)
 
     def write_episode(self, episode: StoredEpisode) -> None:
         """Write the samples of which all pictures exist."""
-        back = max(back for _, _, back, _ in self.pictures)
         for stored in self.frames(episode):
             number = f"{len(self._samples) - 1:06d}"
             found = {
@@ -61,12 +55,11 @@ class Kitti(Exporter):
                 for folder, channel, back, suffix in self.pictures
                 if stored.index >= back
             }
-            maps = self.map_of(stored)
-            if stored.index < back or None in found.values():
+            if len(found) < len(self.pictures) or None in found.values():
                 continue
             for name, content in found.items():
-                (self.folder / _FOLDER / f"{name}{self.ending}").write_bytes(content or b"")
-            write_png16(maps, self.folder / _FOLDER / self.maps / f"{number}_10.png")
+                self.place(f"{_FOLDER}/{name}{self.ending}").write_bytes(content or b"")
+            write_png16(self.map_of(stored), self.place(f"{_FOLDER}/{self.maps}/{number}_10.png"))
             self.write_lines(f"{_FOLDER}/calib_cam_to_cam/{number}.txt", _calibration(stored.camera))
             self._samples.append(f"{number},{episode.seed},{stored.index}")
 
@@ -95,8 +88,10 @@ class KittiStereo(Kitti):
     pictures = (_PRESENT, ("image_3", "right_rgb", 0, "10"))
 
     def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:
-        """See ``Kitti``. Raises ValueError for a single camera."""
-        return distance_map(disparity_px(stored.frame.truth.depth_m, stored.camera))
+        """See ``Kitti``: focal length times baseline over depth."""
+        camera = stored.camera
+        assert camera.baseline_m is not None
+        return distance_map(camera.focal_px * camera.baseline_m / stored.frame.truth.depth_m)
 
 
 @export_format("kitti-flow")
@@ -117,13 +112,13 @@ class KittiFlow(Kitti):
     show have flow, too.
     """
 
-    channels = ("image_rgb", FLOW_FIELD)
+    channels = ("image_rgb", _FLOW)
     maps = "flow_occ"
     pictures = (_PRESENT, ("image_2", "image_rgb", 1, "11"))
 
     def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:
         """See ``Kitti``."""
-        return flow_map(getattr(stored.frame.truth, FLOW_FIELD))
+        return flow_map(getattr(stored.frame.truth, _FLOW))
 
 
 @export_format("kitti-depth")
@@ -146,26 +141,13 @@ class KittiDepth(Kitti):
         return distance_map(stored.frame.truth.depth_m)
 
 
-def disparity_px(depth_m: NDArray[np.floating], camera: CameraModel) -> NDArray[np.floating]:
-    """Return the disparity (H, W) of a rectified pair: focal length times baseline over depth; 0 where it is infinite.
-
-    Raises:
-        ValueError: if the camera has no baseline.
-    """
-    baseline_m = camera.baseline_m
-    check("data", baseline_m is not None, "a camera with a baseline, one of a stereo pair", "a single camera")
-    assert baseline_m is not None
-    return camera.focal_px * baseline_m / depth_m
-
-
 def _calibration(camera: CameraModel) -> list[str]:
     """Return the projections (3, 4) of the cameras, in KITTI's words."""
     # KITTI's pixel (0, 0) is the middle of the first pixel, ours its corner.
     x_px, y_px = 0.5 * camera.width_px - 0.5, 0.5 * camera.height_px - 0.5
-    lines = []
+    f, lines = camera.focal_px, []
     for name, shift_m in (("02", 0.0), ("03", camera.baseline_m)):
         if shift_m is not None:
-            f = camera.focal_px
             rows = (f, 0.0, x_px, -f * shift_m, 0.0, f, y_px, 0.0, 0.0, 0.0, 1.0, 0.0)
             lines.append(f"P_rect_{name}: " + " ".join(f"{value:.6e}" for value in rows))
     return lines

@@ -40,11 +40,6 @@ class StoredFrame:
     standing_visible_xyxy: NDArray[np.float64]
 
     @property
-    def is_seen(self) -> NDArray[np.bool_]:
-        """(N,) whether objects show at least one pixel."""
-        return ~np.isnan(self.visible_xyxy[:, 0])
-
-    @property
     def camera(self) -> CameraModel:
         """Geometry of the camera."""
         return self.frame.observation.camera

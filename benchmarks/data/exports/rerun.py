@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import ABSENT, Instance
-from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES, channel_picture
+from benchmarks.data.sets.channels import CODINGS, COUNTS, PICTURES, channel_picture, value_of
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.show.video import marks
 from scenarios.scenario import Frame
@@ -28,8 +29,8 @@ from trackers.types import CameraModel
 if TYPE_CHECKING:
     import rerun
 
-_RIGHT = "right_"
-"""Prefix of the channels of a stereo pair's right camera."""
+RIGHT = "right_rgb"
+"""The channel of a stereo pair's right camera."""
 _MEDIA_TYPES = {"png": "image/png", "jpeg": "image/jpeg"}
 _GROUND = (40, 42, 48)
 """Colour of what is no object."""
@@ -79,7 +80,8 @@ class Rerun(Exporter):
             self._write_boxes(instances)
             self._write_objects(instances)
             for channel in self.data.request.channels:
-                self._write_channel(channel, index, frame)
+                place = f"camera/{'right/' if channel == RIGHT else ''}picture/{channel}"
+                self._log(place, self._drawn(channel, place, index, frame))
 
     def _log(self, place: str, *what: Any, static: bool = False) -> None:
         self._stream.log(f"{self._root}/{place}".rstrip("/"), *what, static=static, strict=True)
@@ -93,9 +95,8 @@ class Rerun(Exporter):
             self._log("camera/right/picture", self._pinhole(camera))
 
     def _pinhole(self, camera: CameraModel) -> Any:
-        size = (camera.width_px, camera.height_px)
         # The principal point is the middle in our coordinates, which Rerun shares: pixel centres at halves.
-        return self._sdk.Pinhole(focal_length=camera.focal_px, width=size[0], height=size[1])
+        return self._sdk.Pinhole(focal_length=camera.focal_px, width=camera.width_px, height=camera.height_px)
 
     def _write_boxes(self, instances: Sequence[Instance]) -> None:
         visible = [(each, each.visible_xyxy) for each in instances]
@@ -123,49 +124,38 @@ class Rerun(Exporter):
         )
         self._log("objects", boxes)
 
-    def _write_channel(self, channel: str, index: int, frame: Frame) -> None:
-        place = f"camera/right/picture/{channel}" if channel.startswith(_RIGHT) else f"camera/picture/{channel}"
-        if channel in PICTURES:
-            value = getattr(frame.observation, channel)
-            drawn = None if value is None else self._picture(channel, index, value)
-        else:
-            value = self._episode.normals_of(index) if channel == NORMALS else getattr(frame.truth, channel)
-            drawn = self._map(channel, place, value, frame.truth) if value.size else None
-        # A picture that was lost must not leave that of the frame before in view.
-        self._log(place, self._sdk.Clear(recursive=False) if drawn is None else drawn)
-
-    def _picture(self, channel: str, index: int, value: NDArray[Any]) -> Any:
-        if value.ndim == 2:
-            return self._sdk.Image(value, color_model="L")
-        coding, coded = self._episode.coded(index, channel) or ("", b"")
-        if coding not in _MEDIA_TYPES:
-            return self._as_png(value)
-        return self._sdk.EncodedImage(contents=coded, media_type=_MEDIA_TYPES[coding])
-
-    def _as_png(self, image_rgb: NDArray[np.uint8]) -> Any:
-        return self._sdk.EncodedImage(contents=CODINGS["png"].encode(image_rgb), media_type=_MEDIA_TYPES["png"])
-
-    def _map(self, channel: str, place: str, value: NDArray[Any], truth: Truth) -> Any:
+    def _drawn(self, channel: str, place: str, index: int, frame: Frame) -> Any:
+        """Return what shows a channel."""
+        sdk, truth = self._sdk, frame.truth
+        value = value_of(frame, channel, partial(self._episode.normals_of, index))
         meaning = meanings(truth).get(channel)
-        if meaning is not None and meaning.unit == "id":
-            return self._sdk.SegmentationImage(self._classes(place, value, truth))
-        if meaning is not None and meaning.unit == "m" and value.ndim == 2:
+        if value is None:
+            # A picture that was lost must not leave that of the frame before in view.
+            return sdk.Clear(recursive=False)
+        if channel == COUNTS:
+            return sdk.Image(value, color_model="L")
+        if channel in PICTURES:
+            coding, content = self._episode.coded(index, channel) or ("", b"")
+            if coding in _MEDIA_TYPES:
+                return sdk.EncodedImage(contents=content, media_type=_MEDIA_TYPES[coding])
+        elif meaning is not None and meaning.unit == "id":
+            return sdk.SegmentationImage(self._classes(place, value, truth))
+        elif meaning is not None and meaning.unit == "m" and value.ndim == 2:
             # Rerun takes 0 for no depth.
-            return self._sdk.DepthImage(np.where(np.isfinite(value), value, 0.0).astype(np.float32), meter=1.0)
-        return self._as_png(channel_picture(channel, value, meaning, truth.instance_id)[0])
+            return sdk.DepthImage(np.where(np.isfinite(value), value, 0.0).astype(np.float32), meter=1.0)
+        else:
+            value = channel_picture(channel, value, meaning, truth.instance_id)[0]
+        return sdk.EncodedImage(contents=CODINGS["png"].encode(value), media_type=_MEDIA_TYPES["png"])
 
     def _classes(self, place: str, value: NDArray[Any], truth: Truth) -> NDArray[np.uint16]:
         """Return a map of ids (H, W) as classes: 0 for what is no object, else 1 + the object's index; then, with one
         class for all of them, what stands about.
         """
+        names = [(0, "no object", _GROUND), *enumerate((*truth.names, "standing about"), start=1)]
         if self._names_at.get(place) != truth.names:
             self._names_at[place] = truth.names
-            names = [(k + 1, name) for k, name in enumerate(truth.names)]
-            names.append((len(names) + 1, "standing about"))
-            self._log(place, self._sdk.AnnotationContext([(0, "no object", _GROUND), *names]))
-        count = len(truth.names)
-        order = np.argsort(truth.instance_id)
-        ids = truth.instance_id[order]
-        at = np.minimum(np.searchsorted(ids, value), count - 1)
-        others = np.where(np.isin(value, truth.standing_id), count + 1, 0)
-        return np.where(ids[at] == value, order[at] + 1, others).astype(np.uint16)
+            self._log(place, self._sdk.AnnotationContext(names))
+        classes = np.where(np.isin(value, truth.standing_id), len(truth.names) + 1, 0).astype(np.uint16)
+        for k, number in enumerate(truth.instance_id, start=1):
+            classes[value == number] = k
+        return classes

@@ -5,52 +5,15 @@ OTB: Wu, Lim, Yang 2015, https://doi.org/10.1109/TPAMI.2014.2388226. VOT: https:
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.data.exports.exporter import Exporter, export_format, sequence_name
-from benchmarks.data.exports.labels import ABSENT, OCCLUDED, OUT, StoredFrame, as_xywh
-from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.exports.labels import ABSENT, OCCLUDED, OUT, as_xywh
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios import catalog
 from sim.checks import check
-
-
-@dataclass(frozen=True)
-class TargetRow:
-    """The target in one frame.
-
-    Attributes:
-        box_xyxy: (4,) amodal box in pixels; None where no pixel of the target is seen, or it has no amodal box.
-        is_out: whether it is wholly outside the picture. is_occluded: whether it is inside and mostly hidden.
-    """
-
-    box_xyxy: NDArray[np.float64] | None
-    is_out: bool
-    is_occluded: bool
-
-    def box_text(self, first: float) -> str:
-        """Return left, top, width and height, where the picture's top left corner is at (first, first)."""
-        numbers = [float("nan")] * 4 if self.box_xyxy is None else as_xywh(self.box_xyxy, first)
-        return ",".join(f"{number:.3f}" for number in numbers)
-
-
-def target_row(data: DataSet, stored: StoredFrame) -> TargetRow:
-    """Return the target of the scenario. Raises ValueError if a sequence would begin without it."""
-    name, truth = catalog.scenario(data.request.scenario).target, stored.frame.truth
-    row = TargetRow(None, True, False)
-    if name in truth.names:
-        k = truth.index_of(name)
-        has_box = bool(stored.is_seen[k]) and not np.isnan(truth.box_xyxy[k]).any()
-        state = str(truth.state[k])
-        row = TargetRow(truth.box_xyxy[k] if has_box else None, state in (OUT, ABSENT), state == OCCLUDED)
-    where = f"in the first picture of seed {stored.episode.seed}"
-    check("data", stored.index > 0 or row.box_xyxy is not None, f"a target {name!r} {where}", "none that is seen there")
-    return row
 
 
 class SingleTarget(Exporter):
@@ -58,23 +21,37 @@ class SingleTarget(Exporter):
 
     Attributes:
         pictures: place of a picture in the folder of its sequence, with one for its number, from 1 on.
+        boxes: file of boxes. tags: file of tags, with one for what they tell.
+        first: coordinate of the picture's top left corner.
     """
 
     channels = ("image_rgb",)
     pictures: ClassVar[str]
+    boxes: ClassVar[str]
+    tags: ClassVar[str]
+    first: ClassVar[float]
 
     def write_episode(self, episode: StoredEpisode) -> None:
-        """Write a sequence: pictures, boxes, and tags, a line a picture."""
-        name, rows = self.name_of(episode), []
+        """Write a sequence: pictures, boxes, and tags, a line a picture. Raises ValueError if the first has no box."""
+        name, target = self.name_of(episode), catalog.scenario(self.data.request.scenario).target
+        boxes, out_of_view, occlusion = list[str](), list[str](), list[str]()
         for stored in self.frames(episode):
-            rows.append(target_row(self.data, stored))
+            found = next((each for each in self.labels.instances(stored) if each.name == target), None)
+            box_xyxy = found.box_xyxy if found is not None and found.is_seen else np.full(4, np.nan)
+            state = ABSENT if found is None else found.state
+            wanted = f"a target {target!r} in the first picture of seed {episode.seed}"
+            check("data", stored.index > 0 or bool(np.isfinite(box_xyxy).all()), wanted, "none that is seen there")
+            boxes.append(",".join(f"{number:.3f}" for number in as_xywh(box_xyxy, self.first)))
+            out_of_view.append(f"{state in (OUT, ABSENT):d}")
+            occlusion.append(f"{state == OCCLUDED:d}")
             self.write_picture(stored, f"{name}/{self.pictures.format(stored.index + 1)}")
-        for file, lines in self.texts(episode, rows).items():
+        tags = {self.tags.format("out_of_view"): out_of_view, self.tags.format("occlusion"): occlusion}
+        for file, lines in ({self.boxes: boxes} | tags | self.more(episode)).items():
             self.write_lines(f"{name}/{file}", lines)
 
-    def texts(self, episode: StoredEpisode, rows: Sequence[TargetRow]) -> dict[str, Iterable[str]]:
-        """Return the lines of each text file of a sequence."""
-        raise NotImplementedError
+    def more(self, episode: StoredEpisode) -> dict[str, list[str]]:
+        """Return the lines of further text files of a sequence."""
+        return {}
 
     def end(self) -> None:
         """Write the list of sequences."""
@@ -96,15 +73,7 @@ class Otb(SingleTarget):
     of its pixels are seen.
     """
 
-    pictures = "img/{:04d}"
-
-    def texts(self, episode: StoredEpisode, rows: Sequence[TargetRow]) -> dict[str, Iterable[str]]:
-        """See ``SingleTarget``."""
-        return {
-            "groundtruth_rect.txt": [row.box_text(1.0) for row in rows],
-            "out_of_view.txt": [f"{row.is_out:d}" for row in rows],
-            "occlusion.txt": [f"{row.is_occluded:d}" for row in rows],
-        }
+    pictures, boxes, tags, first = "img/{:04d}", "groundtruth_rect.txt", "{}.txt", 1.0
 
 
 @export_format("vot")
@@ -122,24 +91,20 @@ class Vot(SingleTarget):
     of its pixels are seen.
     """
 
-    pictures = "color/{:08d}"
+    pictures, boxes, tags, first = "color/{:08d}", "groundtruth.txt", "{}.tag", 0.0
 
-    def texts(self, episode: StoredEpisode, rows: Sequence[TargetRow]) -> dict[str, Iterable[str]]:
+    def more(self, episode: StoredEpisode) -> dict[str, list[str]]:
         """See ``SingleTarget``."""
-        return {
-            "groundtruth.txt": [row.box_text(0.0) for row in rows],
-            "out_of_view.tag": [f"{row.is_out:d}" for row in rows],
-            "occlusion.tag": [f"{row.is_occluded:d}" for row in rows],
-            "sequence": [
-                f"name={self.name_of(episode)}",
-                # The toolkit takes whole numbers only.
-                f"fps={max(1, round(episode.rate_hz))}",
-                f"exact_fps={episode.rate_hz:g}",
-                "format=default",
-                "channel.default=color",
-                f"channels.color=color/%08d{self.ending}",
-                f"width={episode.camera.width_px}",
-                f"height={episode.camera.height_px}",
-                f"length={len(episode)}",
-            ],
-        }
+        properties = [
+            f"name={self.name_of(episode)}",
+            # The toolkit takes whole numbers only.
+            f"fps={max(1, round(episode.rate_hz))}",
+            f"exact_fps={episode.rate_hz:g}",
+            "format=default",
+            "channel.default=color",
+            f"channels.color=color/%08d{self.ending}",
+            f"width={episode.camera.width_px}",
+            f"height={episode.camera.height_px}",
+            f"length={len(episode)}",
+        ]
+        return {"sequence": properties}

@@ -6,16 +6,17 @@ import dataclasses
 import io
 import json
 from collections.abc import Iterator
-from types import NoneType, UnionType
-from typing import Any, Union, get_args, get_origin, get_type_hints
+from functools import partial
+from typing import Any, get_origin, get_type_hints
 
 import numpy as np
 from fsspec.implementations.local import LocalFileSystem
 
+from benchmarks.data.codec import given
 from benchmarks.data.exports.exporter import Exporter, export_format, set_name
-from benchmarks.data.exports.labels import Instance, Labels, StoredFrame
+from benchmarks.data.exports.labels import Labels, StoredFrame
 from benchmarks.data.sets.card import split_of
-from benchmarks.data.sets.channels import CODINGS, COUNTS, NORMALS, PICTURES
+from benchmarks.data.sets.channels import value_of
 from benchmarks.data.sets.episode_writer import ShardWriter
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios.truth import dtype_of, meanings
@@ -23,6 +24,8 @@ from trackers.types import Observation
 
 SHARD_BYTES = 512 * 2**20
 """Size from which a new shard begins."""
+_OBSERVED = ("time_s", "camera", "settings", "ego")
+"""What a tracker gets beside the pictures."""
 _NAMES = {"image_rgb": "", "right_rgb": ".right"}
 """Before the endings of pictures."""
 NO_NUMBER = -1e9
@@ -59,7 +62,7 @@ class WebDataset(Exporter):
 
     def begin(self) -> None:
         """Begin the shards of each split."""
-        self.reads = tuple(channel for channel in self.data.request.channels if channel not in PICTURES)
+        self.reads = tuple(channel for channel in self.data.request.channels if channel not in _NAMES)
         name, files = set_name(self.data), LocalFileSystem()
         self._splits: dict[str, ShardWriter] = {}
         for split in dict.fromkeys(map(split_of, self.data.seeds)):
@@ -81,19 +84,17 @@ class WebDataset(Exporter):
         """Yield the ending and the content of each file of a sample."""
         lost = {}
         for channel in self.data.request.channels:
-            if channel == COUNTS:
-                # Not a picture of 16 bits: of these the usual decoders keep 8, and clip.
-                found = stored.episode.coded(stored.index, channel)
-                if found is not None:
-                    yield f".{channel}.npy", _array(CODINGS[found[0]].decode(found[1]))
-            elif channel in PICTURES:
+            if channel in _NAMES:
                 picture = self.picture(stored.episode, stored.index, channel)
                 lost[channel] = picture is None
                 yield _NAMES[channel] + self.ending, picture or self.black_picture(stored.camera)
-            elif channel == NORMALS:
-                yield f".{channel}.npy", _array(stored.episode.normals_of(stored.index))
-            elif getattr(stored.frame.truth, channel).size:
-                yield f".{channel}.npy", _array(getattr(stored.frame.truth, channel))
+                continue
+            # Counts are no picture of 16 bits: of these the usual decoders keep 8, and clip.
+            values = value_of(stored.frame, channel, partial(stored.episode.normals_of, stored.index))
+            if values is not None:
+                file = io.BytesIO()
+                np.save(file, np.ascontiguousarray(values), allow_pickle=False)
+                yield f".{channel}.npy", file.getvalue()
         known = sample(stored, self.labels) | ({"lost": lost} if lost else {})
         yield ".json", json.dumps(known, allow_nan=False, separators=(",", ":")).encode()
 
@@ -104,60 +105,49 @@ def sample(stored: StoredFrame, labels: Labels) -> dict[str, Any]:
     Each field has the same type in all samples: readers that infer types from the first samples, as the Hugging Face
     library ``datasets`` does, read no others.
     """
-    truth, observation = stored.frame.truth, stored.frame.observation
-    kind = type(truth)
-    hints, fields = get_type_hints(kind), meanings(kind)
+    truth, observation, objects = stored.frame.truth, stored.frame.observation, []
+    hints, seen, fields = get_type_hints(type(truth)), get_type_hints(Observation), meanings(truth)
     known = {
         name: _typed(getattr(truth, name), hints[name], meaning.shape)
         for name, meaning in fields.items()
         if meaning.table == "frames"
     }
-    seen = get_type_hints(Observation)
-    observed = {
-        name: _typed(getattr(observation, name), seen[name]) for name in ("time_s", "camera", "settings", "ego")
-    }
-    objects = []
+    observed = {name: _typed(getattr(observation, name), seen[name]) for name in _OBSERVED}
     for k, each in enumerate(labels.instances(stored)):
+        stands = k >= len(truth.names)
         entry: dict[str, Any] = {}
         for name, meaning in fields.items():
             if meaning.table == "objects":
                 # Of one that only stands about, an instance has what is known.
-                value = getattr(truth, name)[k] if k < len(truth.names) else _of_instance(each, name)
-                shape = tuple(int(length) for length in meaning.shape[1:])
-                entry[name] = _none(dtype_of(kind, name), shape) if value is None else _numbers(value)
+                value = getattr(each, _OF_INSTANCE.get(name, name), None) if stands else getattr(truth, name)[k]
+                missing = value is None
+                entry[name] = _none(dtype_of(type(truth), name), meaning.shape[1:]) if missing else _numbers(value)
         entry |= {
             "visible_box_xyxy": _numbers(each.visible_xyxy),
             "class": labels.names[each.class_number],
             "class_number": each.class_number,
-            "stands": k >= len(truth.names),
+            "stands": stands,
         }
         objects.append(entry)
     return {"seed": stored.episode.seed, **known, "observed": observed, "objects": objects}
 
 
-def _of_instance(instance: Instance, name: str) -> Any:
-    return getattr(instance, _OF_INSTANCE.get(name, name), None)
-
-
-def _none(dtype: np.dtype[Any], shape: tuple[int, ...] = ()) -> Any:
+def _none(dtype: np.dtype[Any], shape: tuple[Any, ...]) -> Any:
     """Return what stands for no value: a number or word, or nested lists of numbers."""
     return np.full(shape, _NONE.get(dtype.kind, -1), dtype).tolist()
 
 
 def _typed(value: Any, hint: Any, shape: tuple[Any, ...] = (), name: str = "") -> Any:
     """Return a value as JSON of the type that its hint says, also where there is none."""
-    if get_origin(hint) in (Union, UnionType):
-        hint = next(each for each in get_args(hint) if each is not NoneType)
+    hint = given(hint)
     if dataclasses.is_dataclass(hint):
-        return {
-            key: _typed(None if value is None else getattr(value, key), each, (), key)
-            for key, each in get_type_hints(hint).items()
-        }
+        hints = get_type_hints(hint)
+        return {key: _typed(getattr(value, key, None), each, (), key) for key, each in hints.items()}
     if value is not None:
         return _numbers(float(value) if hint is float else value)
     if get_origin(hint) is np.ndarray:
         return _none(np.dtype(float), shape or ((4, 4) if name.startswith("T_") else (1,)))
-    return _none(np.dtype(hint if hint in (bool, int, float) else str))
+    return _none(np.dtype(hint if hint in (bool, int, float) else str), ())
 
 
 def _numbers(value: Any) -> Any:
@@ -165,9 +155,3 @@ def _numbers(value: Any) -> Any:
     if isinstance(value, np.ndarray | float) and np.asarray(value).dtype.kind == "f":
         value = np.where(np.isfinite(value), np.asarray(value, float), NO_NUMBER)
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
-
-
-def _array(values: np.ndarray) -> bytes:
-    file = io.BytesIO()
-    np.save(file, np.ascontiguousarray(values), allow_pickle=False)
-    return file.getvalue()
