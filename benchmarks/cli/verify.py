@@ -7,25 +7,22 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, WithModules
+from benchmarks.cli.arguments import WithModules
 from benchmarks.contract.text import counted
 from benchmarks.run.packages import needs_data
 from benchmarks.show.progress import progress_bar
-from sim.checks import check
 
 
 @dataclass(frozen=True)
 class Verify(WithModules):
-    """Check a data set: checksums, counts, and truth against pictures. Exit status 1 if an episode is damaged.
+    """Compare the files of a data set with their checksums. Exit status 1 if an episode is damaged or missing.
 
     Attributes:
         directory: folder or URL of the data set.
-        every: decode one frame in this number and compare it with its truth (default: 1, all frames).
         discard: remove damaged episodes, so that the command that made the data set makes them again.
     """
 
     directory: Annotated[str, tyro.conf.Positional]
-    every: Annotated[int, COUNT] = 1
     discard: bool = False
     resumes = False
 
@@ -35,10 +32,9 @@ class Verify(WithModules):
         from benchmarks.data.sets.data_set import DataSet
         from benchmarks.data.sets.verifying import discard, problems
 
-        check("every", self.every >= 1, "a whole number >= 1", self.every)
         data = DataSet(self.directory)
         with progress_bar(f"verify {self.directory}") as progress:
-            found = list(problems(data, progress, self.every))
+            found = list(problems(data, progress))
         for problem in found:
             print(problem)
         if not found:

@@ -66,8 +66,8 @@ def measure_storing(scenario: str, preset: str, frames: int, seed: int) -> dict[
         files, root = place_of(folder)
         made_s, bare_s = _made(files, root, request, seed, frames)
         files.pipe_file(f"{root}/{REQUEST}", request.as_json().encode())
-        with closing(DataSet(folder)) as data:
-            stored, count, coded_s = data.stored_bytes(), len(data), _coding_s(data, seed)
+        data = DataSet(folder)
+        stored, count, coded_s = data.stored_bytes(), len(data), _coding_s(data, seed)
     return {
         "stored_frame_over_tinyrenderer": Figure(made_s, bare_s, better="lower"),
         "stored_frame_cpu_ms": milliseconds(made_s),

@@ -8,7 +8,7 @@ from typing import Any
 
 from benchmarks.data.sets.channels import LOSSY, NORMALS, PICTURES, coding_of
 from benchmarks.data.sets.data_set import DataSet, stored_episode
-from benchmarks.data.sets.request import Request
+from benchmarks.data.sets.request import Request, existing_channels
 from benchmarks.run.editions import package_versions, preset_edition
 from benchmarks.run.episodes import EpisodeSpec, Simulated
 from scenarios.scenario import Episode
@@ -33,7 +33,7 @@ def benchmark_of(data: str) -> Request:
     gone = sorted(set(range(*request.seeds)) - set(stored.seeds))
     check("data", not gone, "a whole data set", f"one without {len(gone)} episodes; `frameout generate` makes them")
     # No judge reads normals; of the others, each may be read by one.
-    missing = [channel for channel in request.left_out() if channel != NORMALS]
+    missing = [each for each in existing_channels(request) if each not in (*request.channels, NORMALS)]
     check("data", not missing, "a set with all channels", f"one without {', '.join(missing)}")
     made, now = request.scene, preset_edition(request.scenario, request.preset)
     check("data", made == now, f"one of the scene's present edition, {now}", f"one of {made}")

@@ -127,9 +127,8 @@ class DataSet:
         paths = [f"{folder}/{name}.parquet" for folder in folders]
         return pa.dataset.dataset(paths, filesystem=self.files, format="parquet")
 
-    def batches(self, name: str, columns: dict[str, Any] | list[str]) -> Iterator[pa.RecordBatch]:
-        """Yield the rows of a table in order, as columns of expressions or of names; the number of episodes costs no
-        memory."""
+    def batches(self, name: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:
+        """Yield the rows of a table in order, as columns of expressions; the number of episodes costs no memory."""
         for first in range(0, len(self.seeds), _SCANNED):
             # Arrow keeps the footer of every file that it has read for as long as the dataset exists.
             yield from self.scan(name, self.seeds[first : first + _SCANNED]).scanner(columns=columns).to_batches()
@@ -152,11 +151,6 @@ class DataSet:
             channels: that are read; None = all.
         """
         return Samples(self, take, channels)
-
-    def close(self) -> None:
-        """Forget what was read."""
-        for episode in self._episodes.values():
-            episode.close()
 
     @cached_property
     def _episode_ends(self) -> np.ndarray:

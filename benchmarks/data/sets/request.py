@@ -75,10 +75,6 @@ class Request:
             check(name, hasattr(preset, name), f"nothing, since {self.preset} of {self.scenario} sets it", value)
         return dataclasses.replace(preset, **changes)
 
-    def left_out(self) -> tuple[str, ...]:
-        """Return the channels that the scenario's first frame has, and that are not stored."""
-        return tuple(channel for channel in existing_channels(self) if channel not in self.channels)
-
     def episode(self, seed: int) -> Episode:
         """Build an episode of the data set, with all truth. Raises ValueError if a controller has to steer it."""
         preset = self.configuration()

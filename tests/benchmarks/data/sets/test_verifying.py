@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shutil
 
-import pyarrow.parquet as pq
 import pytest
 
 from benchmarks.data.sets.data_set import DataSet
@@ -43,8 +42,8 @@ def test_what_is_cut_off_or_missing_is_found(copy):
     table.write_bytes(table.read_bytes()[:-10])
     (copy / "episodes/000004/episode.json").unlink()
     first, second = found(copy)
-    assert first.startswith("episode 3: objects.parquet: expected ")
-    assert second == "episode 4: is missing, or was not written to its end"
+    assert first == "episode 4: is missing, or was not written to its end"
+    assert second.startswith("episode 3: objects.parquet: expected ")
 
 
 def test_an_episode_in_place_of_another_and_a_changed_mark_are_found(copy):
@@ -65,15 +64,3 @@ def test_what_was_made_since_the_set_began_to_grow_is_whole(tmp_path):
     made(tiny(), tmp_path / "set")
     (tmp_path / "set/manifest.json").write_bytes(before)
     assert found(tmp_path / "set") == []
-
-
-def test_truth_that_does_not_fit_its_pictures_is_found(copy, monkeypatch):
-    monkeypatch.setattr("benchmarks.data.sets.verifying._of_files", lambda *_: None)
-    table = copy / "episodes/000003/objects.parquet"
-    rows = pq.read_table(table)
-    changed = rows.to_pylist()
-    seen = next(k for k, row in enumerate(changed) if row["visible_box_xyxy"][0] == row["visible_box_xyxy"][0])
-    changed[seen]["state"] = "out"
-    pq.write_table(type(rows).from_pylist(changed, rows.schema), table)
-    (what,) = found(copy)
-    assert "is seen, and said to be out" in what
