@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from math import inf
 from typing import Any
 
 from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity
-from benchmarks.contract.suite import Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.contract.suite import EventTest, EventWords, Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.contract.text import counted, lengths_text
 from benchmarks.judges import in_view
 from benchmarks.judges.frame_out.episode_scores import NEES_CAP, errors_while_out, offscreen_scores
-from benchmarks.judges.frame_out.events import EVENTS
 from benchmarks.judges.frame_out.judge import FrameOutJudge
 from benchmarks.judges.frame_out.metrics import localisation, posterior
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut
@@ -100,6 +100,34 @@ def _in_pictures(name: str, summary: str, defined_by: Any, unit: str = "fraction
     source, high = (f"{_OTB}, there without a cap", inf) if in_px else (_OTB, 1)
     of = _quantity(name, _SEEN, in_view.present_and_absent, defined_by, high=high, source=source)
     return Metric(name, summary, unit, "lower" if in_px else "higher", Mean(of))
+
+
+_LENGTHS = (1, 16, 31, 61, 121)
+"""Lengths from which on a group of frame-outs begins."""
+
+
+def _is(name: str, value: Any) -> EventTest:
+    return lambda frame_out: bool(frame_out.get(name) == value)
+
+
+def _lasts(low: int, high: float) -> EventTest:
+    return lambda frame_out: bool(low <= frame_out["length_frames"] < high)
+
+
+def _describe(frame_outs: Sequence[dict[str, Any]]) -> str:
+    if not frame_outs:
+        return "no frame-outs"
+    lengths = [each["length_frames"] for each in frame_outs]
+    if all(each["kind"] == "unseen" for each in frame_outs):
+        return f"{counted(len(frame_outs), 'absence')} of {lengths_text(lengths)}"
+    turned = sum(bool(each["turned"]) for each in frame_outs)
+    excursions = sum(each["kind"] == "excursion" for each in frame_outs)
+    long = [each["length_frames"] for each in frame_outs if each.get("long")]
+    longer = f", {len(long)} longer than drawn, with {sum(long) / sum(lengths):.0%} of all frames outside"
+    return (
+        f"{counted(len(frame_outs), 'frame-out')} of {lengths_text(lengths)}, "
+        f"{turned} with a turn at a crossing, {excursions} with a way off the road{longer if long else ''}"
+    )
 
 
 FRAME_OUT = Suite(
@@ -195,8 +223,22 @@ FRAME_OUT = Suite(
         "f_measure",
     ),
     tuned_for={"kept_rate": 1.0, "f_measure": 1.0, "offscreen_error_m": -0.01},
-    events=replace(
-        EVENTS,
+    events=EventWords(
+        name="frame-outs",
+        key="frame_out",
+        tests={
+            "all": lambda frame_out: True,
+            "on the road": _is("kind", "road"),
+            "off the road": _is("kind", "excursion"),
+            "with a turn": _is("turned", True),
+            "without a turn": _is("turned", False),
+            "longer than drawn": _is("long", True),
+            "as long as drawn": _is("long", False),
+            **{f"left by the {side}": _is("side", side) for side in ("left", "right", "top", "bottom")},
+            **{f"{low} to {high - 1} frames": _lasts(low, high) for low, high in pairwise(_LENGTHS)},
+            f"{_LENGTHS[-1]} frames and more": _lasts(_LENGTHS[-1], float("inf")),
+        },
+        describe=_describe,
         compared=(
             _rate("recovered", "on the car within 5 frames", _RECOVERED),
             _rate("kept", "and still one second later", _KEPT),

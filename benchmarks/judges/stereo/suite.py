@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections import Counter
+from collections.abc import Sequence
 from math import inf
 from typing import Any
 
 from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity, Statistic
-from benchmarks.contract.suite import Scene, Suite, register_suite
+from benchmarks.contract.suite import EventTest, EventWords, Scene, Suite, register_suite
+from benchmarks.contract.text import counted, lengths_text
 from benchmarks.judges.recovery import Recovery, recovery_times
-from benchmarks.judges.stereo.events import EVENTS
 from benchmarks.judges.stereo.judge import StereoJudge
 from benchmarks.judges.stereo.metrics import people
-from benchmarks.judges.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR, PeopleEvent
+from benchmarks.judges.stereo.metrics.people_events import LIGHT_KINDS, NEAR, NOBODY_NEAR, OCCLUSION, PeopleEvent
 from benchmarks.judges.tracker_speed import SPEED
 from benchmarks.statistics.pooling import RestrictedMean, detection_f1_of, f_of, precision_of, recall_of
 
@@ -50,6 +51,22 @@ def _error(name: str, summary: str, high: float, conditions: str) -> Metric:
 def event_f1(name: str, summary: str, kind: str | None) -> Metric:
     """Return the F1 over the frames of the events of a kind, None = of all that are compared."""
     return _share(name, summary, detection_f1_of(*_EVENT_COUNTS, kind=kind))
+
+
+def _is(kind: str) -> EventTest:
+    return lambda event: bool(event["kind"] == kind)
+
+
+def _describe(events: Sequence[dict[str, Any]]) -> str:
+    lengths = [event["length_frames"] for event in events if event["kind"] == OCCLUSION]
+    lights = Counter(event["kind"] for event in events if event["light"])
+    hidden = counted(len(lengths), "occlusion")
+    changes = counted(lights.total(), "change of light", "changes of light")
+    if lengths:
+        hidden += f" of {lengths_text(lengths)}"
+    if lights:
+        changes += f" ({', '.join(f'{lights[kind]} × {kind}' for kind in LIGHT_KINDS if kind in lights)})"
+    return f"{hidden}, {changes}"
 
 
 STEREO = Suite(
@@ -123,8 +140,17 @@ STEREO = Suite(
     ),
     compared=("detection_f1", "precision", "recall", "wrong_person_rate", "occlusion_recovery_rate"),
     tuned_for={"detection_f1": 1.0, "wrong_person_rate": -1.0},
-    events=replace(
-        EVENTS,
+    events=EventWords(
+        name="events",
+        key="event",
+        tests={
+            "occlusions": _is(OCCLUSION),
+            "2 s after any change of light": lambda event: bool(event["light"]),
+            **{f"2 s after {kind}": _is(kind) for kind in LIGHT_KINDS},
+            NEAR: _is(NEAR),
+            NOBODY_NEAR: _is(NOBODY_NEAR),
+        },
+        describe=_describe,
         compared=(
             _share("recovered", "on the target within 10 frames", Mean(_RECOVERED)),
             event_f1("detection_f1", "F1 over its frames", None),

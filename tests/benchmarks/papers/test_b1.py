@@ -83,23 +83,6 @@ def test_conditions_differ_in_what_the_camera_holds_alone():
     assert [len(balances[name]) for name in taken] == [ILLUMINANCES, ILLUMINANCES, 1]
 
 
-def test_a_claim_is_judged_by_its_bound(block):
-    def row(metric: str, value: float, seed: int) -> Row:
-        return {**block[0], "metric": metric, "value": value, "seed": seed}
-
-    rows = [row("I_change_follows", value, seed) for seed, value in enumerate((0.8, 0.98))]
-    rows += [row("gain_before_longest_shutter", value, seed) for seed, value in enumerate((0.0, 0.2))]
-    others = {claim.metric for claim in EXPERIMENT.claims} - {row["metric"] for row in rows}
-    rows += [row(metric, 0.95, 0) for metric in others]
-    found = {each.claim.metric: each for each in findings(EXPERIMENT, rows)}
-    assert found["I_change_follows"].mean == pytest.approx(0.89)
-    assert not found["I_change_follows"].agrees
-    assert (found["I_change_follows"].ci_low, found["I_change_follows"].ci_high) == pytest.approx((0.8, 0.98))
-    assert not found["gain_before_longest_shutter"].agrees
-    assert found["II_white_balance_follows"].agrees
-    assert found["I_change_proportional"].agrees is None
-
-
 @pytest.mark.heavy
 def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch

@@ -61,19 +61,6 @@ def test_methods_are_set_as_they_were_written_whatever_tuning_found(
         assert registry.entry(name).parameters() == registry.entry(name).tracker.Parameters()
 
 
-def test_frames_and_bounds_are_those_of_paper_and_issue() -> None:
-    assert A2.frames == (10, 65, 80)
-    assert A3.frames == (40, 80, 120, 160)
-    claims = [claim for each in EXPERIMENTS for claim in each.claims if claim.bound != "reported"]
-    bounds = {(each.tracker, each.metric, each.bound, each.level) for each in claims}
-    assert bounds == {
-        ("colour_pf", "kept_run_rate", "at most", 0.2),
-        ("road_shape_pf", "kept_run_rate", "at least", 0.9),
-        ("background_pf", "road_kept_rate", "at least", 0.7),
-        ("background_pf", "excursion_kept_rate", "at most", 0.3),
-    }
-
-
 @pytest.mark.parametrize(
     ("mean", "metric", "agrees"),
     [

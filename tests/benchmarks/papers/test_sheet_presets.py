@@ -76,12 +76,3 @@ def test_nobody_steers_in_it(preset: str, tmp_path: Path, capsys: pytest.Capture
     words = ["bench", "stereo", "--preset", preset, "--controllers", "centre", "--trackers", "opencv_mil"]
     assert main([*words, "--seeds", "0:1", "--workers", "0", "--out", str(tmp_path)]) == 2
     assert "controllers: expected one of set-path; got 'centre'" in capsys.readouterr().err
-
-
-@pytest.mark.heavy
-def test_it_is_listed_and_can_be_watched(preset: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["list"]) == 0
-    assert preset in capsys.readouterr().out.split("paper-sheet-v1")[1].split("suites")[0]
-    out = tmp_path / "sheet.mp4"
-    assert main(["render", "paper-sheet", "--preset", preset, "--frames", "3", "--out", str(out)]) == 0
-    assert out.is_file()

@@ -54,7 +54,7 @@ class FrameOut:
 def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
     """Return the episode's frame-outs in order: every maximal stretch of frames with state ``out``."""
     found: list[FrameOut] = []
-    spans = list(runs(truth.state == "out"))
+    spans = runs(truth.state == "out")
     watch_ends = [*(exit_frame for exit_frame, _ in spans[1:]), len(truth.state)]
     for (exit_frame, end), watch_end in zip(spans, watch_ends, strict=False):
         whole_again = np.flatnonzero(truth.state[end:watch_end] == "in")

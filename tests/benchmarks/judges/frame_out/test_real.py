@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from pycocotools import mask
 
 from benchmarks.contract.judging import Score
-from benchmarks.judges.frame_out.events import EVENTS
 from benchmarks.judges.frame_out.metrics.frame_outs import find_frame_outs
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
 from benchmarks.judges.frame_out.real import score_sequence
+from benchmarks.judges.frame_out.suite import FRAME_OUT
 
 SIZE_PX = (100, 80)
 NONE = np.full(4, np.nan)
@@ -144,8 +144,8 @@ def test_absences_are_described_without_roads_and_turns() -> None:
     assert {(each["kind"], each["side"], each["turned"], each["long"]) for each in found} == {
         ("unseen", "", None, None)
     }
-    assert EVENTS.describe(found) == "2 absences of 1 to 2 frames"
-    groups = [name for name, is_one in EVENTS.tests.items() if is_one(found[0])]
+    assert FRAME_OUT.events.describe(found) == "2 absences of 1 to 2 frames"
+    groups = [name for name, is_one in FRAME_OUT.events.tests.items() if is_one(found[0])]
     assert groups == ["all", "1 to 15 frames"]
 
 

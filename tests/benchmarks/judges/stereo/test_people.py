@@ -83,14 +83,14 @@ def test_without_a_depth_the_one_that_its_pixel_shows_is_lent(truth: PeopleTruth
     assert people.answered_place_m(Estimate(PIXEL, depth_m=5.0), truth, CAMERA)[0] == pytest.approx(5.0)
 
 
-@pytest.mark.parametrize("position", [(-0.01, 5.0), (160.0, 5.0), (5.0, 120.0), (5.0, -1.0), NOWHERE])
-def test_outside_the_picture_there_is_no_depth_to_lend(truth: PeopleTruth, position: tuple[float, float]) -> None:
-    assert np.isnan(people.answered_place_m(Estimate(np.array(position)), truth, CAMERA)).all()
-
-
-def test_in_the_sky_there_is_no_depth_to_lend(truth: PeopleTruth) -> None:
+@pytest.mark.parametrize("position", [(-0.01, 5.0), (160.0, 5.0), (5.0, 120.0), (5.0, -1.0), NOWHERE, (10.0, 20.0)])
+def test_outside_the_picture_and_in_the_sky_there_is_no_depth_to_lend(
+    truth: PeopleTruth, position: tuple[float, float]
+) -> None:
     sky = replace(truth, depth_m=np.full_like(truth.depth_m, np.inf))
-    assert np.isnan(people.answered_place_m(Estimate(PIXEL), sky, CAMERA)).all()
+    assert np.isnan(people.answered_place_m(Estimate(np.array(position)), sky, CAMERA)).all()
+    inside = position == (10.0, 20.0)
+    assert np.isnan(people.answered_place_m(Estimate(np.array(position)), truth, CAMERA)).all() != inside
 
 
 def test_a_measured_depth_counts_outside_the_picture_too(truth: PeopleTruth) -> None:
@@ -123,13 +123,6 @@ def test_what_a_frame_counts_as(visible: float, place: tuple[float, float] | Non
     given = np.array([True, place is not None])
     places = np.array([(0.0, 0.0), place or (0.0, 0.0)])
     assert people.outcomes(truth, given, places).tolist() == [Outcome.UNCOUNTED, expected]
-
-
-def test_the_first_frame_counts_in_nothing() -> None:
-    truth = people_of([1.0, 1.0])
-    outcome = people.outcomes(truth, np.array([False, False]), np.zeros((2, 2)))
-    assert outcome.tolist() == [Outcome.UNCOUNTED, Outcome.MISSED]
-    assert truth.seen.tolist() == [False, True]
 
 
 def test_who_is_right_is_on_nobody_else_however_near_he_stands() -> None:

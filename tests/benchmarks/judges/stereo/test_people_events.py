@@ -84,4 +84,4 @@ def test_every_frame_but_the_first_is_with_or_without_somebody_near(near: list[b
     [("", []), ("0", []), ("1", [(0, 1)]), ("0110", [(1, 3)]), ("1101", [(0, 2), (3, 4)]), ("011", [(1, 3)])],
 )
 def test_runs(flags: str, expected: list[tuple[int, int]]) -> None:
-    assert list(runs(flag == "1" for flag in flags)) == expected
+    assert runs(np.array([flag == "1" for flag in flags], dtype=bool)) == expected
