@@ -79,7 +79,6 @@ class Bench(WithModules):
         workers: number of worker processes; 0 = run in this process.
         limit_s: most CPU time in seconds for one frame of a tracker, of all its threads; it may wait, e.g. sleep or
             be kept from a core by others, until ten times as many seconds went by.
-        backend: joblib backend; the default starts processes on this machine.
         metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
         json: print the summary as JSON instead of tables.
         csv: also write all numbers of the rows as a table, a line for each condition, seed, tracker, event and metric,
@@ -106,7 +105,6 @@ class Bench(WithModules):
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
     limit_s: float = 60.0
-    backend: str = "loky"
     metric: Names = ()
     json: bool = False
     csv: Annotated[Path | None, FILE] = None

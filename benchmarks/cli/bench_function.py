@@ -28,10 +28,11 @@ from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
-from benchmarks.run.selection import Registered, choices, experiment_on, trackers_of
+from benchmarks.run.selection import Registered, choices, experiment_on, registered, trackers_of
 from benchmarks.run.workers import cores
 from benchmarks.show.results import Results
 from sim.checks import check
+from trackers.registry import entry
 
 if TYPE_CHECKING:
     from benchmarks.data.sets.request import Request
@@ -59,7 +60,6 @@ def bench(
     workers: int | None = None,
     limit_s: float = 60.0,
     modules: str | Sequence[str] = (),
-    backend: str = "loky",
     data: str | None = None,
     keep_estimates: bool = False,
     real: Path | str | Sequence[Path | str] = (),
@@ -82,7 +82,6 @@ def bench(
         workers: processes; None = one per core, 0 = this process.
         limit_s: most CPU time in seconds for one frame of a tracker; it may wait, e.g. sleep, ten times as long.
         modules: modules of yours to import first, also in the workers; they register trackers, metrics and so on.
-        backend: joblib's backend.
         data: folder or URL of a data set with the episodes, whose scenario, preset and renderer are given.
         keep_estimates: whether all answers are kept as tables, see ``benchmarks.data.estimates.block_file``.
         real: files of tracks or folders of pictures with boxes in place of episodes, see ``frameout bench --help``.
@@ -116,7 +115,6 @@ def bench(
         "repeats": 1 if quick else 3,
         "limit_s": limit_s,
         "modules": own_modules,
-        "backend": backend,
     }
     if keep_estimates:
         needs_data()
@@ -222,10 +220,10 @@ def _trackers_on_real(wanted: Suite, names: tuple[str, ...], *, quick: bool) -> 
     ours = {name: each for name, each in trackers_of(wanted.name).items() if isinstance(each, Registered)}
     if wanted.on_sequences is not None:
         ours = {name: each for name, each in ours.items() if each.role not in _NEED_TRUTH}
-    for name in names:
-        check("trackers", name in ours, f"some of {', '.join(ours)}, which need pictures alone", repr(name))
+        for name in names:
+            check("trackers", name in ours, f"some of {', '.join(ours)}, which need pictures alone", repr(name))
     able = (name for name, each in ours.items() if not each.missing() and not (quick and each.role == "variant"))
-    chosen: dict[str, TrackerSpec] = {name: ours[name] for name in names or able}
+    chosen: dict[str, TrackerSpec] = {name: registered(entry(name)) for name in names or able}
     _check_usable(chosen.values())
     return chosen
 

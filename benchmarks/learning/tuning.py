@@ -443,7 +443,7 @@ def rows_of(jobs: Sequence[Job], workers: int, failures: list[Failure]) -> list[
     """
     with tempfile.TemporaryDirectory() as notes:
         noted = [replace(job, out=Path(notes)) for job in jobs]
-        made = {job.name: result for job, result in results(noted, workers, "loky")}
+        made = {job.name: result for job, result in results(noted, workers)}
     rows: list[Row] = []
     for job in noted:
         result = made[job.name]

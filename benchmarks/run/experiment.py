@@ -35,7 +35,6 @@ class Experiment:
         repeats: runs per episode of a tracker whose random numbers no seed reaches.
         limit_s: of CPU time of a tracker for one frame, see ``time_limit.at_most``.
         modules: users' own modules, which are imported already; workers import them first.
-        backend: joblib's backend; ``loky`` are processes of this machine.
         keeper: keeps all answers beside the rows; None = they are not kept.
     """
 
@@ -46,7 +45,6 @@ class Experiment:
     repeats: int = 3
     limit_s: float = 60.0
     modules: tuple[str, ...] = ()
-    backend: str = "loky"
     keeper: Keeper | None = None
 
     def __post_init__(self) -> None:
@@ -134,10 +132,10 @@ def _run(experiment: Experiment, out: Path, progress: Progress) -> Outcome:
     outcome.failures += (earlier(each) for key in sorted(have & failures.keys()) for each in failures[key])
     # The command that repeats the run names it.
     limited: Row = {} if experiment.limit_s == Experiment.limit_s else {"limit_s": experiment.limit_s}
-    progress(len(have), experiment.block_count)
+    progress(outcome.resumed, experiment.block_count)
     # Workers of an earlier run may have been started in another folder.
     jobs = experiment.jobs(out.resolve(), have)
-    for job, result in results(jobs, experiment.workers, experiment.backend):
+    for job, result in results(jobs, experiment.workers):
         # Before the rows: failures without rows are dropped, rows without their failures would be taken for good ones.
         if result.failures:
             for failure in result.failures:
@@ -146,12 +144,10 @@ def _run(experiment: Experiment, out: Path, progress: Progress) -> Outcome:
             write_failures(out, failures)
         for block in result.blocks:
             append_block(out, [row | limited for row in block])
-        outcome.episodes += len(job.trackers)
-        outcome.failures += result.failures
-        outcome.silent += result.silent
-        outcome.oddities += result.oddities
-        outcome.unusable += [result.unusable] if result.unusable not in ("", *outcome.unusable) else []
-        progress(len(have) + outcome.episodes, experiment.block_count)
+        outcome = outcome.followed_by(result)
+        progress(outcome.resumed + outcome.episodes, experiment.block_count)
+    # A recording is unusable to each of its trackers.
+    outcome.unusable = list(dict.fromkeys(outcome.unusable))
     with contextlib.suppress(OSError):
         (out / ".running").rmdir()
     if not (out / FILE_NAME).is_file():

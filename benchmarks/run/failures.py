@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import traceback
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -12,7 +11,6 @@ import cv2
 
 from benchmarks.contract.rows import REAL, BlockKey
 from benchmarks.run.own_inputs import COPY_IT
-from benchmarks.run.own_modules import is_users
 from trackers.atomic_file import write_atomic
 
 ENDED_PROCESS = "ended its process (killed, crashed or stuck in compiled code)"
@@ -67,13 +65,6 @@ def reason_of(error: BaseException) -> str:
     is_read_only = isinstance(error, _OF_ARRAYS) and any(words in text for words in _READ_ONLY)
     hint = f"; {COPY_IT}" if is_read_only and COPY_IT not in text else ""
     return f"{type(error).__name__}: {shown}{hint}"
-
-
-def place_of(error: BaseException) -> str:
-    """Return the innermost file and line in an error's traceback that are a user's own; empty if none are."""
-    frames = traceback.extract_tb(error.__traceback__)
-    own = [each for each in frames if is_users(each.filename)]
-    return f"{Path(own[-1].filename).name}, line {own[-1].lineno}" if own else ""
 
 
 _EARLIER = "(in an earlier run, whose rows are kept; to run it again, choose another folder)"

@@ -6,15 +6,17 @@ import copy
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, replace
 from functools import partial
+from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
 from benchmarks.contract.judging import Ending, Score
 from benchmarks.judges.tracker_speed import times
-from benchmarks.run.failures import ENDED_PROCESS, place_of, reason_of
+from benchmarks.run.failures import ENDED_PROCESS, reason_of
 from benchmarks.run.outcome import AnswerWatch
 from benchmarks.run.own_inputs import check_unchanged, own
+from benchmarks.run.own_modules import users_line
 from benchmarks.run.process_state import ProcessState
 from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most
 from scenarios.loop import LoopTracker, ManyLoopTracker, OutsourcingLoopTracker, given
@@ -82,7 +84,8 @@ class Guard:
         except KeyboardInterrupt:
             raise
         except BaseException as error:
-            self.reason, self.error, self.place = reason_of(error), type(error), place_of(error)
+            self.reason, self.error, line = reason_of(error), type(error), users_line(error)
+            self.place = f"{Path(line[0]).name}, line {line[1]}" if line else ""
         self.failed_at_frame = frame
         return otherwise
 

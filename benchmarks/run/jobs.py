@@ -5,10 +5,9 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import groupby
 from pathlib import Path
@@ -25,6 +24,7 @@ from benchmarks.run.editions import Editions
 from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import Guard, GuardedController, GuardedTracker
+from benchmarks.run.outcome import Outcome
 from scenarios.loop import Loop, tracker_stream
 from scenarios.scenario import Frame
 from scenarios.truth import Truth, TruthExtent, check_truth
@@ -107,24 +107,18 @@ def key_of(suite: Suite, episode: EpisodeSpec, tracker: str) -> BlockKey:
     return BlockKey(suite.name, *where, by, tracker, episode.seed, link)
 
 
-@dataclass(frozen=True)
-class JobResult:
-    """The result of a job.
+@dataclass
+class JobResult(Outcome):
+    """The result of a job, as an ``Outcome``.
 
     Attributes:
         name: of the job.
         blocks: rows, a block for each tracker; of tracks one for each block of time. There is no block of a tracker of
-            which a package is missing.
-        failures, silent, oddities: see ``Outcome``.
-        unusable: why there is no row about this recording; "" if there are some.
+            which a package is missing, or of a recording that is unusable.
     """
 
-    name: str
+    name: str = ""
     blocks: list[list[Row]] = field(default_factory=list)
-    failures: list[Failure] = field(default_factory=list)
-    silent: Counter[str] = field(default_factory=Counter)
-    oddities: Counter[tuple[str, str]] = field(default_factory=Counter)
-    unusable: str = ""
 
 
 class TrackerRun(NamedTuple):
@@ -265,10 +259,10 @@ def run_job(job: Job) -> JobResult:
             if keeping is not None and job.out is not None:
                 keeping.write(job.out / ESTIMATES, result.blocks, [(each.name, each.guard) for each in live.runs])
     except UnreadableSequence as error:
-        return JobResult(job.name, unusable=str(error))
+        return JobResult(name=job.name, episodes=len(job.trackers), unusable=[str(error)])
     # Of several runs of a tracker each oddity counts once.
-    odd = {(name, what): 1 for name, guard in live.guards() for what in guard.oddities}
-    return replace(result, oddities=result.oddities + Counter(odd))
+    result.oddities.update({(name, what): 1 for name, guard in live.guards() for what in guard.oddities})
+    return result
 
 
 def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
@@ -280,7 +274,7 @@ def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
 
 def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobResult:
     job, frame_count = live.job, live.loop.episode.frame_count
-    result, unusable = JobResult(job.name), ""
+    result = JobResult(name=job.name, episodes=len(job.trackers))
     controller_failed_at = None if live.controller is None else live.controller.failed_at_frame
     for name, group in groupby(zip(live.runs, sheets, strict=True), key=lambda pair: pair[0].name):
         own = list(group)
@@ -300,10 +294,12 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
             scores.append((0, Score(CONTROLLER_FAILED_AT, float(controller_failed_at))))
         made = _blocks(job, name, scores, frame_count, seconds)
         if whole and not made:
-            unusable = f"{job.episode.preset}: expected tracks that are long enough for gaps, got none that is"
+            wanted = "expected tracks that are long enough for gaps, got none that is"
+            result.unusable = [f"{job.episode.preset}: {wanted}"]
         result.blocks.extend(made)
         result.silent[name] += sum(guard.silent_frames for guard in guards if guard.reason is None)
-    return replace(result, failures=live.failures(), unusable=unusable)
+    result.failures = live.failures()
+    return result
 
 
 def _lacks_package(guard: Guard) -> bool:

@@ -100,8 +100,10 @@ def load_modules(modules: Sequence[str]) -> None:
             importlib.import_module(name)
         except (Exception, SystemExit) as error:
             # Its author needs the line of the fault, not our call stack.
-            expected = f"modules: expected one that can be imported, got {module!r}{_place_in_users_code(error)}"
-            raise ValueError(f"{expected}: {type(error).__name__}: {error}") from None
+            line = users_line(error)
+            place = f", {line[0]}, line {line[1]}" if line else ""
+            got = f"{module!r}{place}: {type(error).__name__}: {error}"
+            raise ValueError(f"modules: expected one that can be imported, got {got}") from None
 
 
 def _name_of_file(file: str) -> str:
@@ -138,9 +140,9 @@ def _holds_our_names(folder: Path) -> bool:
     return any((folder / name).exists() or (folder / f"{name}.py").exists() for name in OURS)
 
 
-def _place_in_users_code(error: BaseException) -> str:
-    """Return the file and line of a user's code that an error came from, or nothing."""
+def users_line(error: BaseException) -> tuple[str, int | None] | None:
+    """Return the innermost file and line of a user's own code that an error came from; None if none did."""
     if isinstance(error, SyntaxError):
-        return f", {error.filename}, line {error.lineno}"
-    lines = [frame for frame in traceback.extract_tb(error.__traceback__) if is_users(frame.filename)]
-    return f", {lines[-1].filename}, line {lines[-1].lineno}" if lines else ""
+        return str(error.filename), error.lineno
+    frames = [each for each in traceback.extract_tb(error.__traceback__) if is_users(each.filename)]
+    return (frames[-1].filename, frames[-1].lineno) if frames else None

@@ -2,7 +2,7 @@
 
 A tracker may call ``np.seterr`` or ``os.chdir``, which hold for the whole process. What it sets holds on its own turns
 alone, but for settings that nothing reads back (``cv2.setRNGSeed``, ``torch.set_flush_denormal``) and attributes of
-modules. Processes and threads that it leaves behind are found when it is closed.
+modules. Processes that it leaves behind end when it is closed.
 """
 
 from __future__ import annotations
@@ -29,8 +29,7 @@ from joblib.externals.loky.backend import resource_tracker as resource_tracker_o
 
 from benchmarks.contract.text import counted
 
-_JOIN_S = 0.1
-"""Time for a thread that has been told to end."""
+_NOTICED_S = 1.0
 Setting = tuple[Callable[[], Any], Callable[[Any], Any]]
 """Reads and sets one setting."""
 
@@ -97,7 +96,6 @@ class ProcessState:
     def __init__(self) -> None:
         self._own: dict[str, Any] = {}
         self._children: set[int] = set()
-        self._threads: set[threading.Thread] = set()
 
     @contextmanager
     def applied(self) -> Iterator[None]:
@@ -105,8 +103,7 @@ class ProcessState:
 
         A child process that a tracker has forked, and that comes back from its turn, ends here.
         """
-        process, children, threads = os.getpid(), _children(), set(threading.enumerate())
-        settings = _settings()
+        process, children, settings = os.getpid(), _children(), _settings()
         others = {name: read() for name, (read, _) in settings.items()}
         for name, value in self._own.items():
             settings[name][1](value)
@@ -120,29 +117,21 @@ class ProcessState:
             for name in self._own:
                 settings[name][1](others[name])
             self._children |= _children() - children
-            # Those that Python did not start cannot be joined, and count as alive for ever.
-            started = (each for each in threading.enumerate() if not isinstance(each, threading._DummyThread))
-            self._threads |= set(started) - threads
 
     def close(self) -> list[str]:
-        """End the processes that the tracker has left, and return in words what it has left; it is dropped before.
-
-        Threads cannot be ended.
-        """
-        if self._children or any(thread.is_alive() for thread in self._threads):
-            # What ends its process or its threads when it is dropped may be part of a cycle.
-            gc.collect()
-        processes = sum(map(_end, self._children))
-        for thread in self._threads:
-            thread.join(_JOIN_S)
-        threads = sum(thread.is_alive() for thread in self._threads)
-        left = []
-        if processes:
-            words = counted(processes, "process", "processes")
-            left.append(f"left {words} running, ended with the episode (start anew in each)")
-        if threads:
-            left.append(f"left {counted(threads, 'thread')} running")
-        return left
+        """End the processes that the tracker has left, and return in words that it has; it is dropped before."""
+        if not self._children:
+            return []
+        # What ends its process when it is dropped may be part of a cycle.
+        gc.collect()
+        left = sum(map(_end, self._children))
+        if not left:
+            return []
+        # Until a pool of joblib's has noticed, it takes work that nothing does.
+        for thread in threading.enumerate():
+            if "loky" in type(thread).__module__:
+                thread.join(_NOTICED_S)
+        return [f"left {counted(left, 'process', 'processes')} running, ended with the episode (start anew in each)"]
 
 
 def _end(child: int) -> bool:

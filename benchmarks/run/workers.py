@@ -32,14 +32,13 @@ def cores(workers: int | None) -> int:
     return joblib.cpu_count() if workers is None else workers
 
 
-def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[tuple[Job, JobResult]]:
+def results(jobs: Iterable[Job], workers: int) -> Iterator[tuple[Job, JobResult]]:
     """Yield jobs with their results as they arrive.
 
     A job whose worker died is run again without the tracker that ended it.
 
     Args:
         jobs: consumed one by one. workers: processes; 0 = this process.
-        backend: joblib's.
 
     Raises:
         ChildProcessError: if a process ends outside of any tracker.
@@ -49,7 +48,7 @@ def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[tuple[J
     ended = False
     while not ended:
         try:
-            for result in _run(_taken(coming, waiting), workers, backend):
+            for result in _run(_taken(coming, waiting), workers):
                 yield waiting.pop(result.name), result
             ended = True
         except BrokenProcessPool:
@@ -61,7 +60,7 @@ def results(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[tuple[J
                 ) from None
             for job in suspects:
                 del waiting[job.name]
-                yield job, _alone(job, backend)
+                yield job, _alone(job)
 
 
 def _taken(coming: Iterator[Job], waiting: dict[str, Job]) -> Iterator[Job]:
@@ -72,11 +71,11 @@ def _taken(coming: Iterator[Job], waiting: dict[str, Job]) -> Iterator[Job]:
         yield job
 
 
-def _alone(job: Job, backend: str) -> JobResult:
+def _alone(job: Job) -> JobResult:
     """Run one job in its own process until it completes, each time without the tracker that ended it."""
     while True:
         try:
-            return next(_run([job], 1, backend))
+            return next(_run([job], 1))
         except BrokenProcessPool:
             note = read_note(job.note_file)
             if note is None or note[0] in job.deadly:
@@ -88,22 +87,21 @@ def _alone(job: Job, backend: str) -> JobResult:
             job = replace(job, deadly={**job.deadly, note[0]: note[1]})
 
 
-def _run(jobs: Iterable[Job], workers: int, backend: str) -> Iterator[JobResult]:
-    return in_processes(run_job, jobs, workers, backend, modules=lambda job: job.modules)
+def _run(jobs: Iterable[Job], workers: int) -> Iterator[JobResult]:
+    return in_processes(run_job, jobs, workers, modules=lambda job: job.modules)
 
 
 def in_processes(
     function: Callable[[_Given], _Made],
     given: Iterable[_Given],
     workers: int,
-    backend: str = "loky",
     *,
     modules: Callable[[_Given], tuple[str, ...]] = lambda each: (),
 ) -> Iterator[_Made]:
     """Yield what a function makes of each of ``given``, as it comes.
 
     Args:
-        given: consumed one by one. workers: processes; 0 = this process. backend: joblib's.
+        given: consumed one by one. workers: processes; 0 = this process.
         modules: users' own modules that a worker imports before it unpacks one of ``given``, which may hold what they
             define.
 
@@ -119,7 +117,6 @@ def in_processes(
         pre_dispatch=workers if workers == 1 else "2 * n_jobs",
         batch_size=1,
         return_as="generator_unordered",
-        backend=backend,
     )
     packed = (joblib.delayed(_unpacked)(modules(each), cloudpickle.dumps((function, each))) for each in given)
     yield from parallel(packed)

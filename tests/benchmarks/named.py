@@ -30,7 +30,6 @@ class NamedExperiment:
     repeats: int = 3
     limit_s: float = 60.0
     modules: tuple[str, ...] = ()
-    backend: str = "loky"
     keeper: Keeper | None = None
     stored: Callable[..., Any] | None = None
 

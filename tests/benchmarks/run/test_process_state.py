@@ -9,10 +9,8 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import warnings
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -124,22 +122,6 @@ def test_a_process_of_another_parent_is_not_ended() -> None:
         stranger.communicate(b"\n")
 
 
-def test_threads_that_end_with_their_owner_are_none_that_are_left() -> None:
-    """An executor in a cycle lets its threads go when it is collected, and they take a moment."""
-
-    class Owner:
-        def __init__(self) -> None:
-            self.itself, self.pool = self, ThreadPoolExecutor(2)
-
-    state = ProcessState()
-    with state.applied():
-        owner = Owner()
-        assert owner.pool.submit(int).result() == 0
-    del owner
-    assert len(state._threads) == 1
-    assert state.close() == []
-
-
 @pytest.mark.heavy
 @IN_FILES
 def test_the_pool_of_joblib_is_ended_and_is_there_again_for_the_next_one() -> None:
@@ -150,17 +132,6 @@ def test_the_pool_of_joblib_is_ended_and_is_there_again_for_the_next_one() -> No
         with state.applied():
             assert joblib.Parallel(2, backend="loky")(joblib.delayed(abs)(k) for k in (-1, -2, -3)) == [1, 2, 3]
         assert state.close()[0] == "left 2 processes running, ended with the episode (start anew in each)"
-
-
-def test_a_thread_that_is_left_is_told() -> None:
-    state, end = ProcessState(), threading.Event()
-    thread = threading.Thread(target=end.wait)
-    with state.applied():
-        thread.start()
-    assert state.close() == ["left 1 thread running"]
-    end.set()
-    thread.join()
-    assert state.close() == []
 
 
 @pytest.mark.heavy
