@@ -179,7 +179,7 @@ class Loop:
 
     @property
     def estimate(self) -> Estimate:
-        """The first tracker's estimate on the latest frame, which a controller steers by."""
-        answer = self.answers[0]
+        """The first tracker's estimate on the latest frame, which a controller steers by; NaN without a tracker."""
+        answer = self.answers[0] if self.answers else Estimate(np.full(2, np.nan))
         assert isinstance(answer, Estimate)
         return answer

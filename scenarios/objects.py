@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,6 +18,11 @@ from sim.mesh import TexturedMesh
 from sim.world import Body, World
 from trackers.types import CameraModel
 
+AWAY_M = -1000.0
+"""Height of bodies that are not in the world."""
+AWAY = np.eye(4)
+AWAY[2, 3] = AWAY_M
+AWAY.setflags(write=False)
 _NO_PICTURE = np.empty((0, 0), np.int32)
 _NO_IDS = np.empty(0, np.int64)
 
@@ -39,13 +45,13 @@ class Labels:
     hidden_fraction: NDArray[np.float64]
 
 
-class Objects:
-    """N rigid objects, each one movable body of a world.
+class SceneObjects(ABC):
+    """N objects, each of one or more movable bodies of a world: its parts.
 
     Attributes:
-        world: theirs.
+        world: theirs. parts: bodies of each.
         names, kinds: (N,) see ``Truth``.
-        size_m: (N, 3). instance_id: (N,).
+        size_m: (N, 3). instance_id: (N,) of each object's first part.
         T_world_object: (N, 4, 4) and speed_mps: (N,), at present.
         present: (N,) False for objects that are not in the world at present.
     """
@@ -53,37 +59,32 @@ class Objects:
     def __init__(
         self,
         world: World,
-        bodies: Sequence[Body],
-        *,
-        kinds: Sequence[str] = (),
-        size_m: NDArray[np.float64] | None = None,
+        parts: Sequence[Sequence[Body]],
+        names: Sequence[str],
+        kinds: Sequence[str],
+        size_m: NDArray[np.float64],
     ) -> None:
-        """``kinds`` and ``size_m``: those of the bodies (``category``) and meshes if they are left out."""
-        self.world, self.bodies = world, list(bodies)
-        self._set_names(tuple(body.name for body in bodies), tuple(kinds) or tuple(body.category for body in bodies))
-        self.size_m = np.array([body.mesh.size_m for body in bodies], float) if size_m is None else size_m
-        self.instance_id = np.array([body.index for body in bodies])
-        self._outline = outline([body.mesh for body in bodies])
-        self._bounds_m = np.array([body.mesh.bounds_m for body in bodies])
+        self.world, self.parts, self.size_m = world, parts, size_m
+        self.names, self.kinds = tuple(names), tuple(kinds)
+        self.instance_id = np.array([bodies[0].index for bodies in parts])
+        self.T_world_object = np.tile(np.eye(4), (len(parts), 1, 1))
+        self.speed_mps = np.zeros(len(parts))
+        self.present = np.ones(len(parts), np.bool_)
 
-    def _set_names(self, names: tuple[str, ...], kinds: tuple[str, ...]) -> None:
-        self.names, self.kinds = names, kinds
-        self.T_world_object = np.tile(np.eye(4), (len(names), 1, 1))
-        self.speed_mps = np.zeros(len(names))
-        self.present = np.ones(len(names), np.bool_)
+    def take_out(self, which: Iterable[int] | None = None) -> None:
+        """Move objects out of sight, by default all; they are absent until they are moved again."""
+        for k in range(len(self.parts)) if which is None else which:
+            self.world.move_all(self.parts[k], np.tile(AWAY, (len(self.parts[k]), 1, 1)))
+            self.present[k] = False
 
-    def move(self, T_world_object: NDArray[np.float64], speed_mps: NDArray[np.float64]) -> None:
-        """Move all objects to poses (N, 4, 4); ``speed_mps`` (N,) is that of this frame."""
-        self.T_world_object, self.speed_mps = T_world_object, speed_mps
-        self.world.move_all(self.bodies, T_world_object)
-
-    def merge(self, instance_map: NDArray[np.int32]) -> None:
+    def merge(self, instance_map: NDArray[np.int32]) -> None:  # noqa: B027
         """Write each object's ``instance_id`` over the ids of its other bodies in a map (H, W)."""
 
+    @abstractmethod
     def bounds_m(self) -> NDArray[np.float64]:
         """Return ``Truth.bounds_m`` (N, 2, 3)."""
-        return self._bounds_m
 
+    @abstractmethod
     def labels(
         self,
         camera: CameraModel,
@@ -97,6 +98,54 @@ class Objects:
             seen: the merged picture, for visible shares; None: places and boxes alone.
             in_full: (N,) the objects of which visible shares are computed.
         """
+
+    def _centres_px(self, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+        positions_px = centres_px(camera, T_world_camera, self.T_world_object, self.size_m)
+        positions_px[~self.present] = np.nan
+        return positions_px
+
+
+class Objects(SceneObjects):
+    """N rigid objects, each one movable body of a world; see ``SceneObjects``."""
+
+    def __init__(
+        self,
+        world: World,
+        bodies: Sequence[Body],
+        *,
+        kinds: Sequence[str] = (),
+        size_m: NDArray[np.float64] | None = None,
+    ) -> None:
+        """``kinds`` and ``size_m``: those of the bodies (``category``) and meshes if they are left out."""
+        self.bodies = list(bodies)
+        super().__init__(
+            world,
+            [[body] for body in bodies],
+            [body.name for body in bodies],
+            kinds or [body.category for body in bodies],
+            np.array([body.mesh.size_m for body in bodies], float) if size_m is None else size_m,
+        )
+        self._outline = outline([body.mesh for body in bodies])
+        self._bounds_m = np.array([body.mesh.bounds_m for body in bodies])
+
+    def move(self, T_world_object: NDArray[np.float64], speed_mps: NDArray[np.float64]) -> None:
+        """Move all objects to poses (N, 4, 4); ``speed_mps`` (N,) is that of this frame."""
+        self.T_world_object, self.speed_mps = T_world_object, speed_mps
+        self.world.move_all(self.bodies, T_world_object)
+        self.present[:] = True
+
+    def bounds_m(self) -> NDArray[np.float64]:
+        """See ``SceneObjects``."""
+        return self._bounds_m
+
+    def labels(
+        self,
+        camera: CameraModel,
+        T_world_camera: NDArray[np.float64],
+        seen: SeenSurfaces | None = None,
+        in_full: NDArray[np.bool_] | None = None,
+    ) -> Labels:
+        """See ``SceneObjects``."""
         count = len(self.names)
         boxes = amodal_boxes(camera, T_world_camera, self._outline, self.T_world_object)
         boxes[~self.present] = np.nan
@@ -108,17 +157,11 @@ class Objects:
                 fraction[k] = visible_fraction(seen, camera, T_world_camera, body.mesh, pose, body.index, boxes[k])
         return Labels(self._centres_px(camera, T_world_camera), boxes, fraction, np.full(count, -1), np.zeros(count))
 
-    def _centres_px(self, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
-        positions_px = centres_px(camera, T_world_camera, self.T_world_object, self.size_m)
-        positions_px[~self.present] = np.nan
-        return positions_px
 
-
-class JointedObjects(Objects):
-    """N objects, each of several movable bodies: its parts.
+class JointedObjects(SceneObjects):
+    """N objects of several parts each, see ``SceneObjects``; merged maps have the id of the first part for all of them.
 
     Attributes:
-        instance_id: (N,) of each object's first part; merged maps have it for all of them.
         part_poses: of each object, T_world_part (P, 4, 4) at present.
     """
 
@@ -131,30 +174,26 @@ class JointedObjects(Objects):
         size_m: NDArray[np.float64],
         shapes: Sequence[JointedShape] = (),
     ) -> None:
-        """``shapes``: what labels take for the objects; left out: all of their parts.
-
-        The parts are the world's last bodies, object by object: none is added later.
-        """
-        self.world, self.parts, self.size_m = world, parts, size_m
-        self._set_names(tuple(names), tuple(kinds))
-        self.instance_id = np.array([bodies[0].index for bodies in parts])
+        """``shapes``: what labels take for the objects; left out: all of their parts."""
+        super().__init__(world, parts, names, kinds, size_m)
         self._shapes = shapes or [joined([body.mesh for body in bodies]) for bodies in parts]
-        self._merged_id = np.arange(len(world.bodies), dtype=np.int32)
-        for bodies in parts:
-            self._merged_id[[body.index for body in bodies]] = bodies[0].index
+        self._part_id = np.array([body.index for bodies in parts for body in bodies])
+        self._whole_id = np.repeat(self.instance_id, [len(bodies) for bodies in parts])
         self.part_poses: list[NDArray[np.float64]] = [np.tile(np.eye(4), (len(bodies), 1, 1)) for bodies in parts]
 
     def move_parts(self, k: int, T_world_part: NDArray[np.float64]) -> None:
         """Move the parts of the k-th object to poses (P, 4, 4)."""
-        self.part_poses[k] = T_world_part
+        self.part_poses[k], self.present[k] = T_world_part, True
         self.world.move_all(self.parts[k], T_world_part)
 
     def merge(self, instance_map: NDArray[np.int32]) -> None:
-        """See ``Objects``."""
-        merge_parts(instance_map, self._merged_id, int(self.instance_id[0]))
+        """See ``SceneObjects``."""
+        whole = np.arange(len(self.world.bodies), dtype=np.int32)
+        whole[self._part_id] = self._whole_id
+        merge_parts(instance_map, whole, int(self.instance_id[0]))
 
     def bounds_m(self) -> NDArray[np.float64]:
-        """See ``Objects``; of objects as they are posed, NaN for absent ones."""
+        """See ``SceneObjects``; of objects as they are posed, NaN for absent ones."""
         bounds = np.full((len(self.names), 2, 3), np.nan)
         for k in np.flatnonzero(self.present).tolist():
             if len(self.parts[k]) == 1:
@@ -170,7 +209,7 @@ class JointedObjects(Objects):
         seen: SeenSurfaces | None = None,
         in_full: NDArray[np.bool_] | None = None,
     ) -> Labels:
-        """See ``Objects``."""
+        """See ``SceneObjects``."""
         return self._labels(camera, T_world_camera, seen, in_full)
 
     def _labels(

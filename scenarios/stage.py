@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.objects import Labels, Objects, Standing, StandingObjects
+from scenarios.objects import Labels, SceneObjects, Standing, StandingObjects
 from scenarios.pan_tilt_zoom import Head
 from scenarios.scenario import Frame, Setup
 from scenarios.truth import Truth, without_pixels, without_standing
@@ -109,7 +109,7 @@ class Stage(ABC):
     def __init__(
         self,
         setup: Setup,
-        objects: Objects,
+        objects: SceneObjects,
         camera: SceneCamera,
         *,
         standing: Sequence[Standing] = (),

@@ -21,7 +21,7 @@ from scenarios.envs.reward import Rewarder
 from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import NO_REWARD, OWN_WORLD, truth_info
 from scenarios.envs.view import Window, draw_view
-from scenarios.loop import FromPictures, Loop, LoopTracker, tracker_stream
+from scenarios.loop import FromPictures, Loop, tracker_stream
 from scenarios.scenario import Frame, KeptWorld, Scenario
 from sim.checks import check, check_choice
 from sim.rng import generator
@@ -102,27 +102,11 @@ def followed_episode(settings: FollowSettings, seed: int, world_of: Callable[[An
     kept = None if world_of is None else world_of(preset)
     episode = scenario.episode(preset, seed, renderer=settings.renderer, closed_loop=True, truth="target", kept=kept)
     try:
-        tracker = _loop_tracker(settings.tracker, seed, episode.start)
+        trackers = [] if settings.tracker is None else [_EnvTracker(settings.tracker, seed, episode.start)]
     except Exception:
         episode.close()
         raise
-    return Loop(episode, [tracker], episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
-
-
-def _loop_tracker(tracker: Any, seed: int, start: Start) -> LoopTracker:
-    return _NoTracker() if tracker is None else _EnvTracker(tracker, seed, start)
-
-
-class _NoTracker:
-    """Stands for a tracker: every estimate is NaN."""
-
-    def initialise(self, frame: Frame, start: Start) -> Estimate:
-        """See ``LoopTracker``."""
-        return self.update(frame)
-
-    def update(self, frame: Frame) -> Estimate:
-        """See ``LoopTracker``."""
-        return Estimate(np.full(2, np.nan))
+    return Loop(episode, trackers, episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
 
 
 class _EnvTracker:
@@ -133,20 +117,21 @@ class _EnvTracker:
         self._seed = seed
         if isinstance(tracker, str):
             rng = tracker_stream(seed, tracker)
-            self._tracker = registry.entry(tracker).create_for_one(rng, start.background, start.site)
+            own = registry.entry(tracker).create_for_one(rng, start.background, start.site)
             self._name = tracker
         else:
-            self._tracker, self._name = copy.deepcopy(tracker), type(tracker).__name__
+            own, self._name = copy.deepcopy(tracker), type(tracker).__name__
+        self._tracker = FromPictures(own)
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
         """See ``LoopTracker``."""
         with self._named_errors(frame):
-            return FromPictures(self._tracker).initialise(frame, start)
+            return self._tracker.initialise(frame, start)
 
     def update(self, frame: Frame) -> Estimate:
         """See ``LoopTracker``."""
         with self._named_errors(frame):
-            return check_estimate(self._tracker.update(frame.observation))
+            return check_estimate(self._tracker.update(frame))
 
     @contextmanager
     def _named_errors(self, frame: Frame) -> Iterator[None]:

@@ -27,8 +27,6 @@ _LINE_TO_SEGMENTS = np.stack(
     axis=1,
 )
 """Weights (S, K) that interpolate values at the points of a centre line at the middles of the segments."""
-_AWAY_M = -1000.0
-"""Height to which fish are moved for pictures without them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,13 +71,6 @@ class Fish(JointedObjects):
         for k, part_poses in enumerate(pose.T_world_segment):
             self.move_parts(k, part_poses)
 
-    def take_out(self) -> None:
-        """Move all fish out of sight, until the next ``move_to``."""
-        for k, part_poses in enumerate(self.part_poses):
-            away = part_poses.copy()
-            away[:, 2, 3] = _AWAY_M
-            self.move_parts(k, away)
-
     def labels(
         self,
         camera: CameraModel,
@@ -87,7 +78,7 @@ class Fish(JointedObjects):
         seen: SeenSurfaces | None = None,
         in_full: NDArray[np.bool_] | None = None,
     ) -> FishLabels:
-        """See ``Objects``.
+        """See ``SceneObjects``.
 
         Each segment is shifted as a whole from where a camera without water sees it, by what the centre
         line is shifted at its middle: ripples are longer than a segment.

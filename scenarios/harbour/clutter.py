@@ -14,7 +14,7 @@ from scenarios.harbour.moorings import SEGMENTS, Ride, buoy_mesh, draw_moored, m
 from scenarios.harbour.plan import Plan, draw_car
 from scenarios.harbour.scenery import Surface
 from scenarios.harbour.warmth import BOAT_VIEW, CAR_VIEW, boat_materials, car_materials
-from scenarios.objects import Standing
+from scenarios.objects import AWAY, AWAY_M, Standing
 from sim.meshes.boat import above_water
 from sim.meshes.gull import gull
 from sim.meshes.shed import level_plate
@@ -24,8 +24,6 @@ from sim.world import Body, World
 
 FLYING, RESTING = 5, 6
 """Most at a time."""
-AWAY_M = -1000.0
-"""Height of bodies that are not in the world."""
 _SPEED_MPS = (7.0, 11.0)
 _FLIGHTS_PER_H, _RESTS_PER_H = 70.0, 22.0
 _REST_S = (60.0, 1200.0)
@@ -111,9 +109,6 @@ CAR_PAINTS = ("dark paint", "painted steel", "white paint")
 HULLS = ("fibreglass", "painted steel", "timber")
 _SEA_REACH_M = (-99.0, 130.0)
 """The sea begins there before the camera, and reaches so far to either side."""
-AWAY = np.diag([1.0, 1.0, 1.0, 1.0])
-AWAY[2, 3] = AWAY_M
-AWAY.setflags(write=False)
 
 
 @dataclass(frozen=True, slots=True)

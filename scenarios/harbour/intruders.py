@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.harbour.clutter import AWAY, CAR_PAINTS, HULLS
+from scenarios.harbour.clutter import CAR_PAINTS, HULLS
 from scenarios.harbour.conditions import Conditions, float_poses, rocking
 from scenarios.harbour.plan import SIZE_FACTORS, Plan, Visit, draw_car, draw_person, names_of
 from scenarios.harbour.warmth import (
@@ -24,7 +24,7 @@ from scenarios.harbour.warmth import (
     level_ground,
     person_kelvins,
 )
-from scenarios.objects import JointedObjects, add_parts
+from scenarios.objects import AWAY, JointedObjects, add_parts
 from sim.jointed_labels import JointedShape, joined
 from sim.meshes.boat import above_water, boat
 from sim.meshes.person import person_size_m
@@ -168,8 +168,7 @@ class Intruders(JointedObjects):
         """Move all to their poses on a frame."""
         here = self.presence[frame]
         self.T_world_object, self.speed_mps = self.course[frame], self.course_mps[frame]
-        for k in np.flatnonzero(self.present & ~here).tolist():
-            self._take_away(k)
+        self.take_out(np.flatnonzero(self.present & ~here).tolist())
         for k in np.flatnonzero(here).tolist():
             one, pose = self._all[k], self.course[frame, k]
             if one.bones is None:
@@ -178,16 +177,6 @@ class Intruders(JointedObjects):
                 speed = float(self.speed_mps[k])
                 walks = speed if speed > _LEAST_SPEED_MPS else 0.0
                 self.move_parts(k, part_poses(one.bones, pose, float(self._phase_rad[frame, k]), walks))
-        self.present = here.copy()
-
-    def take_out(self) -> None:
-        """Move all out of sight, until the next ``move_to``."""
-        for k in np.flatnonzero(self.present).tolist():
-            self._take_away(k)
-        self.present = np.zeros_like(self.present)
-
-    def _take_away(self, k: int) -> None:
-        self.move_parts(k, np.tile(AWAY, (len(self.parts[k]), 1, 1)))
 
     def warmth_kinds(self) -> set[tuple[str, float]]:
         """Return the materials and shares of sky of all cars and boats."""

@@ -22,10 +22,6 @@ from scenarios.stereo_follow.truth import StereoTruth
 from sim.checks import check
 from sim.render.pipeline import Capture
 
-_SIZE_M = np.array([[0.0, *SHEET_M]])
-_OF_SIZE = np.empty((0, 2, 3))
-"""``Truth.bounds_m`` that follow from ``size_m``."""
-
 
 @dataclass(frozen=True, slots=True)
 class SheetMap:
@@ -50,7 +46,7 @@ class SheetEpisode(StereoStage):
         frames, rate_hz = setup.preset.frame_count, setup.preset.rate_hz
         super().__init__(
             setup,
-            JointedObjects(scene.world, ["target"], ["sheet"], [[scene.sheet]], _SIZE_M),
+            JointedObjects(scene.world, ["target"], ["sheet"], [[scene.sheet]], np.array([[0.0, *SHEET_M]])),
             LightEvents([scene.place] * frames, [None] * frames, rate_hz),
         )
 
@@ -78,7 +74,7 @@ class SheetEpisode(StereoStage):
 
     def _own_truth(self, capture: Capture[Any], labels: Labels) -> dict[str, Any]:
         lux = illuminance_on_sheet_lx(self._scene.shader, self._scene.T_world_sheet)
-        return {"bounds_m": _OF_SIZE, **self._pair_truth(capture, self._scene.place, np.array([lux]))}
+        return self._pair_truth(capture, self._scene.place, np.array([lux]))
 
 
 _SEEDED_AS = "stereo-follow-v1"

@@ -34,6 +34,8 @@ _NO_FLOW = np.empty((0, 0, 2), np.float32)
 class RoadTownEpisode(Stage):
     """See ``scenarios.scenario.Episode``."""
 
+    _objects: Objects
+
     def __init__(self, setup: Setup) -> None:
         kept = setup.kept
         plan = make_plan(

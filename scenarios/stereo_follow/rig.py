@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scenarios.objects import Objects
+from scenarios.objects import SceneObjects
 from scenarios.scenario import Setup
 from scenarios.stage import SceneCamera, Stage
 from scenarios.stereo_follow.camera import SENSOR, camera, camera_pose, draw_mount, registers
@@ -200,7 +200,7 @@ class StereoStage(Stage):
     _camera: StereoCamera
     _robot_place: tuple[NDArray[np.float64], float]
 
-    def __init__(self, setup: Setup, objects: Objects, events: LightEvents, *, has_odometry: bool = True) -> None:
+    def __init__(self, setup: Setup, objects: SceneObjects, events: LightEvents, *, has_odometry: bool = True) -> None:
         self._events = events
         self._odometry = Odometry(setup.rng("odometry")) if has_odometry else None
         super().__init__(setup, objects, StereoCamera(setup, objects.world))

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scenarios.objects import Labels, Objects
+from scenarios.objects import Labels, SceneObjects
 from scenarios.scenario import Scenario, Setup
 from scenarios.stage import SceneCamera, Stage
 from scenarios.truth import check_truth
@@ -42,19 +42,19 @@ class FakeCamera(SceneCamera):
         return shader, T_world_camera.copy(), scale
 
 
-class Ball(Objects):
+class Ball(SceneObjects):
     """A ball on its way out of the picture, with a place on each frame."""
 
     def __init__(self) -> None:
-        self.world, self.size_m, self.instance_id = World(), np.ones((1, 3)), np.array([7])
-        self._set_names(("ball",), ("ball",))
+        body: Any = SimpleNamespace(index=7)
+        super().__init__(World(), [[body]], ["ball"], ["ball"], np.ones((1, 3)))
 
     def bounds_m(self) -> NDArray[np.float64]:
-        """See ``Objects``."""
+        """See ``SceneObjects``."""
         return np.zeros((1, 2, 3))
 
     def labels(self, camera: Any, T_world_camera: Any, seen: Any = None, in_full: Any = None) -> Labels:
-        """See ``Objects``."""
+        """See ``SceneObjects``."""
         right_px = 4.0 * self.T_world_object[0, 0, 3]
         box = np.array([[8.0, 4.0, 12.0, 8.0]]) + np.array([1.0, 0.0, 1.0, 0.0]) * right_px
         centres_px = self._centres_px(camera, T_world_camera)

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from scenarios.harbour.clutter import AWAY_M, birds
+from scenarios.harbour.clutter import birds
 from scenarios.harbour.conditions import Tide, draw_tide, float_poses, rocking, sway
 from scenarios.harbour.layout import MEAN_SEA_M, WALL_X_M
 from scenarios.harbour.moorings import SEGMENTS, Moored, Ride, draw_moored, mesh_of, ride, rope_lengths_m
+from scenarios.objects import AWAY_M
 
 TIME_S = 2.0 * np.arange(2100)
 CALM = np.full(len(TIME_S), 0.05), np.full(len(TIME_S), 2.0), np.full(len(TIME_S), 0.7)
