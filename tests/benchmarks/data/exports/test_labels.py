@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -41,30 +42,17 @@ def coco_of(folder: Path) -> dict[str, Any]:
     return json.loads((folder / "annotations" / "instances.json").read_text())
 
 
-def test_what_stands_about_has_an_annotation_with_its_role_in_coco(parked: DataSet, tmp_path: Path) -> None:
+def test_coco_has_what_stands_about_and_the_visibilities_of_the_truth(parked: DataSet, tmp_path: Path) -> None:
     pytest.importorskip("pycocotools")
     found = coco_of(written(parked, "coco", tmp_path))
-    mine = [each for each in found["annotations"] if each["attributes"]["role"] == "parked"]
-    assert len(mine) == 2 * FRAMES
     names = {each["id"]: each["name"] for each in found["categories"]}
-    for each in mine:
-        assert (names[each["category_id"]], each["bbox"], each["area"]) == ("car", PARKED_XYWH, 32)
-        assert each["attributes"] == {
-            "name": "parked-0",
-            "kind": "van",
-            "role": "parked",
-            "visible_fraction": 1.0,
-            "glare_fraction": 0.0,
-            "occluded": False,
-            "truncated": False,
-        }
-
-
-def test_visibility_and_cuts_are_those_of_the_truth(parked: DataSet, tmp_path: Path) -> None:
-    pytest.importorskip("pycocotools")
-    found = coco_of(written(parked, "coco", tmp_path))
     frame_of = {each["id"]: int(Path(each["file_name"]).stem) for each in found["images"]}
-    of_target = [each for each in found["annotations"] if each["attributes"]["name"] == "target"]
+    vans = [each for each in found["annotations"] if each["attributes"]["role"] == "parked"]
+    assert len(vans) == 2 * FRAMES
+    whole = {"visible_fraction": 1.0, "glare_fraction": 0.0, "occluded": False, "truncated": False}
+    for each in vans:
+        assert (names[each["category_id"]], each["bbox"], each["area"]) == ("car", PARKED_XYWH, 32)
+        assert each["attributes"] == {"name": "parked-0", "kind": "van", "role": "parked"} | whole
     expected = {}
     for frame, truth in enumerate(truths("parked")):
         k = truth.index_of("target")
@@ -72,11 +60,11 @@ def test_visibility_and_cuts_are_those_of_the_truth(parked: DataSet, tmp_path: P
         if share > 0:
             expected[frame] = (round(share, 5), share < 0.5, truth.state[k] == "partial")
     assert len({each[1:] for each in expected.values()}) > 2
-    for each in of_target:
-        said = each["attributes"]
-        frame = frame_of[each["image_id"]]
-        assert (said["visible_fraction"], said["occluded"], said["truncated"]) == expected[frame]
+    of_target = [each for each in found["annotations"] if each["attributes"]["name"] == "target"]
     assert len(of_target) == 2 * len(expected)
+    for each in of_target:
+        told = tuple(each["attributes"][name] for name in ("visible_fraction", "occluded", "truncated"))
+        assert told == expected[frame_of[each["image_id"]]]
 
 
 def test_what_stands_about_is_in_the_text_files_and_their_sidecar_in_yolo(parked: DataSet, tmp_path: Path) -> None:
@@ -106,11 +94,6 @@ def test_what_stands_about_has_rows_in_mot_and_tracks_in_tao(parked: DataSet, tm
     assert len({each["track_id"] for each in mine}) == 2
     assert all(each["amodal_bbox"] == each["bbox"] == PARKED_XYWH for each in mine)
     assert len(mine) == 2 * FRAMES
-
-
-def test_single_targets_do_not_mind_what_stands_about(parked: DataSet, tmp_path: Path) -> None:
-    folder = written(parked, "otb", tmp_path)
-    assert (folder / "list.txt").read_text().split() == ["painted-v1-parked-000003", "painted-v1-parked-000004"]
 
 
 def test_webdataset_lists_what_stands_about(parked: DataSet, tmp_path: Path) -> None:
@@ -192,32 +175,20 @@ def test_what_shows_too_little_is_left_out_or_ignored_and_counted(data: DataSet,
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("name", "options", "message"),
     [
-        ({"min_visible": 1.5}, r"min_visible: expected a share of 0 to 1, got 1\.5"),
-        ({"min_size_px": -1.0}, r"min_size: expected a number of pixels >= 0, got -1\.0"),
+        ("yolo", {"min_visible": 1.5}, "min_visible: expected a share of 0 to 1, got 1.5"),
+        ("yolo", {"min_size_px": -1.0}, "min_size: expected a number of pixels >= 0, got -1.0"),
+        ("mot", {"min_visible": 0.5}, "min_visible min_size: expected 0, since mot holds all, got (0.5, 0.0)"),
+        ("otb", {"classes": "kind"}, "classes: expected class, since otb has none, got 'kind'"),
     ],
 )
 def test_options_that_are_not_possible_are_refused(
-    data: DataSet, tmp_path: Path, options: dict[str, Any], message: str
+    data: DataSet, tmp_path: Path, name: str, options: dict[str, Any], message: str
 ) -> None:
-    with pytest.raises(ValueError, match=f"^{message}$"):
-        export(data, "yolo", tmp_path / "out", **options)
+    with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
+        export(data, name, tmp_path / "out", **options)
     assert not (tmp_path / "out").exists()
-
-
-def test_formats_that_hold_all_leave_nothing_out(data: DataSet, tmp_path: Path) -> None:
-    with pytest.raises(
-        ValueError, match=r"^min_visible min_size: expected 0, since mot holds all, got \(0\.5, 0\.0\)$"
-    ):
-        export(data, "mot", tmp_path / "out", min_visible=0.5)
-
-
-@pytest.mark.parametrize("name", ["otb", "rerun", "kitti-depth"])
-def test_formats_without_classes_have_no_choice_of_them(data: DataSet, tmp_path: Path, name: str) -> None:
-    with pytest.raises(ValueError, match=f"^classes: expected class, since {name} has none, got 'kind'$"):
-        export(data, name, tmp_path / "out", classes="kind")
-    assert "--classes" not in (written(data, "otb", tmp_path) / "README.md").read_text()
 
 
 def test_a_set_without_what_stands_about_has_single_targets_alone(tmp_path: Path) -> None:

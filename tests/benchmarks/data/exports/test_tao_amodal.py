@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.data.exports.labels import Labels
 from benchmarks.data.exports.coco import TaoAmodal
+from benchmarks.data.exports.labels import Labels
 from benchmarks.data.sets.data_set import DataSet
 from tests.benchmarks.data.exports.painted_scene import HEIGHT_PX, KINDS, WIDTH_PX, truths
 
