@@ -77,15 +77,14 @@ class DimmedLamp(CameraExperiment):
 
     def sensitivity(self, out: Path, rows: Sequence[Row], seeds: range, renderer: RendererName) -> TextTable | None:
         """See ``PaperExperiment``: P_c and P_l of condition I at each illuminance, and P_c by other units."""
-        own = [row for row in rows if row["renderer"] == renderer]
-        if not own:
+        if not rows:
             return None
-        changes = LARGEST_WHITE_BALANCE * _mean(own, "I_white_balance")
+        changes = LARGEST_WHITE_BALANCE * _mean(rows, "I_white_balance")
         columns = {
-            "illuminance on the sheet, lx": [f"{lx:.0f}" for lx in _mean(own, "illuminance_lx")],
-            CURVES["dissimilarity"]: _two_digits(_mean(own, "I_dissimilarity")),
-            "P_l": _two_digits(_mean(own, "I_brightness_change")),
-            "P_c": _two_digits(_mean(own, "I_colour_change")),
+            "illuminance on the sheet, lx": [f"{lx:.0f}" for lx in _mean(rows, "illuminance_lx")],
+            CURVES["dissimilarity"]: _two_digits(_mean(rows, "I_dissimilarity")),
+            "P_l": _two_digits(_mean(rows, "I_brightness_change")),
+            "P_c": _two_digits(_mean(rows, "I_colour_change")),
         }
         columns |= {
             words: _two_digits([colour_change(change, unit) for change in changes])
@@ -109,8 +108,7 @@ class DimmedLamp(CameraExperiment):
             f"seed {seeds.start}."
         )
         self.write_figure(out, picture_sheet(cells), seeds.start, renderer, "figure 2", caption)
-        own = [row for row in rows if row["renderer"] == renderer]
-        plots = [Plot(f"Condition {name}", "", _plot(own, name)) for name in CONDITIONS]
+        plots = [Plot(f"Condition {name}", "", _plot(rows, name)) for name in CONDITIONS]
         return Plots("The paper's figure 3, in this world: means over the seeds", plots)
 
 

@@ -55,7 +55,7 @@ class Drive(CameraExperiment):
         sheet = picture_sheet([cells[:_SHOWN_IN_A_ROW], cells[_SHOWN_IN_A_ROW:]], 320)
         caption = f"The camera's pictures during the drive, with the measured rectangle; seed {seed}."
         self.write_figure(out, sheet, seed, renderer, "figure 5", caption)
-        own = {r["metric"]: r["value"] for r in rows if (r["renderer"], r["seed"]) == (renderer, seed)}
+        own = {row["metric"]: row["value"] for row in rows if row["seed"] == seed}
         plots = [plot_of(chart, _STYLES) for chart in _charts(own)]
         return Plots(f"The paper's figures 6 and 7, in this world: seed {seed}", plots)
 

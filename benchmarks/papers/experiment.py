@@ -66,7 +66,7 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """A claim and our value, with one renderer.
+    """A claim and our value.
 
     Attributes:
         mean, ci_low, ci_high: 95 % interval over episodes; None without rows.
@@ -74,7 +74,6 @@ class Finding:
     """
 
     claim: Claim
-    renderer: str
     mean: float | None
     ci_low: float | None
     ci_high: float | None
@@ -224,10 +223,10 @@ class PaperExperiment(ABC):
         """Return how the figures depend on what was fitted, for experiments in which that was measured."""
         return None
 
-    def rows_in(self, out: Path) -> list[Row]:
-        """Return the experiment's rows in a folder, of all renderers."""
-        own = {(self.suite, self.scenario, preset, self.controller) for preset in self.presets}
-        keys = ("suite", "scenario", "preset", "controller")
+    def rows_in(self, out: Path, renderer: str = "raster") -> list[Row]:
+        """Return the experiment's rows in a folder, of one renderer."""
+        own = {(self.suite, self.scenario, preset, self.controller, renderer) for preset in self.presets}
+        keys = ("suite", "scenario", "preset", "controller", "renderer")
         return [row for row in read_rows(out) if tuple(row[key] for key in keys) in own]
 
     def condition(self, renderer: str) -> Condition:
@@ -267,22 +266,21 @@ def _frozen(fields: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def findings(experiment: PaperExperiment, rows: Sequence[Row]) -> list[Finding]:
-    """Return the findings of each line of the table, for each renderer."""
-    renderers = dict.fromkeys(row["renderer"] for row in rows)
-    return [_finding(experiment, claim, renderer, rows) for claim in experiment.shown_claims for renderer in renderers]
+    """Return the finding of each line of the table, from rows of one renderer."""
+    return [_finding(experiment, claim, rows) for claim in experiment.shown_claims]
 
 
-def _finding(experiment: PaperExperiment, claim: Claim, renderer: str, rows: Sequence[Row]) -> Finding:
+def _finding(experiment: PaperExperiment, claim: Claim, rows: Sequence[Row]) -> Finding:
     metric = experiment.metric(claim.metric)
     preset = claim.preset or experiment.preset
-    drawn = [row for row in rows if row["renderer"] == renderer and row["preset"] == preset]
+    drawn = [row for row in rows if row["preset"] == preset]
     own = [row for row in drawn if claim.tracker in ("", row["tracker"])]
     if claim.minus:
         found = paired(own, [row for row in drawn if row["tracker"] == claim.minus], metric)
         if found is not None:
-            return Finding(claim, renderer, found.difference, found.ci_low, found.ci_high, metric.unit, found.n)
+            return Finding(claim, found.difference, found.ci_low, found.ci_high, metric.unit, found.n)
     else:
         pool = metric.statistic.pooled(own)
         if pool is not None and pool.seed_count:
-            return Finding(claim, renderer, pool.mean, *bootstrap_interval(pool), metric.unit, pool.seed_count)
-    return Finding(claim, renderer, None, None, None, metric.unit, 0)
+            return Finding(claim, pool.mean, *bootstrap_interval(pool), metric.unit, pool.seed_count)
+    return Finding(claim, None, None, None, metric.unit, 0)

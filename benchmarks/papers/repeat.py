@@ -26,7 +26,7 @@ _FILE_NAME = "paper.html"
 def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: RendererName, workers: int) -> list[Finding]:
     """Run the experiment, print findings beside the paper's claims, write rows, pictures and ``out/paper.html``.
 
-    Rows of the other renderer in the folder stay; the table then shows both.
+    Rows of the other renderer in the folder stay; the page shows one.
 
     Args:
         out: folder; a second call with the same arguments resumes.
@@ -37,12 +37,12 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
         moved = experiment.run(out, seeds, renderer, workers, progress)
     for message in moved:
         print(f"note: {message} ({WHY_MOVED})", file=sys.stderr)
-    rows = experiment.rows_in(out)
+    rows = experiment.rows_in(out, renderer)
     found = findings(experiment, rows)
     plots = experiment.show(out, rows, seeds, renderer)
     paper = PAPERS[experiment.name[0]]
     print(f"{paper.name}, {paper.about}. {paper.reference()}")
-    print_table(table_of_findings(experiment, found, seeds))
+    print_table(table_of_findings(experiment, found, seeds, renderer))
     varied = experiment.sensitivity(out, rows, seeds, renderer)
     if varied is not None:
         print_table(varied)
@@ -60,6 +60,7 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
             varied=varied,
             pictures=read_pictures(out),
             seeds=ranges_text(seeds),
+            renderer=renderer,
             one_seed=len(seeds) == 1,
             command=f"frameout paper {experiment.name} --seeds {seeds.start}:{seeds.stop}{again}",
         )
@@ -69,23 +70,20 @@ def repeat(experiment: PaperExperiment, out: Path, seeds: range, renderer: Rende
     return found
 
 
-def table_of_findings(experiment: PaperExperiment, found: Sequence[Finding], seeds: range) -> TextTable:
+def table_of_findings(experiment: PaperExperiment, found: Sequence[Finding], seeds: range, renderer: str) -> TextTable:
     """Return our findings beside the paper's claims, those against a fitted figure marked, and what was fitted."""
     several = len(seeds) > 1
     over = "seeds {}, 95 % intervals over them" if several else "seed {}, which decides nothing"
-    renderers = {each.renderer for each in found}
-    drawn = f", renderer {found[0].renderer}" if len(renderers) == 1 else ""
     rows = []
     for each in found:
         claim = each.claim
         verdict = {True: ": yes", False: ": NO", None: ""}[each.agrees] if several else ""
         expected = f"{each.expected}{verdict}{' (fitted)' if claim.fitted else ''}"
-        renderer = "" if drawn else each.renderer
-        rows.append((claim.tracker, claim.words, claim.counted, renderer, each.value, each.interval, expected))
+        rows.append((claim.tracker, claim.words, claim.counted, each.value, each.interval, expected))
     return TextTable(
-        f"{experiment.title}: {over.format(ranges_text(seeds))}{drawn}",
+        f"{experiment.title}: {over.format(ranges_text(seeds))}, renderer {renderer}",
         f"fitted: {experiment.fitted}" if experiment.fitted else "",
-        ("method", "the paper", "here", "renderer", "value", "interval", "expected"),
+        ("method", "the paper", "here", "value", "interval", "expected"),
         tuple(rows),
     )
 
