@@ -6,9 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
+import pandas as pd
 from joblib import Parallel, delayed
 from numpy.typing import NDArray
 from scipy.optimize import minimize
@@ -21,7 +22,7 @@ from scenarios.harbour.scenario import HARBOUR
 from scenarios.harbour.truth import HarbourTruth
 from tools.learn.swims import TRACKERS, write
 from trackers.baselines.ground_linker import CONFIDENCE_FILE, EVIDENCE
-from trackers.blind.harbour_blind import PLACES_FILE
+from trackers.blind.harbour_blind import PLACE_COLUMNS, PLACES_FILE
 from trackers.eigen_swarm.learnt_confidence import NAME as SWARM
 from trackers.protocols import begin
 from trackers.registry import entry
@@ -61,92 +62,62 @@ class LearnAlarms:
         names = LEARNERS[self.of]
         episodes = [(preset, seed) for preset in PRESETS for seed in self.seeds]
         samples = Parallel(n_jobs=-1)(delayed(episode_samples)(preset, seed, names) for preset, seed in episodes)
-        print(write(CONFIDENCE_PATHS[self.of], learn_confidences(samples, names), command))
+        answers, stays = (
+            pd.concat(each, keys=episodes, names=["preset", "seed"]) for each in zip(*samples, strict=True)
+        )
+        print(write(CONFIDENCE_PATHS[self.of], learn_confidences(answers, names), command))
         if self.of == "baselines":
-            print(write(PLACES_PATH, learn_places(samples), command))
+            print(write(PLACES_PATH, {"places": often_visited(stays).round(2).tolist()}, command))
         return 0
 
 
-class EpisodeSamples(NamedTuple):
-    """What one episode teaches.
+def episode_samples(preset: str, seed: int, names: Sequence[str]) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Run trackers on an episode and judge their tracks as the suite does; return what it teaches.
 
-    Attributes:
-        tracker: (R,) index of the tracker. evidence: (R, 11) of their tracks, each once a frame.
-        found: (R,) whether the track lies on an intruder.
-        weight: (R,) one over the root of its identity's frames: a moored boat is one error, however long it lies there.
-        stays: (S, 6) places and sizes of intruders on frames on which they are judged, see ``PLACE_COLUMNS``.
-        intruder: (S,) number of the intruder. frame: (S,).
+    Returns:
+        Answers, a row for each track and frame: its evidence, ``tracker``, ``found`` (whether it lies on an intruder)
+        and ``weight``, one over the root of its identity's frames: a moored boat is one error, however long it lies
+        there. Stays, a row for each intruder and frame on which it is judged: its place and size, see
+        ``PLACE_COLUMNS``, ``intruder`` and ``frame``.
     """
-
-    tracker: NDArray[np.int64]
-    evidence: Array
-    found: NDArray[np.bool_]
-    weight: Array
-    stays: Array
-    intruder: NDArray[np.int64]
-    frame: NDArray[np.int64]
-
-
-def learn_confidences(samples: Sequence[EpisodeSamples], trackers: Sequence[str]) -> dict[str, Any]:
-    """Return the weights of the evidence of the trackers that the samples are of."""
-    tracker, evidence, found, weight = (np.concatenate([each[k] for each in samples]) for k in range(4))
-    weights = {}
-    for k, name in enumerate(trackers):
-        own = tracker == k
-        fitted = fit_weights(evidence[own], found[own], weight[own])
-        weights[name] = dict(zip(EVIDENCE, fitted.round(4).tolist(), strict=True))
-    return {"weights": weights}
-
-
-def learn_places(samples: Sequence[EpisodeSamples]) -> dict[str, Any]:
-    """Return the places of intruders."""
-    return {"places": often_visited(samples).round(2).tolist()}
-
-
-def episode_samples(preset: str, seed: int, names: Sequence[str]) -> EpisodeSamples:
-    """Run trackers on an episode and judge their tracks as the suite does."""
     episode = HARBOUR.episode(preset, seed)
     start = episode.start
-    trackers = [entry(name).create(np.random.default_rng(seed)) for name in names]
-    for tracker in trackers:
+    trackers = {name: entry(name).create(np.random.default_rng(seed)) for name in names}
+    for tracker in trackers.values():
         begin(tracker, start)
     pose = start.background[0].ego
     assert isinstance(pose, EgoPose)
     assert start.site is not None
     volume = place(start.site, start.camera, pose.T_world_camera)
-    camera = start.camera
-    matchers = [Matcher() for _ in trackers]
-    whose, evidence, found, identity = [], [], [], []
-    stays, intruder, frames = [], [], []
+    matchers = {name: Matcher() for name in names}
+    answers, stays = [], []
     for frame in range(HARBOUR.presets[preset].frame_count):
         taken = episode.step()
         assert isinstance(taken.truth, HarbourTruth)
         objects = objects_of(taken.truth)
         judged = np.flatnonzero(objects.judged)
         offsets_m = (objects.place_m[judged] - volume.centre_m) @ volume.axes.T
-        stays.append(np.hstack([offsets_m, objects.size_m[judged]]))
-        intruder.append(judged)
-        frames.append(np.full(len(judged), frame))
-        for k, (tracker, matcher) in enumerate(zip(trackers, matchers, strict=True)):
-            tracks = tracker.update(taken.observation)
-            answers = answers_of(tracks, camera, taken.truth.T_world_camera)
-            matches = matcher.match(objects, answers)
-            told = ~matches.excused
-            whose.append(np.full(int(told.sum()), k))
-            evidence.append(tracker.evidence[told])
-            found.append(matches.target[told] >= 0)
-            identity.append(answers.identity[told] * len(trackers) + k)
-    _, track = np.unique(np.concatenate(identity), return_inverse=True)
-    weight = 1.0 / np.sqrt(np.bincount(track)[track])
-    return EpisodeSamples(
-        np.concatenate(whose),
-        np.concatenate(evidence),
-        np.concatenate(found),
-        weight,
-        np.concatenate(stays),
-        np.concatenate(intruder),
-        np.concatenate(frames),
-    )
+        places = pd.DataFrame(np.hstack([offsets_m, objects.size_m[judged]]), columns=PLACE_COLUMNS[:-1])
+        stays.append(places.assign(intruder=judged, frame=frame))
+        for name, tracker in trackers.items():
+            answered = answers_of(tracker.update(taken.observation), start.camera, taken.truth.T_world_camera)
+            matches = matchers[name].match(objects, answered)
+            told = pd.DataFrame(tracker.evidence, columns=EVIDENCE)
+            told = told.assign(tracker=name, found=matches.target >= 0, identity=answered.identity)
+            answers.append(told[~matches.excused])
+    judged_answers = pd.concat(answers, ignore_index=True)
+    frames = judged_answers.groupby(["tracker", "identity"])["found"].transform("size")
+    return judged_answers.assign(weight=1.0 / np.sqrt(frames)), pd.concat(stays, ignore_index=True)
+
+
+def learn_confidences(answers: pd.DataFrame, trackers: Sequence[str]) -> dict[str, Any]:
+    """Return the weights of the evidence of trackers, from the answers of ``episode_samples``."""
+    weights = {}
+    for name in trackers:
+        own = answers[answers["tracker"] == name]
+        fitted = fit_weights(*(own[columns].to_numpy() for columns in (list(EVIDENCE), "found", "weight")))
+        weights[name] = dict(zip(EVIDENCE, fitted.round(4).tolist(), strict=True))
+    return {"weights": weights}
 
 
 def fit_weights(evidence: Array, found: NDArray[np.bool_], weight: Array) -> Array:
@@ -172,20 +143,19 @@ def fit_weights(evidence: Array, found: NDArray[np.bool_], weight: Array) -> Arr
     return fitted / scale
 
 
-def often_visited(samples: Sequence[EpisodeSamples]) -> Array:
+def often_visited(stays: pd.DataFrame) -> Array:
     """Return the places (P, 7) where most intruders stayed four frames running, the most visited first.
 
     A place is a cell as wide as the radius within which a track counts; it has the mean of what was seen there.
+
+    Args:
+        stays: of ``episode_samples``, by preset and seed.
     """
-    stays = np.concatenate([each.stays for each in samples])
-    frame = np.concatenate([each.frame for each in samples])
-    episode = np.repeat(np.arange(len(samples)), [len(each.frame) for each in samples])
-    intruder = np.concatenate([each.intruder for each in samples])
-    _, cell = np.unique(np.floor(stays[:, :2] / RADIUS_M), axis=0, return_inverse=True)
-    _, who = np.unique(np.column_stack([episode, intruder]), axis=0, return_inverse=True)
+    where = list(PLACE_COLUMNS[:-1])
+    cell = stays.groupby([np.floor(stays[axis] / RADIUS_M) for axis in where[:2]]).ngroup()
+    who = stays.groupby(["preset", "seed", "intruder"], sort=False).ngroup()
     people = int(who.max()) + 1
-    stayed = streaks(frame, cell * people + who, np.ones(len(frame))).key // people
-    numbers, visits = np.unique(stayed, return_counts=True)
-    order = np.argsort(-visits, kind="stable")[:_MOST_PLACES]
-    means = [stays[cell == number].mean(axis=0) for number in numbers[order]]
-    return np.column_stack([np.array(means), visits[order]])
+    stayed = streaks(stays["frame"].to_numpy(), (cell * people + who).to_numpy(), np.ones(len(stays))).key // people
+    visits = pd.Series(stayed).value_counts().sort_index().sort_values(ascending=False, kind="stable")[:_MOST_PLACES]
+    means = stays[where].groupby(cell).mean().loc[visits.index]
+    return np.column_stack([means, visits])

@@ -20,7 +20,7 @@ from benchmarks.cli.arguments import DevelopmentSeeds, seeds_text
 from benchmarks.judges.fish.measured import Measurement
 from scenarios import catalog
 from scenarios.fish_tank.presets import AYU, PRESETS, ZEBRAFISH, Character
-from scenarios.fish_tank.shoal import Swims, swim
+from scenarios.fish_tank.shoal import swim
 from scenarios.fish_tank.truth import FishTruth
 from sim.motion.swim import swim_pose
 from sim.rng import generator
@@ -96,24 +96,14 @@ def _swum(character: Character, length_m: Array, noise_px: float, rng: np.random
     x = swims.position_m[..., :2] * [_PX_PER_M, -_PX_PER_M]
     x = x + noise_px * rng.normal(size=x.shape)
     pieces = []
-    for n in range(len(length_m)):
-        line = _centre_line_px(swims, length_m, n, rng)
+    for n, length in enumerate(length_m):
+        joints = (each[:, n] for each in (swims.position_m, swims.yaw_rad, swims.pitch_rad, swims.joints_rad))
+        pose = swim_pose(np.full(len(swims.yaw_rad), length), *joints)
+        line = pose.centre_line_m[..., :2] * [_PX_PER_M, -_PX_PER_M]
+        line = line + _LINE_NOISE_PX * rng.normal(size=line.shape)
         front = line[:, 0] - line[:, line.shape[1] // 2]
         pieces.append(Piece(0, x[:, n], 1.0 / RATE_HZ, np.arctan2(front[:, 1], front[:, 0]), line))
     return pieces
-
-
-def _centre_line_px(swims: Swims, length_m: Array, n: int, rng: np.random.Generator) -> Array:
-    """Return the measured centre lines (T, K, 2) of one fish."""
-    pose = swim_pose(
-        np.full(len(swims.yaw_rad), length_m[n]),
-        swims.position_m[:, n],
-        swims.yaw_rad[:, n],
-        swims.pitch_rad[:, n],
-        swims.joints_rad[:, n],
-    )
-    line = pose.centre_line_m[..., :2] * [_PX_PER_M, -_PX_PER_M]
-    return line + _LINE_NOISE_PX * rng.normal(size=line.shape)
 
 
 def detected_track(preset: str, seed: int, frame_count: int | None = None) -> Piece:
@@ -188,12 +178,8 @@ def _fit(parts: Sequence[Samples]) -> dict[str, list[float]]:
 
 def _joined(parts: Sequence[Samples]) -> Samples:
     """Return all samples; each recording has the same weight."""
-    return Samples(
-        np.concatenate([part.features for part in parts]),
-        np.concatenate([part.step for part in parts]),
-        np.concatenate([part.scales for part in parts]),
-        np.concatenate([np.full(len(part.step), 100.0 / max(len(part.step), 1)) for part in parts]),
-        np.concatenate([part.fold for part in parts]),
-        sum(part.independent for part in parts),
-        parts[0].added,
-    )
+    names = ("features", "step", "scales", "fold")
+    joined = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
+    counts = np.array([len(part.step) for part in parts])
+    weight = np.repeat(100.0 / np.maximum(counts, 1), counts)
+    return Samples(**joined, weight=weight, independent=sum(part.independent for part in parts), added=parts[0].added)

@@ -13,11 +13,9 @@ from __future__ import annotations
 
 import json
 import sys
-from collections import defaultdict
 from pathlib import Path
-from typing import Any
 
-import numpy as np
+import pandas as pd
 
 from benchmarks.data.tracks import read_tracks
 from benchmarks.judges.fish.motion import motion_scores
@@ -40,11 +38,10 @@ def measured_rows(file: Path) -> dict[str, float]:
     (table,) = read_tracks([file])
     check(table.name, len(table.position) >= PIECE_FRAMES, f"at least {PIECE_FRAMES} frames", len(table.position))
     position_px = scaled_to_tank(table.position)
-    found: dict[str, list[Any]] = defaultdict(list)
-    for first in range(0, len(position_px) - PIECE_FRAMES + 1, PIECE_FRAMES):
-        for score in motion_scores(position_px[first : first + PIECE_FRAMES], _BODY_PX):
-            found[score.metric].append(score.value)
-    return {name: float(f"{np.mean(values):.4g}") for name, values in found.items()}
+    firsts = range(0, len(position_px) - PIECE_FRAMES + 1, PIECE_FRAMES)
+    pieces = (motion_scores(position_px[first : first + PIECE_FRAMES], _BODY_PX) for first in firsts)
+    means = pd.DataFrame([{score.metric: score.value for score in piece} for piece in pieces]).mean()
+    return {str(name): float(f"{value:.4g}") for name, value in means.items()}
 
 
 if __name__ == "__main__":

@@ -6,16 +6,15 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tools.learn.alarms import (
     CONFIDENCE_PATHS,
     LEARNERS,
     PLACES_PATH,
-    EpisodeSamples,
     fit_weights,
     learn_confidences,
-    learn_places,
     often_visited,
 )
 from trackers.baselines.ground_linker import EVIDENCE
@@ -40,18 +39,18 @@ def test_the_regression_finds_the_weights_of_its_own_model() -> None:
     np.testing.assert_allclose(fit_weights(evidence[kept], found[kept], weight), expected, atol=0.02)
 
 
-def episode(places_m: list[tuple[float, float]], frames: int) -> EpisodeSamples:
-    """Return an episode in which one intruder stays at each place."""
-    stays = [[x, y, 0.5, 0.4, 0.5, 1.7] for x, y in places_m for _ in range(frames)]
-    intruder = np.repeat(np.arange(len(places_m)), frames)
-    empty = np.empty((0, len(EVIDENCE)))
-    frame = np.tile(np.arange(frames), len(places_m))
-    return EpisodeSamples(np.empty(0, int), empty, np.empty(0, bool), np.empty(0), np.array(stays), intruder, frame)
+def stays(*episodes: tuple[list[tuple[float, float]], int]) -> pd.DataFrame:
+    """Return episodes in each of which one intruder stays at each place, for so many frames."""
+    tables = []
+    for places_m, frames in episodes:
+        rows = [[x, y, 0.5, 0.4, 0.5, 1.7, k, frame] for k, (x, y) in enumerate(places_m) for frame in range(frames)]
+        tables.append(pd.DataFrame(rows, columns=[*PLACE_COLUMNS[:-1], "intruder", "frame"]))
+    return pd.concat(tables, keys=[("quick", seed) for seed in range(len(episodes))], names=["preset", "seed"])
 
 
 def test_places_are_ranked_by_the_intruders_who_stayed_there() -> None:
-    passed_by = episode([(20.0, 10.0)], 3)
-    places = often_visited([episode([(1.0, 1.0), (1.4, 1.2), (-8.0, 4.0)], 6), episode([(1.0, 1.0)], 9), passed_by])
+    passed_by = ([(20.0, 10.0)], 3)
+    places = often_visited(stays(([(1.0, 1.0), (1.4, 1.2), (-8.0, 4.0)], 6), ([(1.0, 1.0)], 9), passed_by))
     assert places.shape == (2, len(PLACE_COLUMNS))
     np.testing.assert_array_equal(places[:, -1], [3, 1])
     np.testing.assert_allclose(places[0, :3], [1.114, 1.057, 0.5], atol=1e-3)
@@ -69,15 +68,13 @@ def test_what_is_shipped_was_learnt_by_the_command_on_development_seeds(path: Pa
     assert 0 <= int(low) < int(high) <= 10_000
 
 
-def test_contents_are_numbers_that_the_trackers_load() -> None:
-    rng = np.random.default_rng(1)
-    one = episode([(1.0, 1.0)], 6)._replace(
-        tracker=np.arange(60) % 3,
-        evidence=rng.normal(size=(60, len(EVIDENCE))),
-        found=np.arange(60) % 2 == 0,
-        weight=np.ones(60),
-    )
-    weights, places = learn_confidences([one], LEARNERS["baselines"]), learn_places([one])
-    assert list(weights["weights"]) == [*LEARNERS["baselines"]]
-    assert {frozenset(each) for each in weights["weights"].values()} == {frozenset(EVIDENCE)}
-    assert np.array(json.loads(json.dumps(places))["places"]).shape == (1, len(PLACE_COLUMNS))
+def test_each_tracker_has_weights_of_its_own_answers() -> None:
+    rng, names = np.random.default_rng(1), LEARNERS["baselines"]
+    answers = pd.DataFrame(rng.normal(size=(60, len(EVIDENCE))), columns=list(EVIDENCE))
+    answers = answers.assign(tracker=[names[k % 3] for k in range(60)], found=np.arange(60) % 2 == 0, weight=1.0)
+    weights = learn_confidences(answers, names)["weights"]
+    assert list(weights) == [*names]
+    for name, learnt in weights.items():
+        own = answers[answers["tracker"] == name]
+        fitted = fit_weights(own[list(EVIDENCE)].to_numpy(), own["found"].to_numpy(), np.ones(20))
+        assert learnt == dict(zip(EVIDENCE, fitted.round(4), strict=True))
