@@ -6,10 +6,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -24,7 +23,6 @@ from benchmarks.show.page import page_environment
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of, suite_watching
 from scenarios import catalog
-from scenarios.scenario import Scenario
 from trackers.atomic_file import write_atomic
 
 WIDTH_PX = 480
@@ -35,8 +33,7 @@ _SCALE = 2.0
 _JPEG_QUALITY = 82
 
 
-@dataclass(frozen=True, slots=True)
-class ShownPreset:
+class ShownPreset(NamedTuple):
     """The episode that shows a preset.
 
     Attributes:
@@ -55,27 +52,19 @@ class ShownPreset:
         return f"{self.preset}-{self.seed}-{edition}.jpg"
 
 
-def newest_scenarios() -> tuple[str, ...]:
-    """Return the ids of the latest versions, in the order of the catalogue."""
-    return tuple(dict.fromkeys(catalog.scenario(catalog.unversioned(name)).id for name in catalog.names()))
+def _versions() -> list[list[catalog.Entry]]:
+    """Return the entries of each scenario, in the order of the catalogue, the latest version first."""
+    found: dict[str, list[catalog.Entry]] = {}
+    for entry in catalog.entries():
+        found.setdefault(catalog.scenario(catalog.unversioned(entry.id)).id, []).append(entry)
+    return [sorted(entries, key=lambda entry: entry.id != latest) for latest, entries in found.items()]
 
 
 def shown_presets() -> Iterator[ShownPreset]:
     """Yield every preset of the latest versions."""
-    for name in newest_scenarios():
-        for seed, preset in enumerate(catalog.scenario(name).presets):
-            yield ShownPreset(name, preset, seed)
-
-
-@dataclass(frozen=True, slots=True)
-class _Scene:
-    """A scenario as the page shows it, with its presets' settings; ``older``: its earlier versions."""
-
-    scenario: Scenario
-    env_id: str
-    suites: tuple[str, ...]
-    presets: tuple[tuple[ShownPreset, Any], ...]
-    older: tuple[Scenario, ...]
+    for latest, *_ in _versions():
+        for seed, preset in enumerate(catalog.scenario(latest.id).presets):
+            yield ShownPreset(latest.id, preset, seed)
 
 
 def gallery_page(pictures: str) -> str:
@@ -84,24 +73,19 @@ def gallery_page(pictures: str) -> str:
     Args:
         pictures: where the page finds the folder that ``write_pictures`` filled, without a slash at its end.
     """
-    scenes = [_scene(name) for name in newest_scenarios()]
-    return (
-        page_environment(__file__, autoescape=False)
-        .get_template("gallery.md.jinja")
-        .render(scenes=scenes, pictures=pictures)
-    )
-
-
-def _scene(name: str) -> _Scene:
-    scenario = catalog.scenario(name)
-    versions = [each for each in catalog.entries() if catalog.unversioned(each.id) == catalog.unversioned(name)]
-    return _Scene(
-        scenario,
-        next(each.env_id for each in versions if each.id == name),
-        tuple(suite.name for suite in suites().values() if suite.is_about(name)),
-        tuple((each, scenario.presets[each.preset]) for each in shown_presets() if each.scenario == name),
-        tuple(catalog.scenario(each.id) for each in versions if each.id != name),
-    )
+    shown = list(shown_presets())
+    scenes = [
+        {
+            "scenario": catalog.scenario(latest.id),
+            "env_id": latest.env_id,
+            "suites": [suite.name for suite in suites().values() if suite.is_about(latest.id)],
+            "shown": [each for each in shown if each.scenario == latest.id],
+            "older": [catalog.scenario(each.id) for each in older],
+        }
+        for latest, *older in _versions()
+    ]
+    template = page_environment(__file__, autoescape=False).get_template("gallery.md.jinja")
+    return template.render(scenes=scenes, pictures=pictures)
 
 
 def picture_of(shown: ShownPreset) -> NDArray[np.uint8]:
@@ -121,11 +105,8 @@ def picture_of(shown: ShownPreset) -> NDArray[np.uint8]:
 def write_pictures(folder: Path, workers: int) -> int:
     """Write the pictures that ``folder`` lacks, and return how many; ``workers``: processes, 0 = this one."""
     missing = [shown for shown in shown_presets() if not (folder / shown.file_name).exists()]
-    write = partial(_write, folder)
     folder.mkdir(parents=True, exist_ok=True)
-    for _ in in_processes(write, missing, workers) if missing and workers else map(write, missing):
-        pass
-    return len(missing)
+    return len(list(in_processes(partial(_write, folder), missing, workers)))
 
 
 def _write(folder: Path, shown: ShownPreset) -> None:

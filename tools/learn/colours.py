@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.cli.arguments import DevelopmentSeeds, Names, seeds_text
-from scenarios.road_town.layout import Building, Layout
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.scenario import ROAD_TOWN
 from scenarios.scenario import Frame
@@ -34,8 +33,6 @@ MODEL_PATH = TRACKERS / "road_shape" / "road_town_classes.json"
 LIGHTS = {"road": 3, "other": 12}
 """Class → number of lights. The paper has no statistics of buildings."""
 _GROUND_BELOW_M = 0.3
-_BUILDING_ABOVE_M = 2.0
-_EAVES_M = 0.8
 _PIXEL_STEP = 2
 _BRIGHTNESSES = 3 * 255 + 1
 """Brightness is the sum of the bands."""
@@ -85,44 +82,25 @@ def labelled_frames(
     """Yield every ``every``-th picture (H, W, 3) of each episode, with its ``label_pixels``."""
     for seed in seeds:
         with closing(ROAD_TOWN.episode(preset, seed, closed_loop=False)) as episode:
-            layout = episode.map_of()
-            roads = RoadMap(layout.graph)
+            roads = RoadMap(episode.map_of().graph)
             for k in range((episode.frame_count - 1) // every * every + 1):
                 frame = episode.step()
                 if k % every == 0:
-                    yield frame.observation.image_rgb, label_pixels(frame, roads, layout)
+                    yield frame.observation.image_rgb, label_pixels(frame, roads)
 
 
-def label_pixels(frame: Frame, roads: RoadMap, layout: Layout) -> dict[str, NDArray[np.bool_]]:
-    """Return a mask (H, W) for each class, from depth and map; cars, trees and kerbs' faces belong to none.
-
-    Ground (below 0.3 m) is road or other; points above 2 m over a building's plan, eaves included, are building.
-    """
+def label_pixels(frame: Frame, roads: RoadMap) -> dict[str, NDArray[np.bool_]]:
+    """Return a mask (H, W) of road and one of other ground (below 0.3 m), from depth and map; neither has cars."""
     truth, camera = frame.truth, frame.camera
     rows, columns = np.mgrid[0 : camera.height_px, 0 : camera.width_px]
     directions = rays(camera, truth.T_world_camera, np.stack([columns, rows], axis=-1) + 0.5)
     depth_m = np.where(np.isfinite(truth.depth_m), truth.depth_m, np.nan)
     points_m = truth.T_world_camera[:3, 3] + directions * depth_m[..., None]
-    cars = np.isin(truth.instance_map, truth.instance_id)
     with np.errstate(invalid="ignore"):
-        ground = (points_m[..., 2] < _GROUND_BELOW_M) & ~cars
-        high = (points_m[..., 2] > _BUILDING_ABOVE_M) & ~cars
+        ground = (points_m[..., 2] < _GROUND_BELOW_M) & ~np.isin(truth.instance_map, truth.instance_id)
     on_road = np.zeros_like(ground)
     on_road[ground] = roads.is_on_road(points_m[ground][:, :2])
-    over = np.zeros_like(high)
-    over[high] = _over_buildings(points_m[high][:, :2], layout.buildings)
-    return {"road": ground & on_road, "other": ground & ~on_road, "building": over}
-
-
-def _over_buildings(points_m: NDArray[np.float64], buildings: Sequence[Building]) -> NDArray[np.bool_]:
-    over = np.zeros(len(points_m), dtype=bool)
-    for building in buildings:
-        offset = points_m - np.array(building.centre_m)
-        c, s = np.cos(building.yaw_rad), np.sin(building.yaw_rad)
-        along, across = offset @ [c, s], offset @ [-s, c]
-        half = 0.5 * np.array(building.size_m[:2]) + _EAVES_M
-        over |= (np.abs(along) < half[0]) & (np.abs(across) < half[1])
-    return over
+    return {"road": on_road, "other": ground & ~on_road}
 
 
 def brightness_sums(colours_rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
@@ -155,8 +133,4 @@ def _lights(sums: NDArray[np.float64], lights: int) -> list[dict[str, Any]]:
 def _moments(sums: NDArray[np.float64]) -> dict[str, Any]:
     mean = sums[1:4] / sums[0]
     variance = np.maximum(sums[4:] / sums[0] - mean**2, _LEAST_VARIANCE)
-    return {
-        "mean_rgb": [round(float(value), 3) for value in mean],
-        "variance_rgb": [round(float(value), 3) for value in variance],
-        "pixels": int(sums[0]),
-    }
+    return {"mean_rgb": mean.round(3).tolist(), "variance_rgb": variance.round(3).tolist(), "pixels": int(sums[0])}
