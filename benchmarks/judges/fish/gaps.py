@@ -7,7 +7,7 @@ A *gap* of a fish is a stretch of frames on which it does not stand apart (``con
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -56,13 +56,11 @@ class FishGap:
         }
 
 
-def find_gaps(
-    apart: NDArray[np.bool_], together_with: Sequence[NDArray[np.bool_]], crosses: NDArray[np.bool_]
-) -> list[FishGap]:
+def find_gaps(apart: NDArray[np.bool_], together_with: NDArray[np.bool_], crosses: NDArray[np.bool_]) -> list[FishGap]:
     """Return the gaps of an episode in order of time.
 
     Args:
-        apart: (T, N) see ``contact.stands_apart``. together_with: (N, N) on each frame. crosses: (T, N).
+        apart: (T, N) see ``contact.stands_apart``. together_with: (T, N, N) see ``contact.together``. crosses: (T, N).
     """
     found = []
     for fish, own in enumerate(apart.T):
@@ -71,13 +69,11 @@ def find_gaps(
             long[first:end] = end - first >= APART_FRAMES
         for first, end in runs(~long):
             if first > 0 and end < len(apart):
-                others = np.any([each[fish] for each in together_with[first:end]], axis=0)
+                others = together_with[first:end, fish].any(axis=0)
                 crossed = bool(crosses[first:end, fish].any())
-                found.append((first, fish, end - first, 1 + int(others.sum()), crossed))
-    return [
-        FishGap(index, fish, first, length, count, crossed)
-        for index, (first, fish, length, count, crossed) in enumerate(sorted(found))
-    ]
+                found.append(FishGap(0, fish, first, end - first, 1 + int(others.sum()), crossed))
+    found.sort(key=lambda gap: (gap.first_frame, gap.fish))
+    return [replace(gap, index=index) for index, gap in enumerate(found)]
 
 
 def _describe(events: Sequence[dict[str, Any]]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +28,21 @@ AT_ONCE = "_at_once"
 """End of the names of scores of the immediate answers; of a tracker that revises nothing they equal the others."""
 
 
+class Seen(NamedTuple):
+    """The N fish on a frame, or on all T frames.
+
+    Attributes:
+        position_px: (N, 2) middles; NaN outside the picture. length_px: (N,) of the bodies.
+        apart: (N,) see ``contact.stands_apart``. together: (N, N). crosses: (N,) see ``contact.crossing``.
+    """
+
+    position_px: NDArray[np.float64]
+    length_px: NDArray[np.float64]
+    apart: NDArray[np.bool_]
+    together: NDArray[np.bool_]
+    crosses: NDArray[np.bool_]
+
+
 class FishJudge:
     """See ``benchmarks.contract.judging.Judge``. Targets are all fish, on every frame on which their middle is seen."""
 
@@ -34,11 +50,7 @@ class FishJudge:
         self._measurement = Measurement(episode.start.background, 1.0 / episode.rate_hz)
         camera = episode.start.camera
         self._size_px = np.array([camera.width_px, camera.height_px], dtype=float)
-        self._position_px: list[NDArray[np.float64]] = []
-        self._lengths_px: list[NDArray[np.float64]] = []
-        self._apart: list[NDArray[np.bool_]] = []
-        self._together: list[NDArray[np.bool_]] = []
-        self._crosses: list[NDArray[np.bool_]] = []
+        self._frames: list[Seen] = []
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
@@ -46,42 +58,34 @@ class FishJudge:
         together = contact.together(truth)
         apart = contact.stands_apart(truth, together)
         self._measurement.see(frame.observation, truth, apart)
-        self._position_px.append(truth.position_px)
-        self._lengths_px.append(body_length_px(truth))
-        self._apart.append(apart)
-        self._together.append(together)
-        self._crosses.append(contact.crossing(truth, together))
+        inside = ((truth.position_px >= 0) & (truth.position_px < self._size_px)).all(axis=1, keepdims=True)
+        position_px = np.where(inside, truth.position_px, np.nan)
+        crosses = contact.crossing(truth, together)
+        self._frames.append(Seen(position_px, body_length_px(truth), apart, together, crosses))
 
     def sheet(self) -> FishSheet:
         """See ``Judge``."""
         return FishSheet(self)
 
     @cached_property
-    def position_px(self) -> NDArray[np.float64]:
-        """(T, N, 2) middles of all fish; NaN outside the picture."""
-        position_px = np.array(self._position_px)
-        seen = ((position_px >= 0) & (position_px < self._size_px)).all(axis=2, keepdims=True)
-        return np.where(seen, position_px, np.nan)
+    def fish(self) -> Seen:
+        """All fish on all frames."""
+        return Seen._make(map(np.array, zip(*self._frames, strict=True)))
 
     @cached_property
     def length_px(self) -> float:
         """Median length of a body in the picture."""
-        return float(np.nanmedian(self._lengths_px))
-
-    @cached_property
-    def apart(self) -> NDArray[np.bool_]:
-        """(T, N) whether each fish stands apart."""
-        return np.array(self._apart)
+        return float(np.nanmedian(self.fish.length_px))
 
     @cached_property
     def gaps(self) -> list[FishGap]:
         """Gaps of all fish."""
-        return find_gaps(self.apart, self._together, np.array(self._crosses))
+        return find_gaps(self.fish.apart, self.fish.together, self.fish.crosses)
 
     @cached_property
     def motion(self) -> list[Score]:
         """How the fish swim, the same for all trackers."""
-        return list(motion_scores(self.position_px, self.length_px))
+        return list(motion_scores(self.fish.position_px, self.length_px))
 
     @cached_property
     def task(self) -> GapTask:
@@ -122,15 +126,15 @@ class FishSheet:
         told = [answered(tracks) for tracks in answers]
         frames = [
             pairing(places, each.identity, each.position_px, judge.length_px)
-            for places, each in zip(judge.position_px, told, strict=True)
+            for places, each in zip(judge.fish.position_px, told, strict=True)
         ]
-        borne = bearers(told, judge.position_px, 0.5 * judge.length_px)
-        links = judge_links(judge.gaps, judge.apart, borne)
+        borne = bearers(told, judge.fish.position_px, 0.5 * judge.length_px)
+        links = judge_links(judge.gaps, judge.fish.apart, borne)
         yield from chain_scores(numbered(frames), ending)
         yield from link_scores(links, ending)
         if not ending:
             yield from link_events(links)
-            yield from identity_series(borne, judge.apart)
+            yield from identity_series(borne, judge.fish.apart)
 
 
 def chain_scores(frames: Sequence[Pairing], ending: str = "") -> Iterator[Score]:

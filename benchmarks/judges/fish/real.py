@@ -26,8 +26,6 @@ STRIDE_FRAMES = 50
 """Frames from one cut gap of an animal to its next of the same length."""
 TANK_PX = 600.0
 """Length of the simulated tank in the overview's picture, which methods have parameters for."""
-_FAR_PX = 1000.0
-"""No animal goes so far from one frame to the next."""
 
 
 class FishRecording:
@@ -132,10 +130,3 @@ def _notes(table: TrackTable, tracked: TrackTable) -> Iterator[str]:
     zeros = int(np.isfinite(table.position[..., 0]).sum() - np.isfinite(tracked.position[..., 0]).sum())
     if zeros:
         yield f"{table.name}: {zeros} places of exactly 0, 0 are taken as not tracked"
-    step = np.linalg.norm(np.diff(tracked.position, axis=0), axis=2)
-    far = step > _FAR_PX
-    if table.unit == "px" and far.any():
-        frame, animal = np.unravel_index(np.nanargmax(step), step.shape)
-        longest = f"the longest {step[frame, animal]:,.0f} px, of animal {table.names[animal]} to frame "
-        where = f"{longest}{table.first_frame + frame + 1}"
-        yield f"{table.name}: {int(far.sum())} jumps of more than {_FAR_PX:,.0f} px in one frame, {where}"

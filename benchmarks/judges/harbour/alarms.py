@@ -75,14 +75,11 @@ def alarm_scores(history: History, agc_step: NDArray[np.bool_], interval_s: floa
     """
     frame, identity, confidence = history.false_tracks()
     order = np.lexsort((frame, identity))
-    number = np.zeros(len(order), int)
-    number[order[1:]] = np.cumsum(_is_another(frame[order], identity[order], PAUSE_S / interval_s))
+    frame, identity, confidence, cause = frame[order], identity[order], confidence[order], history.cause[order]
+    number = _numbered(frame, identity, PAUSE_S / interval_s)
     alarms = streaks(frame, number, confidence)
-    # One track of each alarm lies on a frame.
-    names = int(number.max(initial=0)) + 1
-    track, wanted = frame * names + number, (alarms.begins + RUNNING - 1) * names + alarms.key
-    by_track = np.argsort(track)
-    cause = history.cause[by_track[np.searchsorted(track, wanted, sorter=by_track)]]
+    first = np.searchsorted(number * len(agc_step) + frame, alarms.key * len(agc_step) + alarms.begins)
+    cause = cause[first + RUNNING - 1]
     cause[agc_step[alarms.begins] | agc_step[np.maximum(alarms.begins - 1, 0)]] = CAUSES.index("agc_step")
     hours = len(agc_step) * interval_s / _HOUR_S
     yield Score("false_alarms_per_hour", len(cause) / hours, hours)
@@ -103,26 +100,22 @@ def froc_alarms(
     order = np.lexsort((frame, identity))
     frame, identity, confidence = frame[order], identity[order], confidence[order]
     alarms: list[float] = []
+    last = RUNNING - 1
     for threshold in froc.THRESHOLDS:
         kept = confidence >= threshold
-        if alarms and kept.all():
-            alarms.append(alarms[-1])
-            continue
-        frame, identity, confidence = frame[kept], identity[kept], confidence[kept]
-        alarms.append(float(_count_alarms(frame, identity, pause_frames)))
+        if not alarms or not kept.all():
+            frame, identity, confidence = frame[kept], identity[kept], confidence[kept]
+            number = _numbered(frame, identity, pause_frames)
+            whole = (number[:-last] == number[last:]) & (frame[last:] - frame[:-last] == last)
+            count = len(np.unique(number[last:][whole]))
+        alarms.append(float(count))
     yield Score("froc_alarms", alarms)
 
 
-def _count_alarms(frame: NDArray[np.int64], identity: NDArray[np.int64], pause_frames: float) -> int:
-    """Return the number of alarms of tracks on nothing (R,), in order of identities and then of frames."""
-    last = RUNNING - 1
-    if len(frame) <= last:
-        return 0
-    number = np.concatenate([[0], np.cumsum(_is_another(frame, identity, pause_frames))])
-    runs = number[last:][(identity[:-last] == identity[last:]) & (frame[last:] - frame[:-last] == last)]
-    return int(np.count_nonzero(np.diff(runs)) + (len(runs) > 0))
+def _numbered(frame: NDArray[np.int64], identity: NDArray[np.int64], pause_frames: float) -> NDArray[np.int64]:
+    """Return a number (R,) for each track on nothing, the same as long as its identity does not pause for longer.
 
-
-def _is_another(frame: NDArray[np.int64], identity: NDArray[np.int64], pause_frames: float) -> NDArray[np.bool_]:
-    """Return (R - 1,) whether a track begins another alarm than the one before, see ``alarm_scores``."""
-    return np.asarray((np.diff(identity) != 0) | (np.diff(frame) > pause_frames))
+    Tracks are in order of identities, then of frames, and so are the numbers.
+    """
+    another = (np.diff(identity) != 0) | (np.diff(frame) > pause_frames)
+    return np.cumsum(np.concatenate([[False], another]))[: len(identity)]

@@ -41,15 +41,9 @@ _GOSPA = "Rahmathullah, García-Fernández and Svensson, Generalized optimal sub
 
 
 def _quantity(
-    name: str,
-    conditions: str,
-    defined_by: Callable[..., Any],
-    *,
-    low: float = 0,
-    high: float = inf,
-    source: str = OWN,
+    name: str, conditions: str, by: Callable[..., Any], high: float = inf, low: float = 0, source: str = OWN
 ) -> Quantity:
-    return Quantity(name, low, high, conditions, source, (defined_by,))
+    return Quantity(name, low, high, conditions, source, (by,))
 
 
 def _rate(name: str, summary: str, statistic: Statistic, better: Better = "higher") -> Metric:
@@ -57,18 +51,17 @@ def _rate(name: str, summary: str, statistic: Statistic, better: Better = "highe
 
 
 def _area(name: str, low: float, high: float) -> Metric:
-    return _rate(
-        name, f"mean detection rate over log alarms, {low:g} to {high:g} an hour", Froc(*CURVE, low=low, high=high)
-    )
+    words = f"mean detection rate over log alarms, {low:g} to {high:g} an hour"
+    return _rate(name, words, Froc(*CURVE, low=low, high=high))
 
 
-def _by_kind(name: str, summary: str, statistic: Callable[..., Statistic], *of: Quantity) -> Iterator[Metric]:
-    """Yield a rate of all intruders, and of each class."""
-    yield _rate(name, summary, statistic(*of))
-    yield from (_rate(f"{name}_{kind}", f"the same, class {kind}", statistic(*of, kind=kind)) for kind in KINDS)
+def _by_kind(name: str, summary: str, quantity: Quantity) -> Iterator[Metric]:
+    """Yield the mean over all intruders, and over those of each class."""
+    yield _rate(name, summary, Mean(quantity))
+    yield from (_rate(f"{name}_{kind}", f"the same, class {kind}", Mean(quantity, kind=kind)) for kind in KINDS)
 
 
-FOUND = _quantity("found", _SEEN, found.visit_scores, low=-inf, high=1, source=_CHANCE)
+FOUND = _quantity("found", _SEEN, found.visit_scores, 1, low=-inf, source=_CHANCE)
 CURVE = (
     _quantity("froc_found", _SEEN, found.froc_scores, low=-inf, source=_FROC),
     _quantity("froc_findable", _SEEN, found.froc_scores, source=_FROC),
@@ -94,9 +87,9 @@ _CAUSE_WORDS = {
 
 
 def _found_metrics() -> Iterator[Metric]:
-    chance = _quantity("chance_rate", _SEEN, found.visit_scores, high=1, source=_CHANCE)
-    as_in_paper = _quantity("found_as_in_paper", "every intruder", found.visit_scores, high=1, source="paper D")
-    yield from _by_kind("detection_rate", "intruders found that can be seen, chance taken off", Mean, FOUND)
+    chance = _quantity("chance_rate", _SEEN, found.visit_scores, 1, source=_CHANCE)
+    as_in_paper = _quantity("found_as_in_paper", "every intruder", found.visit_scores, 1, source="paper D")
+    yield from _by_kind("detection_rate", "intruders found that can be seen, chance taken off", FOUND)
     for count in (1, 10, 100):
         yield _rate(f"detection_rate_at_{count}", f"detection rate at {count} alarms an hour", Froc(*CURVE, high=count))
     yield from (FEW_ALARMS, MANY_ALARMS, _TENTH)
@@ -105,13 +98,7 @@ def _found_metrics() -> Iterator[Metric]:
     words = f"average precision of boxes in single pictures, overlap {LEAST_OVERLAP:g}, as of COCO"
     yield _rate("average_precision", words, AveragePrecision(*boxes))
     yield _rate("chance_rate", "intruders found by chance", Mean(chance), "lower")
-    yield from _by_kind("paper_detection_rate", "intruders found, counted as in paper D", Mean, as_in_paper)
-    yield _time_to_detect("time until an intruder is found, of those found")
-
-
-def _time_to_detect(words: str) -> Metric:
-    quantity = _quantity("time_to_detect_s", "intruders that are found", found.visit_scores)
-    return Metric(quantity.name, words, "s", "lower", Median(quantity))
+    yield from _by_kind("paper_detection_rate", "intruders found, counted as in paper D", as_in_paper)
 
 
 def _alarm_metrics() -> Iterator[Metric]:
@@ -125,38 +112,30 @@ def _alarm_metrics() -> Iterator[Metric]:
     yield Metric(tracks.name, "tracks on nothing on a frame", "1", "lower", Mean(tracks))
 
 
-def _size_error(name: str, words: str) -> Metric:
-    error = _quantity(f"{name}_error", _TRACKED, sizes.measured_scores, source="paper D")
-    return _rate(error.name, words, Median(error), "lower")
+_TO_DETECT = _quantity("time_to_detect_s", "intruders that are found", found.visit_scores)
+_ERROR_M = _quantity("position_error_m", _TRACKED, sizes.measured_scores, RADIUS_M)
+_RIGHT = _quantity("kind_right", f"{_TRACKED} that names a class", sizes.measured_scores, 1)
+_TWICE = _quantity("duplicate_rate", _TRACKED, sizes.measured_scores, 1)
+_BEYOND = _quantity("beyond_m", "tracks that paper D counts as found", sizes.region_scores, low=-inf)
+_GOSPA_M = _quantity("gospa_m", _FRAMES, identity_scores.identity_scores, source=_GOSPA)
+_SIZES = {name: _quantity(f"{name}_error", _TRACKED, sizes.measured_scores, source="paper D") for name in DIMENSIONS}
+
+TO_DETECT = Metric(_TO_DETECT.name, "time until an intruder is found, of those found", "s", "lower", Median(_TO_DETECT))
+PLACE = Metric(_ERROR_M.name, "error over the ground of the track on an intruder", "m", "lower", Mean(_ERROR_M))
+KIND_RIGHT = _rate(_RIGHT.name, "frames with the right class, of those with one", Mean(_RIGHT))
+DUPLICATES = _rate(_TWICE.name, "frames of intruders with another track", Mean(_TWICE), "lower")
+SIZES = {name: _rate(of.name, f"error of the {name}", Median(of), "lower") for name, of in _SIZES.items()}
 
 
 def _size_metrics() -> Iterator[Metric]:
-    for name in DIMENSIONS:
+    for name, error in SIZES.items():
         near = _quantity(f"{name}_error_at_100_m", _NEAR, sizes.measured_scores, source="paper D")
         of_mean = _quantity(f"{name}_error_of_mean", _NEAR, sizes.measured_scores)
-        yield _size_error(name, f"error of the {name}")
+        yield error
         for kind in KINDS:
             words = f"error of a {kind}'s {name}, 80 to 120 m away, minus that of the mean {name} of the class"
             yield _rate(f"{name}_error_to_mean_{kind}", words, DifferenceOfMedians(near, of_mean, kind=kind), "lower")
 
-
-def _position_error(words: str) -> Metric:
-    error = _quantity("position_error_m", _TRACKED, sizes.measured_scores, high=RADIUS_M)
-    return Metric(error.name, words, "m", "lower", Mean(error))
-
-
-def _kind_right() -> Metric:
-    right = _quantity("kind_right", f"{_TRACKED} that names a class", sizes.measured_scores, high=1)
-    return _rate(right.name, "frames with the right class, of those with one", Mean(right))
-
-
-def _duplicate_rate(words: str) -> Metric:
-    rate = _quantity("duplicate_rate", _TRACKED, sizes.measured_scores, high=1)
-    return _rate(rate.name, words, Mean(rate), "lower")
-
-
-_BEYOND = _quantity("beyond_m", "tracks that paper D counts as found", sizes.region_scores, low=-inf)
-_GOSPA_M = _quantity("gospa_m", _FRAMES, identity_scores.identity_scores, source=_GOSPA)
 
 HARBOUR = Suite(
     name="harbour",
@@ -169,12 +148,13 @@ HARBOUR = Suite(
     judge=HarbourJudge,
     metrics=(
         *_found_metrics(),
+        TO_DETECT,
         *_alarm_metrics(),
-        _position_error("error over the ground of the track on an intruder"),
+        PLACE,
         Metric("beyond_m", "how far behind an intruder the tracks are placed", "m", "lower", Mean(_BEYOND), ideal=0.0),
         *_size_metrics(),
-        _kind_right(),
-        _duplicate_rate("frames of intruders with another track"),
+        KIND_RIGHT,
+        DUPLICATES,
         *identity_metrics("6 m over the ground", "3 m over the ground", _FRAMES, identity_scores.identity_scores),
         Metric("gospa_m", "GOSPA, order 1, cut-off 3 m over the ground", "m", "lower", Mean(_GOSPA_M)),
         *SPEED,
@@ -215,11 +195,7 @@ HARBOUR = Suite(
         EVENTS,
         compared=(
             _rate("detection_rate", "found, chance taken off", Mean(FOUND)),
-            _time_to_detect("time until found"),
-            _position_error("error over the ground"),
-            *(_size_error(name, f"error of the {name}") for name in ("width", "height", "depth")),
-            _kind_right(),
-            _duplicate_rate("frames with another track"),
+            *(TO_DETECT, PLACE, *(SIZES[name] for name in ("width", "height", "depth")), KIND_RIGHT, DUPLICATES),
         ),
         episodes=(FEW_ALARMS, MANY_ALARMS, _TENTH),
     ),

@@ -67,7 +67,7 @@ def scored(judge: FishJudge, answers: Sequence[Sequence[Track]], ending: Ending 
 def test_bodies_are_measured_in_the_picture(judge: FishJudge) -> None:
     assert judge.length_px == pytest.approx(LENGTH_PX)
     tracks = judge.task.tracks
-    apart = judge.apart
+    apart = judge.fish.apart
     seen = np.isfinite(tracks.position_px[..., 0])
     # Nothing is measured where fish touch, and most of what stands apart inside the picture is.
     assert not (seen & ~apart).any()
@@ -88,7 +88,7 @@ def test_the_two_that_cross_have_a_gap_each(judge: FishJudge) -> None:
 
 def test_a_perfect_tracker(judge: FishJudge) -> None:
     scores = scored(judge, PERFECT)
-    inside = np.isfinite(judge.position_px[..., 0])
+    inside = np.isfinite(judge.fish.position_px[..., 0])
     # Fish that swim out of the picture are no targets there; tracks on them are false.
     assert scores["false_rate"] == pytest.approx((~inside).sum() / inside.sum())
     assert (scores["identity_switches"], scores["missed_rate"]) == (0.0, 0.0)

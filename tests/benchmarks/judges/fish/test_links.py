@@ -43,7 +43,7 @@ PAIR[0, 1] = PAIR[1, 0] = True
 
 
 def gaps_of(apart: NDArray[np.bool_] = APART) -> list[FishGap]:
-    return find_gaps(apart, [PAIR] * FRAMES, np.zeros((FRAMES, 3), bool))
+    return find_gaps(apart, np.tile(PAIR, (FRAMES, 1, 1)), np.zeros((FRAMES, 3), bool))
 
 
 def on_fish(answers: Sequence[Sequence[Track]], places: NDArray[np.float64] = PLACES) -> Bearers:

@@ -38,16 +38,6 @@ def test_places_of_exactly_zero_are_not_tracked(tmp_path: Path) -> None:
     assert np.isfinite(recordings(read_tracks([path]))[0][0]._tracks.position_px[:, 0]).all()
 
 
-def test_jumps_across_the_picture_are_told_in_one_line(tmp_path: Path) -> None:
-    position = swimming(40, 2)
-    position[20:, 1] += 4000.0
-    position[30, 0] += 1500.0
-    (path, _) = write_tracks(table_of(position=position), tmp_path, "idtracker.ai")
-    (note,) = recordings(read_tracks([path]))[1]
-    assert note.startswith("trajectories: 3 jumps of more than 1,000 px in one frame, the longest 5,6")
-    assert note.endswith(" px, of animal 2 to frame 20")
-
-
 @pytest.mark.parametrize("changes", [{"rate_hz": 26.0}, {"name": "lake"}, {"position": swimming(40, 2) + 1.0}])
 def test_another_content_is_another_recording(changes: dict[str, object]) -> None:
     first, same, other = (FishRecording(table_of(**each)).fingerprint for each in ({}, {}, changes))
