@@ -70,17 +70,9 @@ def _registered_in(module: str, name: str, parameters: Any) -> Registered:
 def registered(entry: registry.TrackerEntry, **values: Any) -> Registered:
     """Return a tracker of the registry; with ``values`` of its parameters, if any are given."""
     forget_stale_kernels()
-    return Registered(
-        name=entry.name,
-        role=entry.role,
-        summary=entry.summary,
-        suites=entry.suites or (DEFAULT,),
-        parameters=entry.parameters(**values),
-        module=entry.tracker.__module__,
-        edition=entry.edition,
-        reproducible=entry.reproducible,
-        entry=entry,
-    )
+    same = {field: getattr(entry, field) for field in ("name", "role", "summary", "edition", "reproducible")}
+    own = {"suites": entry.suites or (DEFAULT,), "parameters": entry.parameters(**values)}
+    return Registered(**same, **own, module=entry.tracker.__module__, entry=entry)
 
 
 def trackers_of(*suite_names: str) -> dict[str, TrackerSpec]:
@@ -200,19 +192,9 @@ def job_on(
 
 def job_of(row: Row, seed: int) -> Job:
     """Return the job that repeats the run of a row, on this ``seed``."""
-    return job_on(
-        row["suite"],
-        row["scenario"],
-        row["preset"],
-        seed,
-        (row["tracker"],),
-        controller=row["controller"],
-        link=row.get("link"),
-        renderer=row["renderer"],
-        modules=tuple(row.get("modules", ())),
-        repeats=1,
-        limit_s=row.get("limit_s", Job.limit_s),
-    )
+    steered = {"controller": row["controller"], "link": row.get("link"), "renderer": row["renderer"]}
+    how = {"modules": tuple(row.get("modules", ())), "limit_s": row.get("limit_s", Job.limit_s), "repeats": 1}
+    return job_on(row["suite"], row["scenario"], row["preset"], seed, (row["tracker"],), **steered, **how)
 
 
 def _check_controller(suite: Suite, scenario: Scenario, name: str) -> None:
@@ -229,11 +211,9 @@ def _check_controller(suite: Suite, scenario: Scenario, name: str) -> None:
 def _steering(
     suite: Suite, scenario: Scenario, preset: Any, controllers: Sequence[str] | None, link: str
 ) -> list[Steering | None]:
-    if controllers is None and suite.judges_controllers:
-        controllers = default_controllers(scenario)
     if controllers is None:
-        steered = preset.closed_loop and suite.controller is not None
-        controllers = [str(suite.controller)] if steered else [SET_PATH]
+        usual = suite.controller if preset.closed_loop and suite.controller else SET_PATH
+        controllers = default_controllers(scenario) if suite.judges_controllers else [usual]
     # Controllers that compete are tuned, and steer through a link.
     how = (scenario.carrier.name, link if suite.judges_controllers else None)
     return [None if name == SET_PATH else Steering(name, *how) for name in controllers]

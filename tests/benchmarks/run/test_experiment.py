@@ -82,8 +82,8 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.
     calls: list[int] = []
 
     def stopped(job: Job) -> Any:
-        calls.append(job.seed)
-        if job.seed == 1:
+        calls.append(job.episode.seed)
+        if job.episode.seed == 1:
             raise KeyboardInterrupt
         return run_job(job)
 
@@ -93,7 +93,9 @@ def test_a_stopped_run_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.
     assert {key.seed for key in read_blocks(tmp_path)} == {0}
     with (tmp_path / "records.jsonl").open("a") as file:
         file.write('{"suite": "frame-out", "scen')
-    monkeypatch.setattr("benchmarks.run.workers.run_job", lambda job: calls.append(10 + job.seed) or run_job(job))
+    monkeypatch.setattr(
+        "benchmarks.run.workers.run_job", lambda job: calls.append(10 + job.episode.seed) or run_job(job)
+    )
     outcome = run(TINY, tmp_path)
     assert calls == [0, 1, 11]
     assert (outcome.resumed, outcome.episodes) == (2, 2)
