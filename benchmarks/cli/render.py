@@ -23,7 +23,7 @@ from sim.checks import check
 class Render(WithModules):
     """Write one episode as an MP4: the camera's picture, the truth, and a tracker's estimate.
 
-    A road town is shown in a larger view; a followed person with both pictures, disparity and a view from above. Of a
+    A road town is shown in a larger view; a followed person beside a view from above. Of a
     tracker of many targets all tracks are drawn, with their identities; with a controller only the one that it steers
     by. With --controller the video is of what the suite follow scores: the controller is tuned, and its commands go
     through the link. In a preset in closed loop (see `frameout list`) it is of what `bench` scores trackers on: the

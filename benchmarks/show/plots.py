@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, PercentFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, PercentFormatter
 
 from benchmarks.show.charts import Chart, Scale
 from benchmarks.show.palette import BANDED, GRID, GROUND, QUIET, LineStyles
@@ -115,25 +116,28 @@ def _draw_dots(axes: Axes, chart: Chart, styles: LineStyles) -> None:
     axes.set_yticks(range(len(lines)), list(lines))
     axes.set_ylim(len(lines) - 0.4, -0.6)
     axes.grid(False, axis="y")
+    if chart.x_scale == "log":
+        axes.set_xlim(0.6 * axes.dataLim.x0, 1.6 * axes.dataLim.x1)
     for place in range(1, len(lines)):
         axes.axhline(place - 0.5, color=GRID, linewidth=0.6)
 
 
 def _scale(axes: Axes, which: str, scale: Scale) -> None:
     """Set scale, limits and labels of the axis ``x`` or ``y``."""
+    axis: Axis = getattr(axes, f"{which}axis")
     if scale == "frames":
-        count_frames(axes, axes.dataLim.x1)
+        axes.set_xlim(0, max(axes.dataLim.x1, 1))
+        axis.set_major_locator(MaxNLocator(integer=True))
     elif scale == "share":
         axes.set(**{f"{which}lim": (-0.01, 1.01)})
-        getattr(axes, f"{which}axis").set_major_formatter(PercentFormatter(1.0))
-    else:
-        axes.set(**{f"{which}scale": scale})
-
-
-def count_frames(axes: Axes, end: float) -> None:
-    """Let the x axis run from 0 to ``end`` frames, or to 1, in whole numbers."""
-    axes.set_xlim(0, max(end, 1))
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axis.set_major_formatter(PercentFormatter(1.0))
+    elif scale == "log":
+        axes.set(**{f"{which}scale": "log"})
+        low, high = axis.get_view_interval()
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 1000 * low else (1.0,)))
+        # Plain numbers, not powers.
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter("")
 
 
 def new_figure(x_label: str, y_label: str) -> tuple[ShownFigure, Axes]:

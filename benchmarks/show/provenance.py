@@ -4,61 +4,41 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.contract.rows import HUMAN, LAST_METRIC, REAL, TEST_SPLIT, Row, event_of
 from benchmarks.contract.suite import suite
-from benchmarks.contract.text import ranges_text
+from benchmarks.contract.text import counted, ranges_text
 from benchmarks.run.jobs import Job
 from benchmarks.run.selection import SET_PATH
 from scenarios import catalog
 
 
-@dataclass(frozen=True, slots=True)
-class Provenance:
-    """The report's provenance of one condition.
+def provenance(rows: Sequence[Row]) -> dict[str, Any]:
+    """Return the provenance of the rows of one condition, see ``contract.suite.Condition``, in words.
 
-    Attributes:
-        unit: what ``seeds`` are: ``seed``; of what is real ``sequence``, whose names they are, or ``block`` of time.
-        seeds, split: in words.
-        episodes, frames: episodes of one tracker, and their frames.
-        events: numbers and kinds of frame-outs or other events, in words.
-        command: repeats this part.
-        editions: package or part → its edition; several where rows differ.
-        failures: one line for each episode in which a tracker failed.
+    ``unit``: what ``seeds`` are: ``seed``; of what is real ``sequence``, whose names they are, or ``block`` of time;
+    ``split``; ``episodes`` of one tracker, and their ``frames``; ``events``: numbers and kinds of frame-outs or other
+    events; ``command`` that repeats this part; ``editions``: package or part → its edition, several where rows differ;
+    ``failures``: one line for each episode in which a tracker failed.
     """
-
-    unit: str
-    seeds: str
-    split: str
-    episodes: int
-    frames: int
-    events: str
-    command: str
-    editions: dict[str, str]
-    failures: tuple[str, ...]
-
-
-def provenance(rows: Sequence[Row]) -> Provenance:
-    """Return the provenance of the rows of one condition, see ``contract.suite.Condition``."""
     seeds, is_real = sorted({row["seed"] for row in rows}), rows[0]["scenario"] == REAL
     sequences = {row["seed"]: row["sequence"] for row in rows if "sequence" in row}
     tested = sum(seed in TEST_SPLIT for seed in seeds)
     split = {0: "development", len(seeds): "test split"}.get(tested, "mixed splits")
     if is_real:
         split = "real sequences" if sequences else "real recording, blocks of time"
-    return Provenance(
-        unit="sequence" if sequences else "block" if is_real else "seed",
-        seeds=", ".join(sequences[seed] for seed in seeds) if sequences else ranges_text(seeds),
-        split=split,
-        episodes=len(seeds),
-        frames=int(sum({row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}.values())),
-        events=_events(rows),
-        command=_command(rows, f"{seeds[0]}:{seeds[-1] + 1}"),
-        editions=_editions(rows),
-        failures=tuple(_failures(rows)),
-    )
+    return {
+        "unit": "sequence" if sequences else "block" if is_real else "seed",
+        "seeds": ", ".join(sequences[seed] for seed in seeds) if sequences else ranges_text(seeds),
+        "split": split,
+        "episodes": len(seeds),
+        "frames": int(sum({row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}.values())),
+        "events": _events(rows),
+        "command": _command(rows, f"{seeds[0]}:{seeds[-1] + 1}"),
+        "editions": _editions(rows),
+        "failures": list(_failures(rows)),
+    }
 
 
 def sequences_in_words(rows: Sequence[Row]) -> Iterator[str]:
@@ -68,8 +48,8 @@ def sequences_in_words(rows: Sequence[Row]) -> Iterator[str]:
         held = provenance(own)
         judged = [(row["seed"], event_of(row)) for row in own if row["metric"] == "recovered"]
         returns = {(seed, event["index"]) for seed, event in judged if event is not None}
-        count = f"{held.episodes} sequence{'s' if held.episodes > 1 else ''}, {held.frames} frames"
-        yield f"{preset}: {count}; {held.events}; {len(returns)} with a return that is judged"
+        count = f"{counted(held['episodes'], 'sequence')}, {held['frames']} frames"
+        yield f"{preset}: {count}; {held['events']}; {len(returns)} with a return that is judged"
 
 
 def _events(rows: Sequence[Row]) -> str:

@@ -15,7 +15,7 @@ from benchmarks.show.charts import Chart, curves_of, lines_of, recovery
 from benchmarks.show.pictures import EventPicture, ShownEvent
 from benchmarks.show.showing import Showing
 from benchmarks.show.tables import Facts
-from benchmarks.show.video.stereo import LeftAndPlan, StereoDrawing
+from benchmarks.show.video.stereo import StereoDrawing
 from scenarios.stereo_follow.floor_plan import PLACES
 
 _GROUPS = {**{f"after {kind}": kind for kind in LIGHT_KINDS}, NEAR: NEAR, NOBODY_NEAR: NOBODY_NEAR}
@@ -92,7 +92,7 @@ MATCHES = Facts(
 SHOWING = Showing(
     heading="Is it still the same person?",
     charts=charts,
-    event_picture=EventPicture(first_event, LeftAndPlan.of, cell_width_px=640),
+    event_picture=EventPicture(first_event, StereoDrawing.of, cell_width_px=640),
     facts=MATCHES,
     drawings={"stereo-follow": StereoDrawing.of, "paper-sheet": StereoDrawing.of},
 )

@@ -1,4 +1,4 @@
-"""Drawings of a person followed by a stereo camera: both pictures, disparity, and all people from above."""
+"""Drawings of a person followed by a stereo camera: the left picture, and all people from above."""
 
 from __future__ import annotations
 
@@ -17,13 +17,11 @@ from scenarios.scenario import Episode
 from scenarios.stereo_follow.floor_plan import RoomPlan
 from scenarios.stereo_follow.truth import PeopleTruth, StereoTruth
 from sim.optics import rays
-from trackers.light_adaptive_stereo.matching import StereoMatcher
 
 _CELL_PX = (640, 480)
 _PLAN_PX_PER_M = 40.0
 _GROUND, _ROOM, _WALL = (30, 33, 38), (52, 56, 63), (150, 156, 166)
 _OTHERS, _SIGHT = (182, 186, 194), (74, 80, 92)
-_LARGEST_DISPARITY_PX = 64.0
 _BODY_M = 0.25
 _HIDDEN, _NEW_LIGHT = (130, 84, 118), (120, 170, 90)
 _WHOLE = 0.9
@@ -37,7 +35,6 @@ class StereoDrawing(Drawing):
 
     def __init__(self, plan: RoomPlan) -> None:
         self._plan = plan
-        self._matcher = StereoMatcher()
 
     @classmethod
     def of(cls, episode: Episode) -> Self:
@@ -45,30 +42,10 @@ class StereoDrawing(Drawing):
         return cls(episode.map_of().plan)
 
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
-        """See ``Drawing``; (960, 1280, 3): left and right above, disparity and plan view below.
-
-        The disparity is matched from the pair, as by trackers; the plan view shows the truth and the tracker's answer.
-        """
-        right = instant.frame.observation.right_rgb
-        cells = [
-            _left(instant),
-            _titled(None if right is None else right, "right picture"),
-            _titled(self._disparity(instant), "disparity, matched from the pair"),
-            _plan_view(instant, self._plan),
-        ]
-        return np.vstack([np.hstack(cells[:2]), np.hstack(cells[2:])])
-
-    def _disparity(self, instant: Instant) -> NDArray[np.uint8] | None:
-        observation = instant.frame.observation
-        if observation.right_rgb is None:
-            return None
-        camera = observation.camera
-        depth_m = self._matcher.depth_m(observation.image_rgb, observation.right_rgb, camera)
-        assert camera.baseline_m is not None
-        disparity = np.nan_to_num(_CELL_PX[0] / camera.width_px * camera.focal_px * camera.baseline_m / depth_m)
-        level = np.clip(255.0 * np.sqrt(disparity / _LARGEST_DISPARITY_PX), 0, 255).astype(np.uint8)
-        coloured = cv2.applyColorMap(level, cv2.COLORMAP_VIRIDIS)[..., ::-1]
-        return np.where((disparity > 0)[..., None], coloured, np.array(_GROUND, np.uint8))
+        """See ``Drawing``; (480, 1280, 3): the left picture, and a plan with the truth and the tracker's answer."""
+        canvas = Canvas.of(instant.frame.observation.image_rgb, _CELL_PX[0])
+        draw_instant(canvas, instant)
+        return np.hstack([canvas.image, _plan_view(instant, self._plan)])
 
     def describe(self, instant: Instant) -> str:
         """See ``Drawing``: visibility, occluder and change of light, ``9 % seen, behind crosser-3, lamp off``."""
@@ -84,29 +61,6 @@ class StereoDrawing(Drawing):
         truth = truth_as(instant.frame.truth, StereoTruth)
         is_seen = truth.visible_fraction[instant.target] >= SEEN_AT_LEAST
         return (marks.CALM if truth.light_event is None else _NEW_LIGHT, marks.CALM if is_seen else _HIDDEN)
-
-
-class LeftAndPlan(StereoDrawing):
-    """The left picture beside the plan view alone."""
-
-    def picture(self, instant: Instant) -> NDArray[np.uint8]:
-        """See ``Drawing``; (480, 1280, 3)."""
-        return np.hstack([_left(instant), _plan_view(instant, self._plan)])
-
-
-def _left(instant: Instant) -> NDArray[np.uint8]:
-    canvas = Canvas.of(instant.frame.observation.image_rgb, _CELL_PX[0])
-    draw_instant(canvas, instant)
-    return _titled(canvas.image, "left picture")
-
-
-def _titled(image: NDArray[np.uint8] | None, title: str) -> NDArray[np.uint8]:
-    """Return a picture at the size of a cell with its title; that of a lost one is empty."""
-    words = f"{title}: lost" if image is None else title
-    nothing = np.full((*_CELL_PX[::-1], 3), _GROUND, np.uint8)
-    cell = nothing if image is None else Canvas.of(np.ascontiguousarray(image), _CELL_PX[0]).image
-    marks.draw_label(cell, (16, 28), words, marks.INK)
-    return cell
 
 
 def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
@@ -134,4 +88,6 @@ def _plan_view(instant: Instant, plan: RoomPlan) -> NDArray[np.uint8]:
         answer_m = answered_place_m(instant.estimate, truth, camera)
         if np.isfinite(answer_m).all():
             marks.draw_cross(picture, at(answer_m), marks.ESTIMATE)
-    return _titled(picture, f"from above: {truth.place}, {truth.illuminance_lx[instant.target]:,.0f} lx on the target")
+    words = f"from above: {truth.place}, {truth.illuminance_lx[instant.target]:,.0f} lx on the target"
+    marks.draw_label(picture, (16, 28), words, marks.INK)
+    return picture

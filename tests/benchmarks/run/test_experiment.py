@@ -167,7 +167,7 @@ def test_a_tracker_that_fails_is_named_and_has_the_worst_score(tmp_path: Path, t
     assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
     rows = read_rows(tmp_path)
     assert {row.get("limit_s", TINY.limit_s) for row in rows} == {limit_s}
-    assert ("--limit-s 0.05" in provenance(rows).command) == (tracker == "fake_slow")
+    assert ("--limit-s 0.05" in provenance(rows)["command"]) == (tracker == "fake_slow")
 
 
 def test_a_silent_tracker_is_no_failure_but_has_the_worst_error(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from benchmarks.show.showing import drawing_of
 from benchmarks.show.suites.stereo import SHOWING, first_event
 from benchmarks.show.video.drawing import InLargerView, Instant
 from benchmarks.show.video.episode_video import render_episode, write_video
-from benchmarks.show.video.stereo import LeftAndPlan, StereoDrawing
+from benchmarks.show.video.stereo import StereoDrawing
 from tests.benchmarks.fake_episode import FakeEpisode, live
 from tests.benchmarks.judges.follow import fake_follow
 from tests.benchmarks.judges.follow.fake_follow import HIDDEN, FakeFollow, FakeFollowEpisode, FollowKnowing
@@ -43,7 +43,7 @@ def test_each_scenario_is_drawn_in_its_own_way():
     assert isinstance(drawing_of("another-scenario-v1", FakeEpisode()), InLargerView)
 
 
-def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def test_a_video_makes_no_larger_view(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     def refuse(self: FakeFollowEpisode, scale: float) -> None:
         raise AssertionError("a larger view costs as much as a frame")
 
@@ -56,7 +56,7 @@ def test_a_video_shows_four_pictures_and_makes_no_larger_view(tmp_path: Path, mo
     write_video(tmp_path / "x.mp4", instants, drawing, rate_hz=15.0, title="fake", frame_count=4)
     with av.open(str(tmp_path / "x.mp4")) as video:
         shapes = [frame.to_ndarray(format="rgb24").shape for frame in video.decode(video=0)]
-    assert shapes == [(1076, 1280, 3)] * 4
+    assert shapes == [(596, 1280, 3)] * 4
 
 
 @pytest.mark.heavy
@@ -84,7 +84,7 @@ def test_words_and_shades_tell_of_hiding_and_of_light():
 
 
 def test_truth_and_estimate_are_drawn_in_the_left_picture_and_from_above():
-    drawing = LeftAndPlan.of(episode())
+    drawing = StereoDrawing.of(episode())
     alone = instant_at(5)
     target_px = alone.frame.truth.position_px[0]
     answer = Estimate(target_px + np.array([12.0, 0.0]), in_view_probability=1.0, depth_m=5.0)
@@ -95,15 +95,6 @@ def test_truth_and_estimate_are_drawn_in_the_left_picture_and_from_above():
     assert (changed[:, 1] >= 640).any()
     silent = replace(alone, answer=Estimate(np.full(2, np.nan)))
     assert np.array_equal(drawing.picture(silent), without)
-
-
-def test_a_lost_right_picture_is_shown_as_lost():
-    drawing = StereoDrawing.of(episode())
-    whole = instant_at(3)
-    lost = replace(whole, frame=replace(whole.frame, observation=replace(whole.frame.observation, right_rgb=None)))
-    shown, blank = drawing.picture(whole), drawing.picture(lost)
-    assert shown.shape == blank.shape == (960, 1280, 3)
-    assert np.array_equal(shown[:480, :640], blank[:480, :640])
 
 
 def event(kind: str, first: int, length: int, back: int | None, index: int = 0) -> dict[str, object]:
