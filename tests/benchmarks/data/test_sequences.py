@@ -1,4 +1,4 @@
-"""Each layout as it is published, recognised and chosen, and what is wrong with a folder."""
+"""Each layout as it is published, recognised and chosen, what is wrong with a folder, and a sequence as an episode."""
 
 from __future__ import annotations
 
@@ -8,12 +8,16 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
 from benchmarks.contract.judging import UnreadableSequence
-from benchmarks.data.sequences import read_collections, read_picture
+from benchmarks.data import sequences
+from benchmarks.data.sequences import SequenceEpisode, read_collections, read_picture
+from scenarios.truth import check_truth
 from tests.benchmarks.data.written_sequences import (
+    AWAY,
     FRAMES,
     HEIGHT_PX,
     WIDTH_PX,
@@ -121,9 +125,9 @@ def test_two_targets_of_an_otb_folder_are_two_sequences(tmp_path: Path) -> None:
     (folder / "groundtruth_rect.txt").rename(folder / "groundtruth_rect.1.txt")
     write_lines(folder / "groundtruth_rect.2.txt", lines_of(BOXES + 2.0))
     write_lines(folder / "groundtruth_rect.3.txt", [])
-    sequences = read_collections([tmp_path / "set"])[0].sequences
-    assert [each.name for each in sequences] == ["Jogging-1", "Jogging-2"]
-    np.testing.assert_allclose(sequences[1].box_xyxy, BOXES + 2.0)
+    found = read_collections([tmp_path / "set"])[0].sequences
+    assert [each.name for each in found] == ["Jogging-1", "Jogging-2"]
+    np.testing.assert_allclose(found[1].box_xyxy, BOXES + 2.0)
 
 
 def test_a_sequence_of_otb_with_boxes_of_a_part_is_that_part(tmp_path: Path) -> None:
@@ -311,3 +315,49 @@ def test_another_picture_or_annotation_or_rate_is_another_recording(tmp_path: Pa
     assert (usual.rate_hz, slower.rate_hz) == (30.0, 10.0)
     assert len({*found, usual.fingerprint, slower.fingerprint}) == 4
     assert found[0] == found[1]
+
+
+def episode_of(folder: Path) -> SequenceEpisode:
+    return SequenceEpisode(read_collections([folder])[0].sequences[0])
+
+
+def test_frames_are_the_pictures_with_their_boxes(tmp_path: Path) -> None:
+    episode = episode_of(write_otb(tmp_path / "Car1"))
+    assert episode.frame_count == FRAMES
+    frames = [episode.step() for _ in range(FRAMES)]
+    camera = frames[0].observation.camera
+    assert (camera.width_px, camera.height_px, camera.focal_px) == (WIDTH_PX, HEIGHT_PX, 1.2 * WIDTH_PX)
+    for k, (frame, box) in enumerate(zip(frames, true_boxes(), strict=True)):
+        check_truth(frame.truth)
+        assert frame.observation.time_s == pytest.approx(k / 30)
+        assert frame.observation.ego is None
+        np.testing.assert_array_equal(frame.truth.box_xyxy[0], box)
+        assert frame.truth.state[0] == ("out" if k in AWAY else "in")
+        assert frame.truth.frames_since_exit[0] == (k - AWAY.start if k in AWAY else -1)
+        red = (frame.observation.image_rgb == (220, 20, 20)).all(axis=2)
+        assert red.sum() == (0 if k in AWAY else 12 * 8)
+        assert k in AWAY or red[int(box[1]), int(box[0])]
+
+
+def test_pictures_are_read_when_their_turn_comes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[str] = []
+    real = sequences.read_picture
+    sequence = read_collections([write_otb(tmp_path / "Car1")])[0].sequences[0]
+    monkeypatch.setattr(sequences, "read_picture", lambda path: (read.append(path.name), real(path))[1])
+    episode = SequenceEpisode(sequence)
+    for _ in range(3):
+        episode.step()
+    assert read == ["0001.png", "0001.png", "0002.png", "0003.png"]
+
+
+def test_a_broken_picture_and_one_of_another_size_are_named(tmp_path: Path) -> None:
+    folder = write_otb(tmp_path / "Car1")
+    (folder / "img" / "0002.png").write_bytes(b"no picture")
+    cv2.imwrite(str(folder / "img" / "0003.png"), np.zeros((10, 20, 3), np.uint8))
+    episode = episode_of(folder)
+    episode.step()
+    with pytest.raises(ValueError, match=r"^Car1/img/0002.png: expected a whole picture, got 10 bytes that are none"):
+        episode.step()
+    episode._next = 2
+    with pytest.raises(ValueError, match=r"^Car1/img/0003.png: expected 64 x 48 pixels as the first one, got 20 x 10"):
+        episode.step()

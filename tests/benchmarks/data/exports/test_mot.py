@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import trackeval
 
-from benchmarks.judges.identities import clear_counts, hota, identity_counts, numbered, pairing
 from tests.benchmarks.data.exports.painted_scene import FRAMES, NAMES, truths
 
 Rows = dict[int, dict[int, np.ndarray]]
@@ -35,30 +34,6 @@ def rows_of(sequence: Path) -> Rows:
         assert int(identity) not in rows.setdefault(int(frame), {})
         rows[int(frame)][int(identity)] = np.array(rest, float)
     return rows
-
-
-def scores(truth: Rows, tracked: Rows) -> tuple[float, float, int]:
-    """Return HOTA, IDF1 and switches of boxes' centres."""
-
-    def centres(rows: dict[int, np.ndarray]) -> np.ndarray:
-        return np.array([row[:2] + 0.5 * row[2:4] for row in rows.values()]).reshape(-1, 2)
-
-    frames = []
-    for frame, rows in truth.items():
-        targets = np.full((len(NAMES) + 1, 2), np.nan)
-        targets[list(rows)] = centres(rows)
-        answers = tracked.get(frame, {})
-        frames.append(pairing(targets, np.array(list(answers), np.int64), centres(answers), 10.0))
-    frames = numbered(frames)
-    return hota(frames), identity_counts(frames).idf1, clear_counts(frames).switches
-
-
-def test_truth_against_itself_is_perfect(sequence: Path) -> None:
-    rows = rows_of(sequence)
-    assert scores(rows, rows) == (pytest.approx(1.0), 1.0, 0)
-    other = {1: 2, 2: 1}
-    swapped = {f: {other.get(k, k) if f > 4 else k: row for k, row in rows[f].items()} for f in rows}
-    assert scores(rows, swapped)[1] < 1.0
 
 
 def test_trackeval_reads_it_and_scores_truth_against_itself_with_100(sequence: Path, tmp_path: Path) -> None:
