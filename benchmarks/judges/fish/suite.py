@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from math import inf
 from typing import Any
 
 from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity
-from benchmarks.contract.suite import Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.contract.suite import EventWords, Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.contract.text import counted, lengths_text
 from benchmarks.judges.fish.gap_protocol import GAP_FRAMES
 from benchmarks.judges.fish.gap_scores import gap_scores
-from benchmarks.judges.fish.gaps import EVENTS
 from benchmarks.judges.fish.judge import AT_ONCE, FishJudge, chain_scores
 from benchmarks.judges.fish.links import GROUPS, link_events, link_scores
 from benchmarks.judges.fish.real import recordings
@@ -90,6 +89,17 @@ def _chain_metrics(ending: str, when: str) -> Iterator[Metric]:
 _NOW = AT_ONCE, ", as answered at once"
 
 
+def _describe(events: Sequence[dict[str, Any]]) -> str:
+    lengths = sorted(event["length_frames"] for event in events)
+    if not lengths:
+        return "no gaps"
+    crossing = sum(event["crosses"] for event in events)
+    return (
+        f"{counted(len(lengths), 'gap')} of {lengths_text(lengths)}, half of them below "
+        f"{lengths[len(lengths) // 2] + 1}; in {crossing} fish cross"
+    )
+
+
 FISH = Suite(
     name="fish",
     edition=2,
@@ -128,8 +138,19 @@ FISH = Suite(
     ),
     # Methods that only bridge gaps have neither identities nor HOTA: they can better the error after a gap, or in it.
     tuned_for={"idf1": 1.0, "hota": 1.0, "gap_error_50_px": -0.001, "gap_interpolation_error_50_px": -0.001},
-    events=replace(
-        EVENTS,
+    events=EventWords(
+        name="gaps",
+        key="event",
+        tests={
+            "up to 10 frames": lambda event: bool(event["length_frames"] <= 10),
+            "11 to 50 frames": lambda event: bool(10 < event["length_frames"] <= 50),
+            "more than 50 frames": lambda event: bool(event["length_frames"] > 50),
+            "fish cross": lambda event: bool(event["crosses"]),
+            "no fish cross": lambda event: not event["crosses"],
+            "two fish": lambda event: bool(event["fish_count"] <= 2),
+            "three or more fish": lambda event: bool(event["fish_count"] > 2),
+        },
+        describe=_describe,
         compared=(
             _mean("link_precision", "right links of those made", _LINKED, link_events, row="link_right"),
             _mean("link_rate", "links made", "every gap of pieces of track", link_events, row="link_made"),

@@ -6,18 +6,21 @@ All episodes, of development and of test seeds, are of one site; for what was le
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from math import inf
 from typing import Any
 
 from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity, Statistic
-from benchmarks.contract.suite import Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.contract.suite import EventWords, Scene, Suite, TuningEpisodes, register_suite
+from benchmarks.contract.text import counted
 from benchmarks.judges.harbour import alarms, found, identity_scores, sizes
 from benchmarks.judges.harbour.judge import HarbourJudge
 from benchmarks.judges.harbour.matching import RADIUS_M
 from benchmarks.judges.harbour.sizes import AT_100_M, DIMENSIONS
-from benchmarks.judges.harbour.visits import EVENTS, KINDS
+from benchmarks.judges.harbour.visits import KINDS, SEEABLE
 from benchmarks.judges.identities import identity_metrics
 from benchmarks.judges.tracker_speed import SPEED
 from benchmarks.statistics.average_precision import LEAST_OVERLAP
@@ -137,6 +140,23 @@ def _size_metrics() -> Iterator[Metric]:
             yield _rate(f"{name}_error_to_mean_{kind}", words, DifferenceOfMedians(near, of_mean, kind=kind), "lower")
 
 
+def _describe(events: Sequence[dict[str, Any]]) -> str:
+    if not events:
+        return "no intruders"
+    counts = Counter(event["kind"] for event in events)
+    kinds = ", ".join(f"{counts[kind]} × {kind}" for kind in KINDS if counts[kind])
+    hidden = sum(not event["seeable"] for event in events)
+    return f"{counted(len(events), 'intruder')} ({kinds}); {hidden or 'none'} that nobody could see"
+
+
+def _is(kind: str, event: dict[str, Any]) -> bool:
+    return bool(event["kind"] == kind)
+
+
+def _within(low: float, high: float, event: dict[str, Any]) -> bool:
+    return bool(low <= event["contrast_to_noise"] < high)
+
+
 HARBOUR = Suite(
     name="harbour",
     edition=2,
@@ -191,8 +211,22 @@ HARBOUR = Suite(
         "gospa_m",
     ),
     tuned_for={MANY_ALARMS.name: 1.0},
-    events=replace(
-        EVENTS,
+    events=EventWords(
+        name="visits",
+        key="event",
+        tests={
+            "cars": partial(_is, "car"),
+            "boats": partial(_is, "boat"),
+            "people": partial(_is, "person"),
+            # People have 75 to 950, mostly 150 to 300, cars and boats up to 5000.
+            "contrast to noise 5 to 150": partial(_within, SEEABLE, 150.0),
+            "contrast to noise 150 to 300": partial(_within, 150.0, 300.0),
+            "contrast to noise 300 to 1000": partial(_within, 300.0, 1000.0),
+            "contrast to noise from 1000": partial(_within, 1000.0, inf),
+            "up to 60 s": lambda event: bool(event["length_frames"] <= 30),
+            "longer than 60 s": lambda event: bool(event["length_frames"] > 30),
+        },
+        describe=_describe,
         compared=(
             _rate("detection_rate", "found, chance taken off", Mean(FOUND)),
             *(TO_DETECT, PLACE, *(SIZES[name] for name in ("width", "height", "depth")), KIND_RIGHT, DUPLICATES),

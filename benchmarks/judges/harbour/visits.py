@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.suite import EventWords
-from benchmarks.contract.text import counted
 from benchmarks.judges.harbour.streaks import streaks
 
 KINDS = ("person", "car", "boat")
@@ -56,39 +52,3 @@ def find_visits(
         first, length = int(frames[0]), int(frames[-1] - frames[0] + 1)
         visits.append(Visit(k, names[k], kinds[k], first, length, round(level, 2), level >= SEEABLE))
     return visits
-
-
-def _describe(events: Sequence[dict[str, Any]]) -> str:
-    if not events:
-        return "no intruders"
-    counts = Counter(event["kind"] for event in events)
-    kinds = ", ".join(f"{counts[kind]} × {kind}" for kind in KINDS if counts[kind])
-    hidden = sum(not event["seeable"] for event in events)
-    return f"{counted(len(events), 'intruder')} ({kinds}); {hidden or 'none'} that nobody could see"
-
-
-def _is(kind: str, event: dict[str, Any]) -> bool:
-    return bool(event["kind"] == kind)
-
-
-def _within(low: float, high: float, event: dict[str, Any]) -> bool:
-    return bool(low <= event["contrast_to_noise"] < high)
-
-
-EVENTS = EventWords(
-    name="visits",
-    key="event",
-    tests={
-        "cars": partial(_is, "car"),
-        "boats": partial(_is, "boat"),
-        "people": partial(_is, "person"),
-        "contrast to noise 5 to 150": partial(_within, SEEABLE, 150.0),
-        "contrast to noise 150 to 300": partial(_within, 150.0, 300.0),
-        "contrast to noise 300 to 1000": partial(_within, 300.0, 1000.0),
-        "contrast to noise from 1000": partial(_within, 1000.0, np.inf),
-        "up to 60 s": lambda event: bool(event["length_frames"] <= 30),
-        "longer than 60 s": lambda event: bool(event["length_frames"] > 30),
-    },
-    describe=_describe,
-)
-"""People have a contrast to noise of 75 to 950, mostly 150 to 300, cars and boats up to 5000."""

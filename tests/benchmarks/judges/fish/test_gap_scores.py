@@ -38,13 +38,6 @@ def test_errors_are_those_of_the_true_place() -> None:
     assert set(method.mates) == {2}
 
 
-def test_methods_learn_from_what_was_before_only() -> None:
-    """One block ends within the recording; each kind of gap has a fresh method, here the same object."""
-    method = Knows(TRUE_PX)
-    scored(TASK, method)
-    assert method.lessons == [BLOCK_FRAMES, BLOCK_FRAMES]
-
-
 def test_where_truth_is_known_most_of_the_past_must_be_measured_and_nothing_of_the_gap() -> None:
     measured = TRUE_PX.copy()
     measured[260:300] = np.nan
@@ -58,14 +51,6 @@ def test_where_truth_is_known_most_of_the_past_must_be_measured_and_nothing_of_t
     assert first == {*range(100, 211, 10), *range(400, 651, 10)}
     closed = {gap.first for gap in known.closed_gaps if gap.count == 50}
     assert closed == {*range(100, 121, 10), *range(250, 261, 10), *range(390, 551, 10)}
-
-
-def test_a_jump_breaks_a_track() -> None:
-    jumped = TRUE_PX.copy()
-    jumped[350:] += 60.0
-    task = GapTask(Tracks(jumped, 1 / 30), 10, 500.0, sees_mates=False)
-    first = {gap.first for gap in task.open_gaps if gap.count == 50}
-    assert first == {*range(100, 301, 10), *range(450, 651, 10)}
 
 
 def test_a_gap_that_a_method_gives_up_on_counts_as_failed_and_the_others_as_they_are() -> None:

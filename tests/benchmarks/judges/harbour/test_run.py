@@ -60,20 +60,8 @@ def test_rows_are_those_of_metrics(out: Path) -> None:
 
 def test_a_tracker_is_judged_at_its_own_threshold_and_at_all(out: Path) -> None:
     told = {row["metric"]: row["value"] for row in rows_of(out) if row["event"] is None}
-    hours = told["watched_hours"]
-    assert hours == pytest.approx(60 * 2 / 3600)
-    assert told["false_alarms_per_hour"] * hours == pytest.approx(1.0)
-    alarms = np.array(told["froc_alarms"])
-    assert (alarms[0], alarms[-1]) == (2.0, 0.0)
-
-
-def test_visits_are_those_of_the_preset(out: Path) -> None:
-    found = [row for row in rows_of(out) if row["metric"] in ("found", "found_unseen")]
-    kinds = [row["event"]["kind"] for row in found]
-    # Some may never come into the watched volume, or stay hidden.
-    assert set(kinds) <= {"person", "car", "boat"}
-    assert len(kinds) >= 3
-    assert all(0 <= row["event"]["first_frame"] < 57 for row in found)
+    assert told["false_alarms_per_hour"] * told["watched_hours"] == pytest.approx(1.0)
+    assert (told["froc_alarms"][0], told["froc_alarms"][-1]) == (2.0, 0.0)
 
 
 def test_the_report_has_its_figures_and_one_visit(out: Path) -> None:

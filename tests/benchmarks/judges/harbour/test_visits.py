@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.contract.suite import suite
-from benchmarks.judges.harbour.visits import EVENTS
 
 
 @pytest.mark.parametrize(
@@ -23,7 +22,11 @@ from benchmarks.judges.harbour.visits import EVENTS
 def test_every_visit_that_can_be_seen_is_in_one_group_of_contrast(contrast: float, group: list[str]) -> None:
     words = "contrast to noise "
     event = {"contrast_to_noise": contrast}
-    groups = [name.removeprefix(words) for name, is_one in EVENTS.tests.items() if words in name and is_one(event)]
+    groups = [
+        name.removeprefix(words)
+        for name, is_one in suite("harbour").events.tests.items()
+        if words in name and is_one(event)
+    ]
     assert groups == group
 
 
