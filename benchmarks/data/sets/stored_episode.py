@@ -67,7 +67,7 @@ class StoredEpisode:
 
     @property
     def preset(self) -> Any:
-        """The configuration of the episode, see its scenario."""
+        """The configuration of the episode, which the judge of ``frame-out`` asks for."""
         return self._scenario.presets[self._request.preset]
 
     @property

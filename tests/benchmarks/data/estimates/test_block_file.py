@@ -9,12 +9,11 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.dataset as ds
 import pyarrow.parquet as pq
 import pytest
 
 from benchmarks.data.estimates import block_file
-from benchmarks.data.estimates.block_file import TIMES, facts_in, facts_of, is_kept, path_of, read_block, scan
+from benchmarks.data.estimates.block_file import TIMES, facts_in, facts_of, is_kept, path_of, read_block
 from tests.benchmarks.data.estimates.runs import TOWN, rows_in
 from tests.benchmarks.named import run_named as run
 
@@ -100,16 +99,6 @@ def test_the_documented_way_gives_the_error_of_each_tracker(
     assert [row["value"] for row in rows] == [pytest.approx(error_px, rel=1e-5)]
 
 
-def test_columns_and_rows_are_chosen_before_they_are_read(kept: Path) -> None:
-    silent = scan(kept).to_table(columns=["frame", "position_px"], filter=ds.field("tracker") == "fake_silent")
-    assert silent.num_rows == 120
-    places = np.stack(silent.to_pandas()["position_px"].to_list())
-    assert np.isnan(places).all(axis=1).sum() == 80
-
-
-def test_what_is_known_of_each_run_is_listed(kept: Path, tmp_path: Path) -> None:
-    reasons = {facts.key.tracker: facts.runs[0].reason for facts in facts_in(kept).values()}
-    assert reasons["fake_raises"] == "RuntimeError: a bug"
-    assert reasons["fake_silent"] is None
-    with pytest.raises(ValueError, match="estimates: expected files of"):
-        scan(tmp_path)
+def test_a_folder_without_estimates_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="estimates: expected files of `frameout bench --keep-estimates`, got none in"):
+        facts_in(tmp_path)

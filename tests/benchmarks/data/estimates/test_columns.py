@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +16,7 @@ from benchmarks.data.estimates.block_file import (
     table_of,
     values_of,
 )
+from tests.benchmarks.data.same import assert_same
 from trackers.types import Answer, CameraCommand, Estimate, Track
 
 FULL = Estimate(
@@ -46,30 +46,14 @@ def passed_through(answers: list[Answer]) -> list[Answer]:
     return [answer_of([row for row in back if row["frame"] == k], many) for k in range(len(answers))]
 
 
-def assert_same(one: Any, other: Any) -> None:
-    if dataclasses.is_dataclass(one):
-        for field in dataclasses.fields(one):
-            assert_same(getattr(one, field.name), getattr(other, field.name))
-    elif isinstance(one, np.ndarray):
-        assert (one.shape, one.dtype) == (other.shape, other.dtype)
-        np.testing.assert_array_equal(one, other)
-    else:
-        assert (type(one), one) == (type(other), other)
-
-
 def test_estimates_of_one_target_come_back() -> None:
     mixed = [BARE, FULL, dataclasses.replace(FULL, position_px=np.zeros(2, np.float32), heading_rad=0.1), FULL]
-    for one, other in zip(mixed, passed_through([*mixed]), strict=True):
-        assert_same(one, other)
+    assert_same(tuple(passed_through([*mixed])), tuple(mixed), "estimates")
 
 
 def test_tracks_and_a_frame_without_any_come_back() -> None:
-    (two, none, one) = passed_through([TRACKS, (), TRACKS[:1]])
-    assert none == ()
-    for expected, got in ((TRACKS, two), (TRACKS[:1], one)):
-        assert len(expected) == len(got)  # type: ignore[arg-type]
-        for mine, theirs in zip(expected, got, strict=True):  # type: ignore[call-overload]
-            assert_same(mine, theirs)
+    frames = (TRACKS, (), TRACKS[:1])
+    assert_same(tuple(passed_through([*frames])), frames, "tracks")
 
 
 def test_what_is_kept_is_a_copy() -> None:

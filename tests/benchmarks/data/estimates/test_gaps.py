@@ -18,6 +18,7 @@ from benchmarks.run.guards import GuardedTracker
 from scenarios.loop import Loop, ManyFromPictures
 from scenarios.scenario import Frame
 from tests import fakes_scenario
+from tests.benchmarks.data.same import assert_same
 from trackers.gaps import Bridge, GapMethod, Piece, Surroundings
 from trackers.types import CameraCommand, CameraModel, Observation, Track
 
@@ -113,15 +114,7 @@ def test_bridges_come_back_in_the_order_of_the_questions(kept: tuple[Asks, Guard
     gaps = iter(said.gaps)
     again = asked_of(RecalledGapMethod(gaps)) + asked_of(RecalledGapMethod(gaps))
     assert len(again) == len(asks.bridges) == 8
-    for one, other in zip(again, asks.bridges, strict=True):
-        assert (one is None) == (other is None)
-        if one is not None and other is not None:
-            for name in ("position_px", "covariance_px"):
-                mine, theirs = getattr(one, name), getattr(other, name)
-                assert (mine is None) == (theirs is None)
-                if mine is not None:
-                    assert mine.dtype == theirs.dtype
-                    np.testing.assert_array_equal(mine, theirs)
+    assert_same(tuple(again), tuple(asks.bridges), "bridges")
     table = pq.read_table(path).to_pandas()
     first = table[table["gap"] == 0]
     assert (first["answer"].tolist(), first["frame"].tolist()) == (["extrapolated"] * 2, [4, 5])

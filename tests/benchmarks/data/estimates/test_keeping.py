@@ -17,15 +17,6 @@ STILL = replace(TOWN, trackers=("fake_still",))
 
 
 @pytest.mark.heavy
-def test_every_tracker_and_episode_has_a_file(kept: Path) -> None:
-    files = sorted(path.name for path in (kept / "estimates").iterdir())
-    assert [name.rpartition("-")[0] for name in files] == [
-        f"{seed:06d}-{name}" for seed in TOWN.seeds for name in sorted(TOWN.trackers)
-    ]
-    assert all(name.endswith(".parquet") for name in files)
-
-
-@pytest.mark.heavy
 def test_rows_do_not_depend_on_whether_estimates_are_kept(kept: Path, tmp_path: Path) -> None:
     run(replace(TOWN, keeper=None), tmp_path)
     assert not (tmp_path / "estimates").exists()

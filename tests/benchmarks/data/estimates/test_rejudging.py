@@ -133,10 +133,6 @@ def test_rows_depend_on_what_was_said(kept: Path, copied: Path) -> None:
     assert rows_in(copied) != rows_in(kept)
 
 
-def no_estimates(folder: Path) -> None:
-    shutil.rmtree(folder / "estimates")
-
-
 def other_rows(folder: Path) -> None:
     path = folder / FILE_NAME
     path.write_text(path.read_text().replace('"suite": "frame-out"', '"suite": "fish"'))
@@ -149,21 +145,14 @@ def another_edition(folder: Path) -> None:
     path.write_text("".join(json.dumps(row) + "\n" for row in changed))
 
 
-def cut_off(folder: Path) -> None:
-    path = next((folder / "estimates").glob("000003-fake_still-*"))
-    path.write_bytes(path.read_bytes()[:5000])
-
-
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (no_estimates, r"estimates: expected files of `frameout bench --keep-estimates`, got none in"),
         (other_rows, r"expected estimates of a block of rows in records\.jsonl, got suite frame-out, fake-town-v1"),
         (
             another_edition,
             r"expected estimates of the editions that made the rows in .*, got another \['tracker'\]",
         ),
-        (cut_off, r"000003-fake_still-\w+\.parquet: expected a whole file of estimates, got"),
     ],
 )
 def test_what_does_not_fit_is_named_and_nothing_is_written(

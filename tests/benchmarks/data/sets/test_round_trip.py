@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +10,7 @@ import pytest
 from benchmarks.data.sets.data_set import REQUEST, DataSet
 from benchmarks.data.sets.episode_writer import ROWS_AT_ONCE, write_episode
 from benchmarks.data.sets.request import Request, existing_channels
+from tests.benchmarks.data.same import assert_same
 from tests.benchmarks.data.sets.small import made, tiny
 
 SCENES = {
@@ -21,25 +21,6 @@ SCENES = {
     "paper-sheet-v1": "paper-b1",
 }
 FRAMES, SEED = 3, 4
-
-
-def assert_same(stored: Any, live: Any, where: str) -> None:
-    if dataclasses.is_dataclass(live):
-        assert type(stored) is type(live), where
-        for field in dataclasses.fields(live):
-            assert_same(getattr(stored, field.name), getattr(live, field.name), f"{where}.{field.name}")
-    elif isinstance(live, np.ndarray):
-        assert stored.shape == live.shape, where
-        assert stored.dtype.kind == live.dtype.kind, where
-        assert stored.dtype.kind == "U" or stored.dtype == live.dtype, where
-        np.testing.assert_array_equal(stored, live, err_msg=where)
-    elif isinstance(live, tuple):
-        assert len(stored) == len(live), where
-        for k, (one, other) in enumerate(zip(stored, live, strict=True)):
-            assert_same(one, other, f"{where}[{k}]")
-    else:
-        assert type(stored) is type(live), where
-        assert stored == live or (stored != stored and live != live), where
 
 
 @pytest.mark.heavy
