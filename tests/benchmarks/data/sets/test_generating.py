@@ -214,20 +214,25 @@ def test_a_forecast_is_near_what_is_made_and_makes_nothing(data):
 
 
 @pytest.fixture
-def unbuilt(monkeypatch):
-    """Let the episode of seed 4 be one that cannot be built."""
-    build = FAKE_TOWN.__class__.episode
+def refuse(monkeypatch):
+    """Return a function that lets building the episodes of some seeds fail; it returns the list of seeds tried."""
+    build, tried = FAKE_TOWN.__class__.episode, []
 
-    def episode(scenario, preset, seed, **others):
-        if seed == 4:
-            raise ValueError("frame_count: expected enough, got 12")
-        return build(scenario, preset, seed, **others)
+    def refuse(seeds, error):
+        def episode(scenario, preset, seed, **others):
+            tried.append(seed)
+            if seed in seeds:
+                raise error
+            return build(scenario, preset, seed, **others)
 
-    monkeypatch.setattr(FAKE_TOWN.__class__, "episode", episode)
+        monkeypatch.setattr(FAKE_TOWN.__class__, "episode", episode)
+        return tried
+
+    return refuse
 
 
-@pytest.mark.usefixtures("unbuilt")
-def test_an_episode_that_cannot_be_built_is_named_and_what_was_made_is_kept(tmp_path, capsys):
+def test_an_episode_that_cannot_be_built_is_named_and_what_was_made_is_kept(tmp_path, capsys, refuse):
+    refuse([4], ValueError("frame_count: expected enough, got 12"))
     words = ["fake-town", "--preset", "tiny", "--seeds", "3:6", "--frame-count", "3", "--workers", "0"]
     words += ["--out", str(tmp_path / "set"), "--modules", *MODULES, "--channels", "image_rgb"]
     assert main(["generate", *words]) == 2
@@ -246,44 +251,27 @@ def test_an_episode_that_cannot_be_built_is_named_and_what_was_made_is_kept(tmp_
     assert "left out: seed 4: " in capsys.readouterr().out
 
 
-@pytest.mark.usefixtures("unbuilt")
-def test_where_no_episode_can_be_built_nothing_is_left_out(tmp_path):
+def test_where_no_episode_can_be_built_nothing_is_left_out(tmp_path, refuse):
+    refuse([4], ValueError("no road"))
     with pytest.raises(ValueError, match=r"seeds: expected some whose episodes can be built, got none; .*: seed 4: "):
         generate(tiny(seeds=(4, 5)), str(tmp_path / "set"), HERE, lambda done, of: None, "skip")
 
 
-@pytest.fixture
-def late(monkeypatch):
-    """Let the episodes of all seeds below 9 be some that cannot be built; return the seeds that were tried."""
-    build, tried = FAKE_TOWN.__class__.episode, []
-
-    def episode(scenario, preset, seed, **others):
-        tried.append(seed)
-        if seed < 9:
-            raise RuntimeError("no road")
-        return build(scenario, preset, seed, **others)
-
-    monkeypatch.setattr(FAKE_TOWN.__class__, "episode", episode)
-    return tried
-
-
 @pytest.mark.parametrize("dry", [["--dry-run"], []])
-def test_any_number_of_first_episodes_is_skipped_on_demand_alone(tmp_path, late, dry):
+def test_any_number_of_first_episodes_is_skipped_on_demand_alone(tmp_path, refuse, dry):
+    tried = refuse(range(9), RuntimeError("no road"))
     words = ["generate", "fake-town", "--preset", "tiny", "--seeds", "0:10", "--frame-count", "2", "--workers", "0"]
     words += ["--out", str(tmp_path / "set"), "--modules", *MODULES, *dry]
     with pytest.raises(RuntimeError, match="no road"):
         main(words)
-    assert late == [0]
+    assert tried == [0]
     assert main([*words, "--on-error", "skip"]) == 0
     assert (tmp_path / "set").exists() != bool(dry)
     assert dry or DataSet(str(tmp_path / "set")).seeds == (9,)
 
 
-def test_an_error_of_the_disk_is_not_one_of_an_episode(monkeypatch):
-    def episode(*_, **others):
-        raise OSError(errno.ENOSPC, "no space")
-
-    monkeypatch.setattr(FAKE_TOWN.__class__, "episode", episode)
+def test_an_error_of_the_disk_is_not_one_of_an_episode(refuse):
+    refuse(range(9), OSError(errno.ENOSPC, "no space"))
     with pytest.raises(OSError, match="no space") as found:
         first_episode(tiny(), "skip")
     assert found.value.__notes__ == ["of seed 3"]
