@@ -12,8 +12,7 @@ is prose with calls in double braces (Jinja's):
 ``agreed(NAME)``                                 ``3 of 4``: how many of the paper's claims our figures agree with
 ``fitted(EXPERIMENT)``                           what of it was set so that it agrees, in its own words
 ``value(NAME, CONTESTANT, METRIC)``              ``94.2 (89.3–98.3)``: a number with its interval, fractions in per cent
-``difference(NAME, CONTESTANT, OTHER, METRIC)``  the same of a paired difference; of two pairs that differ in one name,
-                                                 OTHER is that name if CONTESTANT is ours, else the pair
+``difference(NAME, CONTESTANT, OTHER, METRIC)``  the same of a paired difference
 ``origin(NAME, …)``                             the line below a table, for one that a template writes itself
 ================================================  ======================================================================
 
@@ -24,7 +23,7 @@ which may be others than those of the next table.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -140,18 +139,24 @@ class _Page:
 
     def value(self, name: str, contestant: str, metric: str) -> str:
         """See the module."""
-        found = _found(self._read(name)["summary"], contestant, metric)
+        found = [
+            entry
+            for entry in self._read(name)["summary"]
+            if entry["metric"] == metric
+            and contestant in (entry["tracker"], f"{entry.get('controller')}+{entry['tracker']}")
+        ]
         check("value", len(found) == 1, f"one number of {contestant} in {metric} in {name}", len(found))
         return _number(found[0])
 
     def difference(self, name: str, contestant: str, other: str, metric: str) -> str:
         """See the module."""
-        kept = _found(self._read(name)["comparisons"], contestant, metric, other)
-        if not kept:
-            # Only comparisons of ours, and in some metrics, are kept.
-            return self._paired(name, contestant, other, metric)
-        (entry,) = kept
-        return _number({**entry, "mean": entry["difference"], "unit": suite(entry["suite"]).metric(metric).unit})
+        judged = suite(self._read(name)["summary"][0]["suite"]).metric(metric)
+        own, others = ([row for row in self._rows_of(name) if label(row) == each] for each in (contestant, other))
+        found = paired(own, others, judged)
+        if found is None:
+            both = f"{contestant} and {other} in {name}"
+            raise ValueError(f"difference: expected rows with {metric} on common seeds of {both}, got none")
+        return _number({**asdict(found), "mean": found.difference, "unit": judged.unit})
 
     def fitted(self, experiment: str) -> str:
         """See the module."""
@@ -167,18 +172,6 @@ class _Page:
         told = [f"{', '.join(of)}: {how}" if len(made) > 1 else how for how, of in made.items()]
         return f"Made by `python -m tools publish {' '.join(names)}`: {'; '.join(told)}."
 
-    def _paired(self, name: str, contestant: str, other: str, metric: str) -> str:
-        """Return a contestant of a table minus another one, paired over the seeds that both have."""
-        judged = suite(self._read(name)["summary"][0]["suite"]).metric(metric)
-        own, others = ([row for row in self._rows_of(name) if label(row) == each] for each in (contestant, other))
-        found = paired(own, others, judged)
-        if found is None:
-            both = f"{contestant} and {other} in {name}"
-            raise ValueError(f"difference: expected rows with {metric} on common seeds of {both}, got none")
-        return _number(
-            {"mean": found.difference, "ci_low": found.ci_low, "ci_high": found.ci_high, "unit": judged.unit}
-        )
-
 
 def check_one_run(shown: Sequence[TableFile]) -> None:
     """Raise ValueError for one table of several seeds, or with contestants that were tuned unequally."""
@@ -192,19 +185,6 @@ def check_one_run(shown: Sequence[TableFile]) -> None:
                 spent.setdefault(", ".join(f"{key} {of}" for key, of in budget.items()), []).append(name)
         found = [f"{' '.join(sorted(set(of)))}: {budget}" for budget, of in spent.items()]
         check("table", len(found) <= 1, f"{kind} of {names} tuned with one budget", "; ".join(found))
-
-
-def _found(
-    entries: Sequence[Mapping[str, Any]], contestant: str, metric: str, other: str | None = None
-) -> list[Mapping[str, Any]]:
-    """Return the entries of a contestant, a tracker or CONTROLLER+TRACKER, against ``other`` if there is one."""
-    return [
-        entry
-        for entry in entries
-        if entry["metric"] == metric
-        and entry.get("other") == other
-        and contestant in (entry["tracker"], f"{entry.get('controller')}+{entry['tracker']}")
-    ]
 
 
 def _number(entry: Mapping[str, Any], *, sign: bool = False) -> str:

@@ -12,7 +12,7 @@
 ``rows``         their ``count`` (earlier files have a hash beside it); null for speeds, which have no rows
 ``failures``     episodes in which a tracker or a controller failed: ``contestant``, ``seed``, ``frame``
 ``budgets``      of tuned ``trackers`` and ``controllers``: name -> trials, presets and seeds
-``summary``      list of ``summary.json``. ``comparisons``: list of ``comparisons.json``
+``summary``      list of ``summary.json``
 ``findings``     beside the claims of a paper; empty for other tables
 ``varied``       of a paper: ``words``, ``heads`` and ``rows`` of the table of what was fitted, varied; else null
 ===============  =======================================================================================================

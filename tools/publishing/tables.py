@@ -18,7 +18,7 @@ from benchmarks.run.editions import Editions
 from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.result_folder import make_folder, tidy
 from benchmarks.run.selection import experiment_on
-from benchmarks.statistics.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
+from benchmarks.statistics.summary import SUMMARY_FILE_NAME
 from scenarios import catalog
 from scenarios.scenario import RendererName
 from sim.checks import check
@@ -65,10 +65,10 @@ class PublishedTable(ABC):
     def _run(self, out: Path, workers: int, progress: Progress) -> None: ...
 
     def figures(self, out: Path, rows: Sequence[Row]) -> dict[str, Any]:
-        """Return what is published of a run beside its rows: the last five keys of ``table_files``."""
-        lists = {"summary": out / SUMMARY_FILE_NAME, "comparisons": out / COMPARISONS_FILE_NAME}
-        read = {name: json.loads(file.read_text()) if file.is_file() else [] for name, file in lists.items()}
-        return {"budgets": {}, **read, "findings": [], "varied": None}
+        """Return what is published of a run beside its rows: the last four keys of ``table_files``."""
+        file = out / SUMMARY_FILE_NAME
+        summary = json.loads(file.read_text()) if file.is_file() else []
+        return {"budgets": {}, "summary": summary, "findings": [], "varied": None}
 
 
 @dataclass(frozen=True, kw_only=True)
