@@ -59,16 +59,6 @@ def test_a_metric_without_rows_is_named(results: Path, capsys: pytest.CaptureFix
     assert "no row gives" not in capsys.readouterr().out
 
 
-@pytest.mark.heavy
-@pytest.mark.usefixtures("fake_suite")
-def test_bench_takes_metrics_too(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["bench", "--workers", "0", "--seeds", "0:3", "--trackers", "fake_still", "--out", str(tmp_path)]
-    assert main([*words, "--metric", "kept_rate"]) == 0
-    heads = capsys.readouterr().out.split("─")[0]
-    assert "kept" in heads
-    assert "recovery" not in heads
-
-
 @pytest.mark.parametrize(
     ("metric", "told"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 from typing import Any, get_args
 
@@ -95,6 +96,8 @@ def test_names_are_whole_in_a_narrow_terminal(
     named |= {*trackers_of(), *catalog.envs(), *suites(), *controllers("helicopter"), *controllers("robot")}
     assert named <= words
     assert not [line for line in lines if "…" in line]
+    for carrier in ("helicopter", "robot"):
+        assert re.search(rf"\bhold +blind +{carrier}", "\n".join(lines))
 
 
 def test_frame_outs_are_told_in_a_cell_each() -> None:
@@ -122,13 +125,13 @@ def test_what_does_not_go_together_is_refused(capsys: pytest.CaptureFixture[str]
 def test_metrics_are_defined_as_text(capsys: pytest.CaptureFixture[str]) -> None:
     defined = [each for its_suite in suites().values() for each in metric_definitions(its_suite)]
     known = {(name, metric.name) for name, each in suites().items() for metric in each.metrics}
-    assert {(each.suite, each.name) for each in defined} >= known
+    assert {(each["suite"], each["name"]) for each in defined} >= known
     assert main(["list", "--metrics"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line for line in lines if not line.startswith(" ")] == [f"{e.suite}: {e.name}" for e in defined]
+    assert [line for line in lines if not line.startswith(" ")] == [f"{e['suite']}: {e['name']}" for e in defined]
     for part in ("formula", "range", "unit", "better", "conditions", "source"):
         told = [line.split(":", 1)[1].strip() for line in lines if line.startswith(f"    {part}:")]
-        assert told == [getattr(each, part) for each in defined]
+        assert told == [each[part] for each in defined]
         assert all(told)
 
 

@@ -43,7 +43,6 @@ def test_help_says_something_of_every_option(
         (["bench", "--preset", "nix"], "preset: expected one of tiny, tiny-loop.*; got 'nix'"),
         (["bench", "--trackers", "nix"], "trackers: expected one of .*colour_pf.*; got 'nix'"),
         (["bench", "--controllers", "nix"], "controllers: expected one of set-path, .*; got 'nix'"),
-        (["bench", "--renderer", "nix"], "renderer: expected one of raster, pybullet; got 'nix'"),
         (["bench", "--modules", "nix"], "modules: expected one that can be imported, got 'nix'"),
         (["bench", "--out", "/proc/nix"], "out: expected a folder that can be written, got '/proc/nix'"),
         (["report", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
@@ -57,10 +56,7 @@ def test_help_says_something_of_every_option(
         (["render", "--scale", "nan"], "scale: expected a number from 1 to 8, got nan"),
         (["render", "--scale", "200"], "scale: expected a number from 1 to 8, got 200"),
         (["render", "--out", "x.avi"], "out: expected a file that ends in .mp4, got 'x.avi'"),
-        (["render", "--out", "folder.mp4"], "out: expected a file that ends in .mp4, got 'folder.mp4'"),
-        (["render", "--out", "/proc/nix/x.mp4"], "out: expected a folder that can be written, got '/proc/nix'"),
         (["tune", "opencv_mil"], "tracker: expected one with tunable parameters, got 'opencv_mil', which has none"),
-        (["tune", "nix"], "tracker: expected one of .*; got 'nix'"),
         (["tune", "--trials", "0"], "trials: expected a whole number >= 1, got 0"),
         (["train", "frameout/FishTankFollow-v2"], "pictures: expected --pictures, since fish-tank-v1 has no env .*"),
         (
@@ -68,10 +64,6 @@ def test_help_says_something_of_every_option(
             "controller_values: expected none with controller none, got .*",
         ),
         (["tune", "--controllers", "centre", "nix"], "controller: expected one of .*; got 'nix'"),
-        (
-            ["tune", "--controllers", "centre", "--preset", "quick", "hard"],
-            "preset: expected one for .*, got quick hard",
-        ),
         (
             ["train", "--fit-model", "1:2", "--check-model", "3:4"],
             "fit_model: expected it without check_model, got 1:2 with it",
@@ -85,14 +77,12 @@ def test_help_says_something_of_every_option(
             ["generate", "road-town", "--seeds", "0:1", "--out", "set", "--frame-count", "0"],
             "frame_count: expected at least 107 for 2 or more frame-outs, got 0",
         ),
-        (["compare", "a", "b", "--directory", "/nix"], "directory: expected one that holds records.jsonl, got '/nix'"),
     ],
 )
 def test_what_is_wrong_is_reported_in_one_line(
     words: list[str], message: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "folder.mp4").mkdir()
     assert main(words) == 2
     out, err = capsys.readouterr()
     # A fresh install also says, once, that it compiles.
@@ -108,11 +98,9 @@ def test_what_is_wrong_is_reported_in_one_line(
         (["bench", "--tracker", "hold"], "Unrecognized options: --tracker, hold .* Perhaps you meant: --trackers"),
         (["bench", "--workers", "two"], "Error parsing --workers: .*'two'"),
         (["bench", "--seeds", "5:"], "Error parsing --seeds: expected A:B with 0 <= A < B, or one seed, got '5:'"),
-        (["bench", "--seeds=-5:5"], "Error parsing --seeds: .* got '-5:5'"),
         (["bench", "--seeds", "5:5"], "Error parsing --seeds: .* got '5:5'"),
         (["bench", "--trackers", "--quick"], "Error parsing --trackers: expected one value or more, got none"),
         (["bench", "--trackers="], "Error parsing --trackers: expected one value or more, got none"),
-        (["bench", "--real"], "Error parsing --real: expected one value or more, got none"),
         (["tune", "--fresh_preset", "--trials", "3"], "Error parsing --fresh-preset: expected one value or more"),
         (["tune", "hold", "--seeds", "9999:10001"], "Error parsing --seeds: expected development seeds, below 10000"),
         (["train", "--fit-model", "9999:10001"], "Error parsing --fit-model: expected development seeds, below 10000"),
