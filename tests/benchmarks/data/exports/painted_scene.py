@@ -6,7 +6,7 @@ frames and has no box there. Importing it adds ``painted-v1`` to the catalogue.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ from benchmarks.data.sets.request import Request
 from scenarios import catalog
 from scenarios.scenario import Frame, Scenario, Setup
 from scenarios.truth import Truth, truth_field
+from tests.benchmarks.fake_episode import FakeEpisode
 from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Start
 
 WIDTH_PX, HEIGHT_PX, FOCAL_PX = 40, 32, 50.0
@@ -31,9 +32,6 @@ PARKED_XYXY, PARKED_ID = np.array([4.0, 26.0, 12.0, 30.0]), 9
 IDS = np.array([4, 2, 7])
 DEPTHS_M = np.array([5.0, 8.0, 20.0])
 NO_BOX = np.full(4, np.nan)
-
-
-EASEL = Carrier("easel", (), "down")
 
 
 @dataclass(frozen=True)
@@ -70,18 +68,12 @@ def boxes_at(preset: Painted, frame: int) -> NDArray[np.float64]:
 
 
 @dataclass
-class PaintedEpisode:
+class PaintedEpisode(FakeEpisode):
     """See ``scenarios.scenario.Episode``."""
 
-    preset: Painted
-    seed: int
     rate_hz: float = 7.5
-    closed_loop: bool = False
-    _frame: int = field(default=0)
-
-    @property
-    def frame_count(self) -> int:
-        return self.preset.frame_count
+    preset: Painted = Painted("")
+    seed: int = 0
 
     @property
     def start(self) -> Start:
@@ -92,25 +84,16 @@ class PaintedEpisode:
         return CameraModel(WIDTH_PX, HEIGHT_PX, FOCAL_PX, self.preset.baseline_m)
 
     def step(self, command: CameraCommand | None = None) -> Frame:
-        frame, self._frame = self._frame, self._frame + 1
-        rng = np.random.default_rng([self.seed, frame])
+        self._frame += 1
+        rng = np.random.default_rng([self.seed, self._frame])
         left, right = rng.integers(0, 256, (2, HEIGHT_PX, WIDTH_PX, 3), dtype=np.uint8)
-        pair = self.preset.baseline_m is not None and frame != self.preset.lost
-        truth = truth_at(self.preset, frame, self.rate_hz)
+        pair = self.preset.baseline_m is not None and self._frame != self.preset.lost
+        truth = truth_at(self.preset, self._frame, self.rate_hz)
         observation = Observation(left, truth.time_s, self._camera, right_rgb=right if pair else None)
         return Frame(observation, truth)
 
     def normals(self) -> NDArray[np.float32]:
         return np.zeros((HEIGHT_PX, WIDTH_PX, 3), np.float32)
-
-    def map_of(self) -> None:
-        """There is none."""
-
-    def larger_view(self, scale: float) -> NDArray[np.uint8]:
-        raise NotImplementedError
-
-    def close(self) -> None:
-        """There is nothing to free."""
 
 
 def truth_at(preset: Painted, frame: int, rate_hz: float) -> PaintedTruth:
@@ -173,7 +156,7 @@ def truth_at(preset: Painted, frame: int, rate_hz: float) -> PaintedTruth:
 
 def painted_episode(setup: Setup) -> PaintedEpisode:
     """Build one episode."""
-    return PaintedEpisode(setup.preset, setup.seed)
+    return PaintedEpisode(setup.preset.frame_count, preset=setup.preset, seed=setup.seed)
 
 
 class PaintedScenario(Scenario):
@@ -196,7 +179,7 @@ PAINTED = PaintedScenario(
         "lossy": Painted("a right picture is lost", lost=3),
     },
     classes=CLASSES,
-    carrier=EASEL,
+    carrier=Carrier("easel", (), "down"),
     truth=PaintedTruth,
 )
 catalog.register(catalog.Entry(PAINTED.id, "tests.benchmarks.data.exports.painted_scene:PAINTED"))
@@ -224,13 +207,10 @@ def painted_data_set(
 
 def truths(preset: str = "quick") -> list[PaintedTruth]:
     """Return the truth of all frames of an episode; it is the same for every seed."""
-    configuration = replace(PAINTED.presets[preset])
-    return [truth_at(configuration, frame, 7.5) for frame in range(configuration.frame_count)]
+    return [truth_at(PAINTED.presets[preset], frame, 7.5) for frame in range(FRAMES)]
 
 
 def picture(seed: int, frame: int) -> NDArray[np.uint8]:
     """Return the left picture of a frame."""
-    pair: NDArray[np.uint8] = np.random.default_rng([seed, frame]).integers(
-        0, 256, (2, HEIGHT_PX, WIDTH_PX, 3), dtype=np.uint8
-    )
-    return pair[0]
+    rng = np.random.default_rng([seed, frame])
+    return rng.integers(0, 256, (2, HEIGHT_PX, WIDTH_PX, 3), dtype=np.uint8)[0]
