@@ -89,8 +89,8 @@ def judge_recovery(
     hits = np.flatnonzero(on_target[window])
     kept = len(hits) > 0 and bool(on_target[min(back + int(hits[0]) + kept_frames, end - 1)])
     others = on_other[window]
-    locked = any(np.count_nonzero(others == other) > len(others) / 2 for other in np.unique(others[others >= 0]))
-    return Recovery(len(hits) > 0, kept, bool(locked))
+    most = np.bincount(others[others >= 0]).max(initial=0)
+    return Recovery(len(hits) > 0, kept, bool(most > len(others) / 2))
 
 
 def time_scores(absence: Absence, on_target: NDArray[np.bool_], *, closed_loop: bool) -> Iterator[Score]:
@@ -112,10 +112,7 @@ def time_scores(absence: Absence, on_target: NDArray[np.bool_], *, closed_loop: 
 KAPLAN_MEIER = "Kaplan and Meier, Nonparametric estimation from incomplete observations, JASA 53, 1958"
 
 
-def recovery_times(conditions: str, *defined_by: Any) -> tuple[Quantity, Quantity]:
+def recovery_times(conditions: str, *defined_by: Any) -> list[Quantity]:
     """Return the quantities ``recovery_frames`` and ``watched_frames`` of a suite, in whose events they are counted."""
-    first, second = (
-        Quantity(name, 0, inf, conditions, KAPLAN_MEIER, (time_scores, *defined_by))
-        for name in ("recovery_frames", "watched_frames")
-    )
-    return first, second
+    by = time_scores, *defined_by
+    return [Quantity(f"{name}_frames", 0, inf, conditions, KAPLAN_MEIER, by) for name in ("recovery", "watched")]
