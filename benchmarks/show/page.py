@@ -18,7 +18,7 @@ from benchmarks.show import tables
 from benchmarks.show.charts import Chart
 from benchmarks.show.definitions import metric_definitions
 from benchmarks.show.palette import LineStyles, line_styles
-from benchmarks.show.pictures import Picture, keep_event_picture, name_of, read_pictures, remove_picture
+from benchmarks.show.pictures import keep_event_picture, name_of, read_pictures, remove_picture
 from benchmarks.show.provenance import provenance
 from benchmarks.show.showing import showing_of
 from benchmarks.statistics.bootstrap import Interval
@@ -104,7 +104,7 @@ def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
     results = list(_by_condition(rows, summary, comparisons, metrics))
     _draw_pictures(directory, results)
     pictures = read_pictures(directory)
-    sections = [_section(each, [one for one in pictures if one.condition == each.condition]) for each in results]
+    sections = [_section(each, [one for one in pictures if one["condition"] == [*each.condition]]) for each in results]
     suites = {each.suite.name: suite(each.suite.name) for each in results}
     headings = (each["showing"].heading or each["suite"].summary for each in sections)
     path = directory / REPORT_FILE_NAME
@@ -180,7 +180,7 @@ def worth_showing(suite: Suite, summary: Entries) -> list[str]:
     return chosen or [line.names[0] for line in lines[:1]] or [entry["tracker"] for entry in summary[:1]]
 
 
-def _section(results: _Results, pictures: Sequence[Picture]) -> dict[str, Any]:
+def _section(results: _Results, pictures: Entries) -> dict[str, Any]:
     """Return what the template shows of one condition."""
     from benchmarks.show.plots import plot_of
 

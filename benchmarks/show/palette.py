@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Sequence
+import itertools
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 INK, QUIET, GRID, GROUND = "#14171c", "#5b6370", "#dfe3e8", "#ffffff"
@@ -35,11 +36,8 @@ def line_styles(trackers: Sequence[tuple[str, str]]) -> LineStyles:
     A user's own method (role ``external``) has a colour that no other role has. A tuned method has the colour of the
     same method as written, if that is in the list.
     """
-    count: Counter[str] = Counter()
-    places: dict[str, int] = {}
-    for name, role in trackers:
-        places[name] = count[role]
-        count[role] += 1
+    counts: dict[str, Iterator[int]] = defaultdict(itertools.count)
+    places = {name: next(counts[role]) for name, role in trackers}
     styles = {}
     for name, role in trackers:
         place = places.get(name.removesuffix("_tuned"), places[name])

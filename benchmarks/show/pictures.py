@@ -55,15 +55,6 @@ class EventPicture:
     scale: float = 1.0
 
 
-class Picture(NamedTuple):
-    """A picture as the page shows it: the condition of its section, text, and a data URL."""
-
-    condition: Condition
-    title: str
-    caption: str
-    source: str
-
-
 def keep_event_picture(
     directory: Path,
     condition: Condition,
@@ -149,12 +140,13 @@ def remove_picture(directory: Path, name: str) -> None:
         (directory / FOLDER_NAME / f"{name}{suffix}").unlink(missing_ok=True)
 
 
-def read_pictures(directory: Path) -> list[Picture]:
-    """Return the pictures of a result directory, in order of their names."""
+def read_pictures(directory: Path) -> list[dict[str, Any]]:
+    """Return the pictures of a result directory, in order of their names.
+
+    Each has the ``condition`` of its section as a list, ``title`` and ``caption``, and a data URL as ``source``.
+    """
     pictures = []
     for path in sorted((directory / FOLDER_NAME).glob("*.json")):
-        words = json.loads(path.read_text())
         data = base64.b64encode(path.with_suffix(".jpg").read_bytes()).decode()
-        condition: Any = tuple(words["condition"])
-        pictures.append(Picture(condition, words["title"], words["caption"], f"data:image/jpeg;base64,{data}"))
+        pictures.append(json.loads(path.read_text()) | {"source": f"data:image/jpeg;base64,{data}"})
     return pictures

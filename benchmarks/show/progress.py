@@ -20,9 +20,8 @@ _LINE_EVERY_S = 30.0
 
 def console_of(width: int = 118) -> Console:
     """Return a console as wide as the terminal or as ``COLUMNS`` says, or of ``width`` where neither is known."""
-    console = Console()
-    columns = os.environ.get("COLUMNS", "")
-    return console if console.is_terminal or (columns.isdigit() and int(columns) > 0) else Console(width=width)
+    is_known = Console().is_terminal or os.environ.get("COLUMNS", "").isdigit()
+    return Console(width=None if is_known else width)
 
 
 @contextmanager

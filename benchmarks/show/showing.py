@@ -63,7 +63,7 @@ def showing_of(suite: Suite) -> Showing:
 def drawing_of(scenario: str, episode: Episode) -> Drawing:
     """Return the drawing of an episode of a scenario: that of a suite, else the larger view."""
     of_suites = (showing_of(each).drawings.get(unversioned(scenario)) for each in suites().values())
-    make = next((drawing for drawing in of_suites if drawing is not None), None)
+    make = next(filter(None, of_suites), None)
     return InLargerView() if make is None else make(episode)
 
 

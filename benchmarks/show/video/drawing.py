@@ -67,9 +67,9 @@ class Instant:
     @property
     def estimates(self) -> tuple[tuple[str, Estimate], ...]:
         """All estimates with their tracks' identities; the identity is '' for a tracker of one target."""
-        if self.answer is None or isinstance(self.answer, Estimate):
-            return () if self.answer is None else (("", self.answer),)
-        return tuple((str(track.identity), track.estimate) for track in self.answer)
+        if isinstance(self.answer, Estimate):
+            return (("", self.answer),)
+        return tuple((str(track.identity), track.estimate) for track in self.answer or ())
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -52,33 +52,23 @@ def test_the_command_prints_all_definitions(capsys: pytest.CaptureFixture[str]) 
 
 
 @pytest.mark.parametrize("name", SUITES)
-def test_every_row_of_every_metric_is_defined(name: str) -> None:
-    """A definition is a docstring of more than a few words, and defines nothing that no metric is made of."""
+def test_every_metric_and_every_row_of_it_is_defined(name: str) -> None:
+    """The docstring of a row has more than a few words, and defines nothing that no metric is made of.
+
+    Rows of one kind may be conditioned in a metric, e.g. on the event; their range and source are the same.
+    """
     scores = suite(name)
-    needed = {each.name for metric in metrics_of(scores) for each in metric.statistic.of}
+    quantities = [each for metric in metrics_of(scores) for each in metric.statistic.of]
     definitions = definitions_of(scores)
-    assert {row for rows in definitions.values() for row in rows} == needed
+    assert {row for rows in definitions.values() for row in rows} == {each.name for each in quantities}
     for thing in definitions:
         assert len((thing.__doc__ or "").split()) >= 5, thing
-
-
-@pytest.mark.parametrize("name", SUITES)
-def test_every_metric_says_how_it_is_made_its_range_and_where_it_comes_from(name: str) -> None:
-    scores = suite(name)
     for each in metric_definitions(scores):
         assert all(each.values()), each
         assert NOT_STATED not in (each["conditions"], each["source"]), each
         assert f"`{each['rows'][0]}`" in each["formula"], each
-
-
-@pytest.mark.parametrize("name", SUITES)
-def test_the_rows_of_one_name_are_defined_alike(name: str) -> None:
-    """Rows of one kind may be conditioned in a metric, e.g. on the event; their range and source are the same."""
-    found: dict[str, set[tuple[float, float, str]]] = {}
-    for metric in metrics_of(suite(name)):
-        for each in metric.statistic.of:
-            found.setdefault(each.name, set()).add((each.low, each.high, each.source))
-    assert {row: said for row, said in found.items() if len(said) > 1} == {}
+    said = {(each.name, each.low, each.high, each.source) for each in quantities}
+    assert len(said) == len({row for row, *_ in said})
 
 
 def test_values_lie_in_the_range_that_is_said() -> None:

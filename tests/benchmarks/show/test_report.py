@@ -263,7 +263,7 @@ def test_pictures_are_embedded_in_their_section(tmp_path: Path) -> None:
     write_picture(tmp_path, "y", image, (*condition[:2], "hard", "raster", ""), "Elsewhere", "no", "seed 1")
     (picture, _) = read_pictures(tmp_path)
     page = write_report(tmp_path).read_text()
-    assert picture.source in page
+    assert picture["source"] in page
     assert "what &lt;it&gt; shows" in page
     assert "Elsewhere" not in page
     remove_picture(tmp_path, "x")
