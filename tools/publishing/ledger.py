@@ -50,10 +50,7 @@ def uncommitted() -> str:
 
 
 def _git(*arguments: str, expected: str) -> str:
-    try:
-        done = subprocess.run(["git", *arguments], cwd=LEDGER.parent, capture_output=True, text=True, check=False)
-    except FileNotFoundError:
-        raise ValueError("publish: expected git to name the commit, got none on PATH") from None
+    done = subprocess.run(["git", *arguments], cwd=LEDGER.parent, capture_output=True, text=True, check=False)
     if done.returncode:
         raise ValueError(f"publish: expected {expected}")
     return done.stdout.strip()

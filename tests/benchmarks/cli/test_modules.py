@@ -19,11 +19,8 @@ from benchmarks.cli import main as cli
 from benchmarks.cli import tune as tune_command
 from benchmarks.cli.arguments import WithModules
 from benchmarks.cli.main import main
-from benchmarks.cli.tune import Tune
 from benchmarks.contract.rows import read_rows
 from benchmarks.learning.tuning import Search, Tuned
-from benchmarks.run.editions import tracker_edition
-from benchmarks.run.selection import tracker_named
 from trackers import registry
 
 ROOT = Path(__file__).parents[3]
@@ -96,15 +93,6 @@ def test_the_command_on_the_report_of_an_own_tracker_runs_as_it_stands(own: str,
     assert main(["compare", "waits", "fake_still", "--modules", own]) == 0
 
 
-@pytest.mark.usefixtures("fake_suite")
-def test_another_content_of_the_file_is_another_edition_of_the_tracker(own: str) -> None:
-
-    assert main(["list", "--json", "--modules", own]) == 0
-    made = tracker_edition(tracker_named("waits"))
-    Path(own).write_text(TRACKER + "\n\nCHANGED = True\n")
-    assert tracker_edition(tracker_named("waits")) != made
-
-
 def test_an_own_tracker_is_tuned_in_processes_that_know_it_and_the_file_says_how(
     own: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -119,7 +107,6 @@ def test_an_own_tracker_is_tuned_in_processes_that_know_it_and_the_file_says_how
     assert [search.modules for search in asked] == [(own,)]
     told = json.loads(Path("tuned/waits.json").read_text())["command"]
     assert told.endswith(f" --modules {own}")
-    assert Tune(("waits",), modules=(own,)).modules == (own,)
 
 
 @pytest.mark.parametrize(
