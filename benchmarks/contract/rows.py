@@ -22,33 +22,9 @@
 ``metric``              what ``value`` is, see below
 ``value``               a number; or a list of numbers (a *series*); null = undefined (left out of means)
 ``weight``              how much the value counts in a mean over rows, e.g. the frames it is a mean of
-``frame_out``           suites ``frame-out`` and ``paper``: null for rows about the whole episode; else the
-                        frame-out that the row is about::
-
-                            {"index": 0, "exit_frame": 57, "length_frames": 43, "back_frame": 104 or null,
-                             "kind": "road" | "excursion" | "unseen", "side": "left"|"right"|"top"|"bottom",
-                             "turned": true if it turned at a crossing while outside}
-
-                        ``back_frame`` is the first frame on which the whole car is in the picture again;
-                        null if it left again, or the episode ended, before that. ``length_frames`` counts
-                        frames wholly outside.
-``event``               suite ``stereo``, in place of ``frame_out``: null for rows about the whole episode; else the
-                        stretch of frames that the row is about::
-
-                            {"index": 2, "kind": "occlusion" | "lamp on" | "lamp off" | "back light" | "doorway"
-                             | "shade" | "near person" | "nobody near", "first_frame": 57, "length_frames": 8,
-                             "back_frame": 66 or null, "place": "hall", "light": true of a change of light}
-
-                        ``back_frame`` is the first frame after an occlusion on which half of the target is seen;
-                        null if it was hidden again, or the episode ended, before that, and of other events. A
-                        change of light is the two seconds from its beginning on.
-``event``               suites ``fish`` and ``harbour``: null, or ``fish.links.FishGap`` or ``harbour.visits.Visit``
-``event``               suite ``follow``: null for rows about the whole episode; else the loss it is about::
-
-                            {"kind": "loss", "index": 0, "first_frame": 57, "length_frames": 43,
-                             "back_frame": 100 or null}
-
-                        a stretch longer than 1 s on which the target was out of view.
+``frame_out``           suites ``frame-out`` and ``paper``: null for rows about the whole episode; else the attributes
+                        of the frame-out that the row is about
+``event``               other suites, in place of ``frame_out``: the same of their events
 ``seconds``             wall time of the episode with this tracker (not reproducible)
 ``editions``            of scene, judge, tracker, controller and packages that made the row, see ``run.editions``
 ======================  ================================================================================
@@ -57,74 +33,11 @@ Rows of one (suite, scenario, preset, tracker, controller, renderer, link, seed)
 The last row of a block has the metric ``frames`` (number of frames); a block without it was cut off, is
 ignored and made again. Replaced rows are moved to ``records.outdated-1.jsonl``, ``-2`` and so on.
 
-Rows about one frame-out (suite ``frame-out``):
-
-=================================  =====================================================================
-``recovered``                      1 if on the car within 5 frames after ``back_frame``, else 0
-``kept``                           1 if recovered and still on the car one second later, else 0
-``recovery_frames``                frames from ``back_frame`` to the first one on the car; null = never
-``watched_frames``                 frames from ``back_frame`` to the next exit or the episode's end: where
-                                   ``recovery_frames`` is null the time to recover is censored here. Both are
-                                   given of every frame-out with a ``back_frame``
-``locked_on_wrong_car``            1 if on one other vehicle, not the target, in most of the frames
-                                   ``back_frame`` … ``back_frame + 5``
-``reentry_error_m``                error on the last frame wholly outside
-``had``                            1 if on the car at the exit: on the last frame before it or the first outside
-``offscreen_error_m``              mean error outside, weighted by the number of frames
-``offscreen_error_30_m``, ``_100_m``  error 30 / 100 frames after the exit (only if it lasts that long)
-``offscreen_error_if_had_m`` …     the same three again, only if the tracker had the car at the exit
-``offscreen_error_by_frame_m``     *series*: error on each frame outside; entry k is k frames after the exit
-=================================  =====================================================================
-
-``recovered``, ``kept`` and ``locked_on_wrong_car`` exist for the same frame-outs, chosen by the truth alone: those
-with at least 5 frames and one second of the episode after ``back_frame``. (In closed loop the tracker steers: there
-``exit_frame`` counts, and a car that never returns is not recovered.)
-
-Rows of suite ``frame-out`` about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a
-tracker without a posterior in the episode; for others a frame without one is a miss, with the capped NEES),
-``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5 %, 5-10 % … of the
-posterior; flat = calibrated), ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``, ``precision_curve``
-and ``recall_curve`` (*series* over ``statistics.long_term.THRESHOLDS``), ``centre_error_px``, ``precision_20_px``,
-``success_auc``, ``success_curve`` (*series* over ``metrics.localisation.THRESHOLDS``), ``time_seen``, ``time_in_view``
-and ``losses_per_minute`` (closed loop only, see ``judges.view_time``), ``run_kept`` (1 if every frame-out that can be
-judged was kept), ``silent_frames``, the times (see ``judges.tracker_speed.times``), ``failed_at_frame`` (only if the
-tracker failed), ``frames``. For real sequences see ``frame_out.real``.
-
-Rows of suite ``stereo`` about events, see ``metrics.people`` for the classes of frames:
-
-=================================  =====================================================================
-``recovered``                      occlusions with at least 10 frames of the episode after ``back_frame``: 1 if
-                                   right within 10 frames after it, else 0
-``recovery_frames``                frames from ``back_frame`` to the first right one; null = never
-``watched_frames``                 frames from ``back_frame`` to the next occlusion or the episode's end
-``locked_on_wrong_person``         1 if on one other person in most of the frames
-                                   ``back_frame`` … ``back_frame + 10``, of the same occlusions
-``event_right_frames``, ``event_wrong_frames``, ``event_missed_frames``, ``event_wrong_person_rate``
-                                   other events: the same as of the whole episode, of their frames alone
-=================================  =====================================================================
-
-Rows of suite ``stereo`` about the whole episode but its first frame: ``right_frames``, ``wrong_frames``,
-``missed_frames`` (A, B and C, of which precision, recall, F and F1 are made), ``wrong_person_rate`` (share of all
-frames), ``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m``
-(frames with a right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
-``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, the times,
-``failed_at_frame``, ``frames``. ``stereo.disparity``, the same for all trackers of the same pictures, on every tenth
-pair whose right picture is not lost, over pixels that both cameras see:
-``disparity_error_px_GROUP`` (median absolute error, at full size), ``disparity_bad_1_GROUP``, ``disparity_bad_3_GROUP``
-(shares of the known disparities with a larger error) and ``disparity_density_GROUP`` (share of pixels that have one).
-GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is there).
-
-Rows of suite ``fish`` are defined in its modules: ``judge.chain_scores``, ``link_scores``, ``gap_scores``, ``motion``,
-``identity_series``; ``_at_once`` marks immediate answers; of suite ``harbour``: ``found``, ``alarms``, ``sizes`` ….
-
-Rows of suite ``follow``, formulas in ``metrics.following`` and ``judges.view_time``; about a loss: ``recovery_frames``
-(from leaving view to being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end);
-about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_per_minute``, ``centring_error``,
-``effort``, ``jerkiness_per_s``, ``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, people's
-``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``; of the tracker's answers ``in_view_tpr``,
-``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then the times of the tracker,
-``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
-Beside it lie ``summary.json``, ``comparisons.json`` (``statistics.summary``), the report, ``estimates`` if asked for.
+What ``metric`` may be, and which attributes events have, stands in the module of each suite's judge, for example
+``benchmarks.judges.frame_out.judge``. In every suite there are the times of a tracker (``judges.tracker_speed.times``),
+``silent_frames``, ``failed_at_frame`` (only if the tracker failed), ``controller_failed_at_frame`` (only if the
+controller failed) and ``frames``. Beside the file lie ``summary.json``, ``comparisons.json`` (``statistics.summary``),
+the report, ``estimates`` if asked for.
 """
 
 from __future__ import annotations

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple, get_type_hints
@@ -59,6 +60,7 @@ def reference_page() -> str:
         metrics_of=metric_definitions,
         definitions_of=definitions_of,
         statistics=(PooledRatios, bootstrap_interval, Comparison),
+        judge_of=lambda suite: inspect.getmodule(suite.judge),
         rows=records,
         summary=summary,
         truth_words=words_of(Truth).partition("Attributes:")[0].strip(),

@@ -1,4 +1,20 @@
-"""The judge of the suite ``follow``: the target's place in the picture, the effort, and the tracker's estimates."""
+"""The judge of the suite ``follow``: the target's place in the picture, the effort, and the tracker's estimates.
+
+The column ``event`` holds the attributes of a loss::
+
+    {"kind": "loss", "index": 0, "first_frame": 57, "length_frames": 43,
+     "back_frame": 100 or null}
+
+A loss is a stretch longer than 1 s on which the target was out of view.
+
+Rows, with formulas in ``metrics.following`` and ``judges.view_time``; about a loss: ``recovery_frames``
+(from leaving view to being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end);
+about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_per_minute``, ``centring_error``,
+``effort``, ``jerkiness_per_s``, ``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, people's
+``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``; of the tracker's answers ``in_view_tpr``,
+``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then the times of the tracker,
+``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
+"""
 
 from __future__ import annotations
 

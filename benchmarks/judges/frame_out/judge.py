@@ -1,4 +1,48 @@
-"""The judge of the suite ``frame-out``: arrays of truth and estimates over the frames, scored at the end."""
+"""The judge of the suite ``frame-out``: arrays of truth and estimates over the frames, scored at the end.
+
+The column ``frame_out`` holds the attributes of a frame-out::
+
+    {"index": 0, "exit_frame": 57, "length_frames": 43, "back_frame": 104 or null,
+     "kind": "road" | "excursion" | "unseen", "side": "left"|"right"|"top"|"bottom",
+     "turned": true if it turned at a crossing while outside}
+
+``back_frame`` is the first frame on which the whole car is in the picture again;
+null if it left again, or the episode ended, before that. ``length_frames`` counts
+frames wholly outside.
+
+Rows about one frame-out:
+
+=================================  =====================================================================
+``recovered``                      1 if on the car within 5 frames after ``back_frame``, else 0
+``kept``                           1 if recovered and still on the car one second later, else 0
+``recovery_frames``                frames from ``back_frame`` to the first one on the car; null = never
+``watched_frames``                 frames from ``back_frame`` to the next exit or the episode's end: where
+                                   ``recovery_frames`` is null the time to recover is censored here. Both are
+                                   given of every frame-out with a ``back_frame``
+``locked_on_wrong_car``            1 if on one other vehicle, not the target, in most of the frames
+                                   ``back_frame`` … ``back_frame + 5``
+``reentry_error_m``                error on the last frame wholly outside
+``had``                            1 if on the car at the exit: on the last frame before it or the first outside
+``offscreen_error_m``              mean error outside, weighted by the number of frames
+``offscreen_error_30_m``, ``_100_m``  error 30 / 100 frames after the exit (only if it lasts that long)
+``offscreen_error_if_had_m`` …     the same three again, only if the tracker had the car at the exit
+``offscreen_error_by_frame_m``     *series*: error on each frame outside; entry k is k frames after the exit
+=================================  =====================================================================
+
+``recovered``, ``kept`` and ``locked_on_wrong_car`` exist for the same frame-outs, chosen by the truth alone: those
+with at least 5 frames and one second of the episode after ``back_frame``. (In closed loop the tracker steers: there
+``exit_frame`` counts, and a car that never returns is not recovered.)
+
+Rows about the whole episode: ``coverage_50/90/95`` and ``nees`` (frames outside; null for a
+tracker without a posterior in the episode; for others a frame without one is a miss, with the capped NEES),
+``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5 %, 5-10 % … of the
+posterior; flat = calibrated), ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``, ``precision_curve``
+and ``recall_curve`` (*series* over ``statistics.long_term.THRESHOLDS``), ``centre_error_px``, ``precision_20_px``,
+``success_auc``, ``success_curve`` (*series* over ``metrics.localisation.THRESHOLDS``), ``time_seen``, ``time_in_view``
+and ``losses_per_minute`` (closed loop only, see ``judges.view_time``), ``run_kept`` (1 if every frame-out that can be
+judged was kept), ``silent_frames``, the times (see ``judges.tracker_speed.times``), ``failed_at_frame`` (only if the
+tracker failed), ``frames``. For real sequences see ``frame_out.real``.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,39 @@
-"""The judge of the suite ``stereo``: answers on the ground against the people's places, scored at the end."""
+"""The judge of the suite ``stereo``: answers on the ground against the people's places, scored at the end.
+
+The column ``event`` holds the attributes of an event, a stretch of frames::
+
+    {"index": 2, "kind": "occlusion" | "lamp on" | "lamp off" | "back light" | "doorway"
+     | "shade" | "near person" | "nobody near", "first_frame": 57, "length_frames": 8,
+     "back_frame": 66 or null, "place": "hall", "light": true of a change of light}
+
+``back_frame`` is the first frame after an occlusion on which half of the target is seen;
+null if it was hidden again, or the episode ended, before that, and of other events. A
+change of light is the two seconds from its beginning on.
+
+Rows about events, see ``metrics.people`` for the classes of frames:
+
+=================================  =====================================================================
+``recovered``                      occlusions with at least 10 frames of the episode after ``back_frame``: 1 if
+                                   right within 10 frames after it, else 0
+``recovery_frames``                frames from ``back_frame`` to the first right one; null = never
+``watched_frames``                 frames from ``back_frame`` to the next occlusion or the episode's end
+``locked_on_wrong_person``         1 if on one other person in most of the frames
+                                   ``back_frame`` … ``back_frame + 10``, of the same occlusions
+``event_right_frames``, ``event_wrong_frames``, ``event_missed_frames``, ``event_wrong_person_rate``
+                                   other events: the same as of the whole episode, of their frames alone
+=================================  =====================================================================
+
+Rows about the whole episode but its first frame: ``right_frames``, ``wrong_frames``,
+``missed_frames`` (A, B and C, of which precision, recall, F and F1 are made), ``wrong_person_rate`` (share of all
+frames), ``position_error_m`` (frames on which at least a tenth of the target is seen), ``position_error_found_m``
+(frames with a right answer), ``outcome_by_frame`` (*series* of ``metrics.people.Outcome``, frame 0 included),
+``visible_fraction_by_frame`` (*series*), ``rate_hz``, ``silent_frames``, the times,
+``failed_at_frame``, ``frames``. ``stereo.disparity``, the same for all trackers of the same pictures, on every tenth
+pair whose right picture is not lost, over pixels that both cameras see:
+``disparity_error_px_GROUP`` (median absolute error, at full size), ``disparity_bad_1_GROUP``, ``disparity_bad_3_GROUP``
+(shares of the known disparities with a larger error) and ``disparity_density_GROUP`` (share of pixels that have one).
+GROUP is ``all``, ``target`` (the target's pixels) or a place (all pixels while the target is there).
+"""
 
 from __future__ import annotations
 
