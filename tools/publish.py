@@ -23,7 +23,7 @@ from benchmarks.show.progress import progress_bar
 from sim.checks import check
 from tools.publishing import ledger
 from tools.publishing.results_page import results_pages
-from tools.publishing.table_files import begin, differing, read_rows_of, read_table, table_file, write_table
+from tools.publishing.table_files import begin, differing, label, read_rows_of, read_table, table_file, write_table
 from tools.publishing.tables import PublishedTable, tables_named
 from trackers.atomic_file import write_atomic
 
@@ -131,7 +131,7 @@ class Publish:
             print(f"note: {name} was published with another edition of: {', '.join(parts)}", file=sys.stderr)
         other_seeds: dict[str, list[int]] = defaultdict(list)
         for key in differing(wanted, made):
-            other_seeds["+".join(filter(None, (key.controller, key.tracker)))].append(key.seed)
+            other_seeds[label((wanted.get(key) or made[key])[0])].append(key.seed)
         lines = [
             f"{name}: {which} has other figures on {len(of)} seeds, first on {of[0]}"
             for which, of in other_seeds.items()

@@ -142,8 +142,7 @@ class _Page:
         found = [
             entry
             for entry in self._read(name)["summary"]
-            if entry["metric"] == metric
-            and contestant in (entry["tracker"], f"{entry.get('controller')}+{entry['tracker']}")
+            if entry["metric"] == metric and contestant in (entry["tracker"], label({"controller": "", **entry}))
         ]
         check("value", len(found) == 1, f"one number of {contestant} in {metric} in {name}", len(found))
         return _number(found[0])
