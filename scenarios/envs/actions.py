@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from collections.abc import Mapping
-from typing import Any, Protocol
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,53 +21,53 @@ from trackers.types import CameraCommand, Carrier, Estimate, Observation
 _TOLERANCE = 1e-6
 
 
-class Steering(Protocol):
-    """Turns an action (A,) in [-1, 1] into a command; one object per episode."""
-
-    def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command of an action, given the latest observation and estimate."""
-        ...
+Steering = Callable[[NDArray[np.float64], Observation, Estimate], CameraCommand]
+"""Returns the command of an action (A,) in [-1, 1], given the latest observation and estimate; one per episode."""
 
 
-class Commands:
-    """An action is the command, each number as a share of its limit."""
-
-    def __init__(self, carrier: Carrier) -> None:
-        self._carrier = carrier
-
-    def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
-        """See ``Steering``."""
-        return command_of(self._carrier, action)
-
-
-class Corrections:
-    """An action is added to a controller's command, as a share of the limits."""
-
-    def __init__(self, carrier: Carrier, controller: Controller, share: float, only_unseen: bool) -> None:
-        self._carrier, self._controller = carrier, controller
-        self._share, self._only_unseen = share, only_unseen
-
-    def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
-        """See ``Steering``."""
-        own = _commanded(self._controller, observation, estimate)
-        # Without a correction, keep the controller's command to the last bit: no division by a limit and back.
-        if not action.any() or (self._only_unseen and is_seen(estimate)):
-            return own
-        return command_of(self._carrier, shares_of(self._carrier, own) + self._share * action)
+def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
+    """Return the steering of a new episode."""
+    if settings.action == "command":
+        return lambda action, observation, estimate: command_of(carrier, action)
+    if isinstance(settings.controller, str):
+        entry = controller_entry(settings.controller, carrier.name)
+        controller = entry.create(**settings.controller_values)
+        if settings.action == "parameters":
+            return partial(_set_parameters, controller, entry.tunables())
+    else:
+        # A copy, so that no state carries over from one episode to the next.
+        controller = copy.deepcopy(settings.controller)
+    return partial(_corrected, settings, carrier, controller)
 
 
-class Parameters:
-    """An action sets the tunable parameters of a controller, -1 the lowest value of each and 1 the highest."""
+def _corrected(
+    settings: FollowSettings,
+    carrier: Carrier,
+    controller: Controller,
+    action: NDArray[np.float64],
+    observation: Observation,
+    estimate: Estimate,
+) -> CameraCommand:
+    """Return a controller's command, to which an action is added as a share of the limits."""
+    own = _commanded(controller, observation, estimate)
+    # Without a correction, keep the controller's command to the last bit: no division by a limit and back.
+    if not action.any() or (settings.corrects == "unseen" and is_seen(estimate)):
+        return own
+    return command_of(carrier, shares_of(carrier, own) + settings.correction_share * action)
 
-    def __init__(self, entry: ControllerEntry, controller: Controller) -> None:
-        self._controller, self._fields = controller, entry.tunables()
 
-    def command(self, action: NDArray[np.float64], observation: Observation, estimate: Estimate) -> CameraCommand:
-        """See ``Steering``."""
-        shares = zip(self._fields.items(), action, strict=True)
-        values = {name: _placed(field, float(share)) for (name, field), share in shares}
-        self._controller.parameters = dataclasses.replace(self._controller.parameters, **values)  # type: ignore[attr-defined]
-        return _commanded(self._controller, observation, estimate)
+def _set_parameters(
+    controller: Any,
+    tunables: Mapping[str, dataclasses.Field[Any]],
+    action: NDArray[np.float64],
+    observation: Observation,
+    estimate: Estimate,
+) -> CameraCommand:
+    """Return the command of a controller whose parameters an action sets: -1 the lowest value, 1 the highest."""
+    shares = zip(tunables.items(), action, strict=True)
+    values = {name: _placed(field, float(share)) for (name, field), share in shares}
+    controller.parameters = dataclasses.replace(controller.parameters, **values)
+    return _commanded(controller, observation, estimate)
 
 
 def action_count(settings: FollowSettings, carrier: Carrier) -> int:
@@ -75,32 +76,16 @@ def action_count(settings: FollowSettings, carrier: Carrier) -> int:
     Raises:
         ValueError: for an unknown controller, values that it rejects, or a controller without tunable parameters.
     """
-    if settings.action == "command":
+    named, sets = isinstance(settings.controller, str), settings.action == "parameters"
+    wanted = "the name of a controller, for the action 'parameters'"
+    check("controller", named or not sets, wanted, repr(settings.controller))
+    if settings.action == "command" or not named:
         return len(carrier.axes)
-    if settings.action == "correction":
-        if isinstance(settings.controller, str):
-            check_values(controller_entry(settings.controller, carrier.name), settings.controller_values)
-        return len(carrier.axes)
-    entry = _named_entry(settings, carrier)
-    count = len(entry.tunables())
-    check("controller", count > 0, "one with parameters to set, for the action 'parameters'", repr(entry.name))
+    entry = controller_entry(settings.controller, carrier.name)
     check_values(entry, settings.controller_values)
+    count = len(entry.tunables()) if sets else len(carrier.axes)
+    check("controller", count > 0, "one with parameters to set, for the action 'parameters'", repr(entry.name))
     return count
-
-
-def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
-    """Return the steering of a new episode."""
-    if settings.action == "command":
-        return Commands(carrier)
-    if settings.action == "parameters":
-        entry = _named_entry(settings, carrier)
-        return Parameters(entry, entry.create(**settings.controller_values))
-    if isinstance(settings.controller, str):
-        controller = controller_entry(settings.controller, carrier.name).create(**settings.controller_values)
-    else:
-        # A copy, so that no state carries over from one episode to the next.
-        controller = copy.deepcopy(settings.controller)
-    return Corrections(carrier, controller, settings.correction_share, settings.corrects == "unseen")
 
 
 def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
@@ -113,11 +98,9 @@ def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.f
         given = np.array(actions, dtype=float)
     except (TypeError, ValueError):
         given = np.empty(0)
-    good = given.shape == shape and bool((np.abs(given) <= 1.0 + _TOLERANCE).all())
-    # Formatted only on refusal: formatting takes longer than many a step.
-    check(
-        "action", good, f"numbers of shape {shape} from -1 to 1", actions if good else _in_short(given, shape, actions)
-    )
+    if given.shape != shape or not (np.abs(given) <= 1.0 + _TOLERANCE).all():
+        wanted = f"numbers of shape {shape} from -1 to 1"
+        raise ValueError(f"action: expected {wanted}, got {_in_short(given, shape, actions)}")
     return given
 
 
@@ -144,12 +127,6 @@ def check_values(entry: ControllerEntry, values: Mapping[str, Any]) -> None:
         entry.parameters(**values)
     except ValueError as error:
         raise ValueError(f"controller_values: {error}") from None
-
-
-def _named_entry(settings: FollowSettings, carrier: Carrier) -> ControllerEntry:
-    wanted = "the name of a controller, for the action 'parameters'"
-    check("controller", isinstance(settings.controller, str), wanted, repr(settings.controller))
-    return controller_entry(settings.controller, carrier.name)
 
 
 def _placed(field: dataclasses.Field[Any], share: float) -> float | int:

@@ -335,7 +335,7 @@ class _Run:
 
     def step(self, action: NDArray[np.float64]) -> dict[str, float]:
         """Advance by one frame; return the reward's terms."""
-        self._move(self._steering.command(action, self.loop.frame.observation, self.loop.estimate))
+        self._move(self._steering(action, self.loop.frame.observation, self.loop.estimate))
         shares = shares_of(self._carrier, self._obeyed)
         effort = float(np.linalg.norm(shares) / np.sqrt(max(len(shares), 1)))
         return self._rewarder.terms(self.loop.frame, self.target, effort)

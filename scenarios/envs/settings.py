@@ -26,6 +26,7 @@ _OF_ACTIONS: Mapping[str, tuple[ActionMode, ...]] = {
     "corrects": ("correction",),
 }
 """Settings that some kinds of actions alone use."""
+_MAPPINGS = ("changes", "randomise", "controller_values")
 EPISODE_OPTIONS = ("preset", "changes", "randomise", "difficulty", "link")
 """Settings that ``reset(options=...)`` may change for one episode."""
 RESET_OPTIONS = ("episode_seed", "world_seed", *EPISODE_OPTIONS)
@@ -88,17 +89,20 @@ class FollowSettings:
         scenario = catalog.scenario(self.scenario)
         for name, kind in (("observation", ObservationMode), ("action", ActionMode), ("renderer", RendererName)):
             check_choice(name, getattr(self, name), get_args(kind))
-        check("corrects", self.corrects in ("always", "unseen"), "one of always, unseen", repr(self.corrects))
-        check("correction_share", 0 < self.correction_share <= 2, "a number in (0, 2]", self.correction_share)
         object.__setattr__(self, "reward", reward_of(self.reward))
-        good = self.lost_after_s is None or (is_number(self.lost_after_s) and self.lost_after_s > 0)
-        check("lost_after_s", good, "None or a number > 0", repr(self.lost_after_s))
-        check(
-            "tracker",
-            _is_tracker(self.tracker),
-            "None, the name of a tracker, or an object with initialise and update",
-            repr(self.tracker),
-        )
+        lost, per_world, links = self.lost_after_s, self.episodes_per_world, ", ".join(LINKS)
+        tracker = "None, the name of a tracker, or an object with initialise and update"
+        for name, good, wanted in (
+            ("corrects", self.corrects in ("always", "unseen"), "one of always, unseen"),
+            ("correction_share", 0 < self.correction_share <= 2, "a number in (0, 2]"),
+            ("lost_after_s", lost is None or (is_number(lost) and lost > 0), "None or a number > 0"),
+            ("tracker", _is_tracker(self.tracker), tracker),
+            ("link", isinstance(self.link, Link) or self.link in tuple(LINKS), f"one of {links} or a Link"),
+            ("worlds", _is_whole(self.worlds) and self.worlds >= 0, "a whole number >= 0"),
+            ("episodes_per_world", _is_whole(per_world) and per_world >= 1, "a whole number >= 1"),
+            *((name, isinstance(getattr(self, name), Mapping), "a dictionary") for name in _MAPPINGS),
+        ):
+            check(name, good, wanted, repr(getattr(self, name)))
         for name, actions in _OF_ACTIONS.items():
             unused = self.action not in actions and getattr(self, name) != _DEFAULTS[name]
             wanted = f"none with action={self.action!r}, as it is of {' and '.join(actions)}"
@@ -109,19 +113,11 @@ class FollowSettings:
             check("action", self.action == "command", wanted, repr(self.action))
         if isinstance(self.tracker, str):
             registry.entry(self.tracker)
-        for name in ("changes", "randomise", "controller_values"):
-            check(name, isinstance(getattr(self, name), Mapping), "a dictionary", repr(getattr(self, name)))
-        known_links = f"one of {', '.join(LINKS)} or a Link"
-        good = isinstance(self.link, Link) or (isinstance(self.link, str) and self.link in LINKS)
-        check("link", good, known_links, repr(self.link))
         if self.preset is not None:
             check_choice("preset", self.preset, scenario.presets)
         alone = self.preset is None or self.difficulty is None
         wanted = "no preset beside it, as it lies between standard and hard"
         check("difficulty", alone, wanted, f"preset={self.preset!r} and difficulty={self.difficulty!r}")
-        check("worlds", _is_whole(self.worlds) and self.worlds >= 0, "a whole number >= 0", repr(self.worlds))
-        good = _is_whole(self.episodes_per_world) and self.episodes_per_world >= 1
-        check("episodes_per_world", good, "a whole number >= 1", repr(self.episodes_per_world))
         if self.worlds > 0:
             for name in keeper_of_worlds("worlds", self.scenario).world_fields:
                 check("randomise", name not in self.randomise, "no field that decides what a world is", repr(name))

@@ -58,8 +58,9 @@ def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path |
     """
     pictureless = pictureless_of(scenario)
     check("preset", pictureless.is_playable(preset), "one with instruments (ego) or odometry", "neither")
-    wanted = np.array(list(seeds), dtype=np.int64)
-    check("seeds", len(wanted) > 0, "at least one", "none")
+    wanted = np.array(list(seeds))
+    good = len(wanted) > 0 and wanted.dtype.kind == "i" and (wanted >= 0).all()
+    check("seeds", bool(good), "whole numbers >= 0, e.g. range(256)", wanted.tolist())
     settings = {k: v for k, v in dataclasses.asdict(preset).items() if k not in ("summary", "closed_loop")}
     key = hashlib.sha256(repr((scenario, pictureless.version, sorted(settings.items()))).encode()).hexdigest()[:16]
     planned: list[dict[str, NDArray[np.float64]]] = []
@@ -76,7 +77,7 @@ def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path |
             with atomic_file(path) as file:
                 np.savez(file, **planned[-1])  # type: ignore[arg-type]
     arrays = {name: np.ascontiguousarray(np.stack([each[name] for each in planned])) for name in planned[0]}
-    return EpisodeBank(scenario, preset, wanted, arrays)
+    return EpisodeBank(scenario, preset, wanted.astype(np.int64), arrays)
 
 
 def pictureless_of(scenario: str) -> Pictureless:

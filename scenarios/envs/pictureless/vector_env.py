@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any, Literal, Protocol, get_args
+from typing import Any, Literal, get_args
 
 import gymnasium as gym
 import numpy as np
@@ -63,18 +63,6 @@ def terms_of(
         out[k, 4] = -weights[LOSS] if state.frames_out == loss_frames else 0.0
 
 
-class VectorController(Protocol):
-    """Gives the commands of B envs."""
-
-    def begin(self, which: NDArray[np.int64]) -> None:
-        """Note that episodes begin in the envs ``which`` (K,)."""
-        ...
-
-    def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
-        """Write commands (B, 4): forward, right, climb, yaw rate."""
-        ...
-
-
 class VectorKernelController:
     """A controller with a kernel over beliefs."""
 
@@ -84,11 +72,11 @@ class VectorKernelController:
         self._steer, self._interval_s = kernel.steer, interval_s
 
     def begin(self, which: NDArray[np.int64]) -> None:
-        """See ``VectorController``."""
+        """Note that episodes begin in the envs ``which`` (K,)."""
         self._memory[which] = np.zeros(1, self._memory.dtype)
 
     def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
-        """See ``VectorController``."""
+        """Write commands (B, 4): forward, right, climb, yaw rate."""
         self._steer(beliefs, self._parameters, self._memory, states["steps"] * self._interval_s, out)
 
 
@@ -104,12 +92,12 @@ class SeparateControllers:
         self._picture = np.zeros((*(2 * world.camera[:0:-1]).astype(int), 3), np.uint8)
 
     def begin(self, which: NDArray[np.int64]) -> None:
-        """See ``VectorController``."""
+        """See ``VectorKernelController``."""
         for k in which:
             self._controllers[k] = self._create()
 
     def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
-        """See ``VectorController``."""
+        """See ``VectorKernelController``."""
         for k, controller in enumerate(self._controllers):
             given = controller.command(self.observation(states[k]), self.estimate(states[k]))
             out[k] = [getattr(given, name) for name in BODY_COMMANDS]
@@ -139,6 +127,9 @@ class SeparateControllers:
         )
 
 
+VectorController = VectorKernelController | SeparateControllers
+
+
 def vector_controller(settings: FollowSettings, carrier: Carrier, world: KernelWorld, count: int) -> VectorController:
     """Return the settings' controller for ``count`` envs. Raises ValueError for an unknown name or value."""
     entry, values = controller_entry(settings.controller, carrier.name), settings.controller_values
@@ -150,7 +141,6 @@ def vector_controller(settings: FollowSettings, carrier: Carrier, world: KernelW
 Starts = Literal["episodes", "frame-outs"]
 _OWN = ("max_episode_steps", "autoreset_mode", "starts", "seeds", "cache", "bank", "model")
 _OPTIONS = ("episode_seed", "reset_mask")
-_MODES = tuple(mode.value for mode in AutoresetMode)
 
 
 class PicturelessVectorEnv(gym.vector.VectorEnv):
@@ -194,26 +184,21 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         """
         good = max_episode_steps is None or max_episode_steps >= 1
         check("max_episode_steps", good, "None or a whole number >= 1", max_episode_steps)
-        known_mode = isinstance(autoreset_mode, AutoresetMode) or autoreset_mode in _MODES
-        check("autoreset_mode", known_mode, f"one of {', '.join(_MODES)}", repr(autoreset_mode))
         self._mode = AutoresetMode(autoreset_mode)
         self.metadata = {**self.metadata, "autoreset_mode": self._mode}
-        check("starts", starts in get_args(Starts), f"one of {', '.join(get_args(Starts))}", repr(starts))
+        check_choice("starts", starts, get_args(Starts))
         for name in settings:
             check_choice("keywords", name, (*_OWN, *KEYWORDS))
         self.settings = _checked(FollowSettings(scenario, tracker, **settings))
         self.carrier = catalog.scenario(scenario).carrier
         preset = self.settings.configuration({})
-        check("bank", bank is None or isinstance(bank, EpisodeBank), "None or an EpisodeBank", repr(bank))
-        check("model", model is None or isinstance(model, ErrorModel), "None or an ErrorModel", repr(model))
         if bank is None:
-            bank = episode_bank(scenario, preset, _checked_seeds(seeds), _checked_cache(cache))
+            bank = episode_bank(scenario, preset, seeds, None if cache is None else Path(cache))
         check("bank", bank.preset == preset, f"episodes of the configuration {preset}", bank.preset)
         self.bank, self.num_envs = bank, num_envs
         model = error_model(scenario, tracker) if model is None else model
         wanted, got = f"one with an error model for {scenario}", f"one for {model.scenario}"
         check("tracker", model.scenario == scenario, wanted, got)
-        check("bank", bank.scenario == scenario, f"episodes of {scenario}", bank.scenario)
         self._at_frame_outs = starts == "frame-outs"
         self._most_steps = max_episode_steps or bank.frame_count
         link = link_limits(self.carrier, preset.rate_hz, self.settings.link_settings)
@@ -279,12 +264,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
     def _seed(self, seed: Any) -> None:
         """Seed all random draws by a number, or by those of a list, one for each env."""
-        alone = seed is None or isinstance(seed, int | np.integer)
-        seeds = [seed] if alone else list(seed) if isinstance(seed, Sequence | np.ndarray) else [""]
-        good = all(each is None or (isinstance(each, int | np.integer) and each >= 0) for each in seeds)
-        wanted = f"None, a whole number >= 0 or a list of {self.num_envs} such"
-        check("seed", good and (alone or len(seeds) == self.num_envs), wanted, repr(seed))
-        known = [int(each) for each in seeds if each is not None]
+        several = isinstance(seed, Sequence | np.ndarray)
+        known = [int(each) for each in (seed if several else [seed]) if each is not None]
         if known:
             # A list of one seeds as its number does.
             self._np_random = np.random.default_rng(known[0] if len(known) == 1 else known)
@@ -418,26 +399,3 @@ def _checked(settings: FollowSettings) -> FollowSettings:
     check("randomise", not settings.randomise, "nothing without pictures", settings.randomise)
     check("worlds", settings.worlds == 0, "0 without pictures, where there are none", settings.worlds)
     return settings
-
-
-def _checked_seeds(seeds: Any) -> list[int]:
-    """Return seeds, or raise ValueError."""
-    wanted = "whole numbers >= 0, e.g. range(256)"
-    check("seeds", isinstance(seeds, Iterable) and not isinstance(seeds, str | bytes), wanted, repr(seeds))
-    known = list(seeds)
-    for seed in known:
-        good = isinstance(seed, int | np.integer) and not isinstance(seed, bool) and 0 <= seed < 2**63
-        check("seeds", bool(good), wanted, f"{seed!r} among them")
-    return known
-
-
-def _checked_cache(cache: Any) -> Path | None:
-    """Return the folder, made if it is missing, or raise ValueError."""
-    if cache is None:
-        return None
-    check("cache", isinstance(cache, str | Path), "None or a folder", repr(cache))
-    try:
-        Path(cache).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ValueError(f"cache: expected None or a folder, got {str(cache)!r} ({error.strerror})") from None
-    return Path(cache)

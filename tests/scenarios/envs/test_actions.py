@@ -55,20 +55,20 @@ def latest(probability: float = 0.9) -> tuple[Observation, Estimate]:
 
 @given(SHARES, SHARES, SHARES, SHARES)
 def test_a_command_is_an_action_times_its_limits(a: float, b: float, c: float, d: float) -> None:
-    command = steering(TOWN, HELICOPTER).command(np.array([a, b, c, d]), *latest())
+    command = steering(TOWN, HELICOPTER)(np.array([a, b, c, d]), *latest())
     assert command == CameraCommand(25.0 * a, 25.0 * b, 5.0 * c, 1.0 * d)
 
 
 def test_the_robot_takes_two_numbers() -> None:
     assert action_count(FollowSettings("stereo-follow-v2", "hold"), ROBOT) == 2
     stereo = steering(FollowSettings("stereo-follow-v2", "hold"), ROBOT)
-    assert stereo.command(np.array([1.0, -0.5]), *latest()) == CameraCommand(forward_mps=1.6, yaw_rate_rad_s=-0.8)
+    assert stereo(np.array([1.0, -0.5]), *latest()) == CameraCommand(forward_mps=1.6, yaw_rate_rad_s=-0.8)
 
 
 def test_a_correction_is_added_within_the_limits() -> None:
     correcting = steering(settings(action="correction", controller=Constant(), correction_share=0.5), HELICOPTER)
-    assert correcting.command(np.zeros(4), *latest()) == CameraCommand(forward_mps=20.0, climb_mps=-1.0)
-    got = correcting.command(np.array([1.0, -1.0, 0.2, 0.0]), *latest())
+    assert correcting(np.zeros(4), *latest()) == CameraCommand(forward_mps=20.0, climb_mps=-1.0)
+    got = correcting(np.array([1.0, -1.0, 0.2, 0.0]), *latest())
     assert got == CameraCommand(25.0, -12.5, pytest.approx(-0.5), 0.0)
 
 
@@ -77,7 +77,7 @@ def test_a_controller_carries_nothing_from_one_episode_to_the_next() -> None:
     setting = settings(action="correction", controller=mine)
     for _ in range(2):
         episode = steering(setting, HELICOPTER)
-        assert [episode.command(np.zeros(4), *latest()).forward_mps for _ in range(3)] == [1.0, 2.0, 3.0]
+        assert [episode(np.zeros(4), *latest()).forward_mps for _ in range(3)] == [1.0, 2.0, 3.0]
     assert mine.asked == 0
 
 
@@ -87,15 +87,15 @@ def test_no_correction_is_the_controllers_own_command_to_the_last_bit() -> None:
             return CameraCommand(forward_mps=0.1 + 0.2, climb_mps=1 / 3)
 
     odd = steering(settings(action="correction", controller=Odd()), HELICOPTER)
-    assert odd.command(np.zeros(4), *latest()) == CameraCommand(forward_mps=0.1 + 0.2, climb_mps=1 / 3)
+    assert odd(np.zeros(4), *latest()) == CameraCommand(forward_mps=0.1 + 0.2, climb_mps=1 / 3)
 
 
 def test_a_correction_may_be_for_the_unseen_alone() -> None:
     correcting = steering(settings(action="correction", controller=Constant(), corrects="unseen"), HELICOPTER)
-    assert correcting.command(np.ones(4), *latest(0.9)).climb_mps == -1.0
-    assert correcting.command(np.ones(4), *latest(0.1)).climb_mps > 0.0
+    assert correcting(np.ones(4), *latest(0.9)).climb_mps == -1.0
+    assert correcting(np.ones(4), *latest(0.1)).climb_mps > 0.0
     observation, _ = latest()
-    assert correcting.command(np.ones(4), observation, Estimate(np.full(2, np.nan))).climb_mps > 0.0
+    assert correcting(np.ones(4), observation, Estimate(np.full(2, np.nan))).climb_mps > 0.0
 
 
 def test_parameters_span_their_ranges() -> None:
@@ -104,14 +104,14 @@ def test_parameters_span_their_ranges() -> None:
     assert action_count(setting, HELICOPTER) == len(fields)
     mode = steering(setting, HELICOPTER)
     for share, end in ((-1.0, "low"), (1.0, "high")):
-        mode.command(np.full(len(fields), share), *latest())
-        values = dataclasses.asdict(mode._controller.parameters)  # type: ignore[attr-defined]
+        mode(np.full(len(fields), share), *latest())
+        values = dataclasses.asdict(mode.args[0].parameters)  # type: ignore[attr-defined]
         for name, field in fields.items():
             assert values[name] == pytest.approx(field.metadata[end])
-    mode.command(np.zeros(len(fields)), *latest())
+    mode(np.zeros(len(fields)), *latest())
     gain = fields["gain_per_s"].metadata
     # The middle of a logarithmic range is the geometric mean.
-    assert mode._controller.parameters.gain_per_s == pytest.approx((gain["low"] * gain["high"]) ** 0.5)  # type: ignore[attr-defined]
+    assert mode.args[0].parameters.gain_per_s == pytest.approx((gain["low"] * gain["high"]) ** 0.5)  # type: ignore[attr-defined]
 
 
 def test_what_is_no_command_is_named() -> None:
@@ -121,7 +121,7 @@ def test_what_is_no_command_is_named() -> None:
 
     mode = steering(settings(action="correction", controller=Pair()), HELICOPTER)
     with pytest.raises(ValueError, match="command: expected a CameraCommand, got tuple"):
-        mode.command(np.ones(4), *latest())
+        mode(np.ones(4), *latest())
 
 
 def test_modes_that_need_a_controller_with_parameters_say_so() -> None:

@@ -50,7 +50,7 @@ def test_episodes_that_measure_nothing_are_refused() -> None:
         preset = dataclasses.replace(catalog.scenario(scenario).presets["quick"], **changes)
         with pytest.raises(ValueError, match=r"preset: expected one with .*, got neither"):
             episode_bank(scenario, preset, [1])
-    with pytest.raises(ValueError, match="seeds: expected at least one"):
+    with pytest.raises(ValueError, match=r"seeds: expected whole numbers >= 0, e\.g\. range\(256\), got \[\]"):
         episode_bank("road-town-v2", catalog.scenario("road-town-v2").presets["quick"], [])
     with pytest.raises(ValueError, match="scenario: expected one of"):
         episode_bank("nowhere-v1", None, [1])
