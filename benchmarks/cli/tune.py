@@ -20,7 +20,7 @@ from benchmarks.cli.arguments import (
     seeds_text,
 )
 from benchmarks.contract.rows import TEST_SPLIT
-from benchmarks.contract.suite import Scene, controllers_suite, suite
+from benchmarks.contract.suite import Scene, Suite, controllers_suite, suite
 from benchmarks.contract.text import counted
 from benchmarks.learning.tuning import (
     NO_VALUES,
@@ -121,20 +121,22 @@ class Tune(WithModules):
             check(parameter, bool(self.controllers) or not value, "none without --controllers", repr(value))
         its_suite = suite(tracker_named(name).suites[0])
         usual = self.preset or its_suite.scenes[0].tuned_on.fresh_presets
-        return TrackerSearch(name=name, suite=its_suite.name, **self._how(its_suite.scenes[0], usual))
+        return TrackerSearch(name=name, **self._how(its_suite, its_suite.scenes[0], usual))
 
     def _of_controller(self, name: str, scenario: str) -> ControllerSearch:
-        scene = controllers_suite().scene(scenario)
-        tracker = self.tracker or scene.trackers[0]
-        return ControllerSearch(name=name, scenario=catalog.id_of(scenario), tracker=tracker, **self._how(scene))
+        its_suite = controllers_suite()
+        scene = its_suite.scene(scenario)
+        return ControllerSearch(name=name, tracker=self.tracker or scene.trackers[0], **self._how(its_suite, scene))
 
-    def _how(self, scene: Scene, fresh_presets: tuple[str, ...] = ()) -> dict[str, Any]:
-        """Return the episodes of a search and of its check, and the rest that is the same for all."""
+    def _how(self, its_suite: Suite, scene: Scene, fresh_presets: tuple[str, ...] = ()) -> dict[str, Any]:
+        """Return all of a search that is no matter of its method."""
         seeds, fresh = self.seeds or scene.tuned_on.seeds, self.fresh or scene.tuned_on.fresh
         wanted = f"{fresh} development seeds after them, below {TEST_SPLIT.start}, to check the best setting on"
         check("seeds", seeds.stop + fresh <= TEST_SPLIT.start, wanted, seeds_text(seeds))
         presets = self.preset or (scene.tuned_on.preset,)
         return {
+            "suite": its_suite.name,
+            "scenario": catalog.id_of(scene.scenario),
             "presets": presets,
             "seeds": seeds,
             "fresh_presets": self.fresh_preset or fresh_presets or presets,

@@ -60,7 +60,7 @@ class Search(ABC):
     """What is searched and how, the same for all methods of a suite.
 
     Attributes:
-        name: of the method.
+        name: of the method. suite: name of the one that scores it. scenario: catalogue id.
         presets, seeds: of the episodes that score a setting.
         fresh_presets, fresh: presets and seeds of the episodes that check the best setting.
         trials: number of settings; the first one is the defaults.
@@ -69,6 +69,8 @@ class Search(ABC):
     """
 
     name: str
+    suite: str
+    scenario: str
     presets: tuple[str, ...]
     seeds: range
     fresh_presets: tuple[str, ...]
@@ -92,19 +94,19 @@ class Search(ABC):
         """The method. Raises ValueError for an unknown one."""
 
     @property
-    @abstractmethod
     def judging(self) -> Suite:
         """The suite that scores it."""
+        return suite(self.suite)
 
     @property
-    @abstractmethod
     def scene(self) -> Scenario:
         """The scenario of its episodes."""
+        return catalog.scenario(self.scenario)
 
     @property
-    @abstractmethod
     def place(self) -> str:
         """Its file of tuned values, below their folder and without a suffix."""
+        return self.name
 
     @property
     @abstractmethod
@@ -112,19 +114,15 @@ class Search(ABC):
         """All that its scores depend on besides presets, seeds, packages, scene and judge."""
 
     @abstractmethod
-    def scores(self, settings: Settings, seeds: range) -> dict[str, float]:
-        """Return the score of each of the labelled settings in the search's presets on the episodes of these seeds."""
-
-    @abstractmethod
-    def check_scores(self, settings: Settings) -> dict[str, float]:
-        """Return their scores on the episodes of the check."""
+    def scores(
+        self, settings: Settings, presets: Sequence[str], seeds: range, *, pictures: bool = False
+    ) -> dict[str, float]:
+        """Return the score of each of the labelled settings on these episodes; ``pictures``: in any case with them."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrackerSearch(Search):
-    """See ``Search``. Settings are tried on the same pictures, on the first scene of the suite."""
-
-    suite: str
+    """See ``Search``. Settings are tried on the same pictures."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -137,41 +135,21 @@ class TrackerSearch(Search):
         return registry.entry(self.name)
 
     @property
-    def judging(self) -> Suite:
-        """See ``Search``."""
-        return suite(self.suite)
-
-    @property
-    def scene(self) -> Scenario:
-        """See ``Search``."""
-        return catalog.scenario(self.judging.scenes[0].scenario)
-
-    @property
-    def place(self) -> str:
-        """See ``Search``."""
-        return self.name
-
-    @property
     def depends_on(self) -> object:
         """See ``Search``."""
         # A search sets the parameters.
         return tracker_edition(replace(tracker_named(self.name), parameters=None))
 
-    def scores(self, settings: Settings, seeds: range) -> dict[str, float]:
+    def scores(
+        self, settings: Settings, presets: Sequence[str], seeds: range, *, pictures: bool = False
+    ) -> dict[str, float]:
         """See ``Search``."""
-        return self._scores(settings, self.presets, seeds)
-
-    def check_scores(self, settings: Settings) -> dict[str, float]:
-        """See ``Search``."""
-        return self._scores(settings, self.fresh_presets, self.fresh)
-
-    def _scores(self, settings: Settings, presets: Sequence[str], seeds: range) -> dict[str, float]:
         trackers = {label: tracker_named(self.name, **values) for label, values in settings.items()}
         how: dict[str, Any] = {"modules": self.modules, "limit_s": LIMIT_S}
         jobs = [
             job
             for preset in presets
-            for job in experiment_on(self.judging, self.scene.id, (preset,), trackers, seeds, **how).jobs()
+            for job in experiment_on(self.judging, self.scenario, (preset,), trackers, seeds, **how).jobs()
         ]
         groups = grouped(rows_of(jobs, self.workers, self.failures))
         return {
@@ -185,11 +163,10 @@ class ControllerSearch(Search):
     """See ``Search``. It is without pictures where the scenario has such episodes, its check always with pictures.
 
     Attributes:
-        scenario: catalogue id. tracker: name of the one that it steers by.
+        tracker: name of the one that it steers by.
         cache: folder for planned episodes.
     """
 
-    scenario: str
     tracker: str
     cache: Path | None = EPISODES
     _parameter = "controllers"
@@ -208,16 +185,6 @@ class ControllerSearch(Search):
         return controller_entry(self.name, self.scene.carrier.name)
 
     @property
-    def judging(self) -> Suite:
-        """See ``Search``."""
-        return controllers_suite()
-
-    @property
-    def scene(self) -> Scenario:
-        """See ``Search``."""
-        return catalog.scenario(self.scenario)
-
-    @property
     def place(self) -> str:
         """See ``Search``."""
         return f"controllers/{self.scene.carrier.name}/{self.name}"
@@ -229,21 +196,19 @@ class ControllerSearch(Search):
         own = (self.entry.edition, own_code(self.entry.controller.__module__))
         return tracker_edition(tracker_named(self.tracker)), own, model
 
-    def scores(self, settings: Settings, seeds: range) -> dict[str, float]:
+    def scores(
+        self, settings: Settings, presets: Sequence[str], seeds: range, *, pictures: bool = False
+    ) -> dict[str, float]:
         """See ``Search``."""
-        if self.scene.pictureless is None:
+        if pictures or self.scene.pictureless is None:
             return {label: self._with_pictures(values, seeds) for label, values in settings.items()}
         # Episodes are planned once, for all workers.
-        episode_bank(self.scenario, self.scene.presets[self.presets[0]], seeds, self.cache)
+        episode_bank(self.scenario, self.scene.presets[presets[0]], seeds, self.cache)
         scored = partial(_without_pictures, replace(self, failures=[]), seeds)
         try:
             return dict(in_processes(scored, settings.items(), self.workers, modules=lambda each: self.modules))
         except BrokenProcessPool:
             raise ChildProcessError(f"{self.name}: it ended a worker process; the same command continues") from None
-
-    def check_scores(self, settings: Settings) -> dict[str, float]:
-        """See ``Search``."""
-        return {label: self._with_pictures(values, self.fresh) for label, values in settings.items()}
 
     def _with_pictures(self, values: dict[str, Any], seeds: range) -> float:
         steering = Steering(self.name, self.scene.carrier.name, "prompt", values)
@@ -331,7 +296,7 @@ def tune(search: Search, progress: Progress, studies: Path | None = None) -> Tun
     while tried < search.trials:
         asked = [study.ask() for _ in range(min(_BATCH, search.trials - tried))]
         settings = {f"{search.name}#{trial.number}": _suggested(trial, search.entry) for trial in asked}
-        scores = search.scores(settings, search.seeds)
+        scores = search.scores(settings, search.presets, search.seeds)
         for trial, label in zip(asked, settings, strict=True):
             study.tell(trial, scores[label])
         tried += len(asked)
@@ -340,7 +305,8 @@ def tune(search: Search, progress: Progress, studies: Path | None = None) -> Tun
     # It may take as long again.
     print(f"{search.name}: the best setting and the defaults now run on {episodes} …", file=sys.stderr)
     best = dict(study.best_params)
-    checked = search.check_scores({"best": best, "defaults": defaults})
+    settings = {"best": best, "defaults": defaults}
+    checked = search.scores(settings, search.fresh_presets, search.fresh, pictures=True)
     parameters = best if checked["best"] > checked["defaults"] else {}
     return Tuned(
         parameters=parameters,
@@ -397,7 +363,7 @@ def _fresh_scores(search: Search, tuned: Mapping[str, Any]) -> dict[str, Any]:
     """Return the scores on seed 9,000 and following, as many as the search had, at least 8, see ``Tuned.fresh``."""
     seeds = range(_FIRST_SEED, _FIRST_SEED + max(len(search.seeds), _FEWEST))
     written = search.entry.written()
-    scores = search.scores({"written": written, "tuned": {**written, **tuned}}, seeds)
+    scores = search.scores({"written": written, "tuned": {**written, **tuned}}, search.presets, seeds)
     return {"seeds": f"{seeds.start}:{seeds.stop}", **{label: round(score, 6) for label, score in scores.items()}}
 
 

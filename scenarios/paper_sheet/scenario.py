@@ -5,7 +5,6 @@ Camera, rig, odometry, panels and light events are those of ``stereo-follow``: t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from scenarios.objects import JointedObjects, Labels
 from scenarios.paper_sheet.carried_sheet import CarriedSheet
 from scenarios.paper_sheet.dimmed_sheet import DimmedSheet
-from scenarios.paper_sheet.sheet import SHEET_M, Rooms, illuminance_on_sheet_lx
+from scenarios.paper_sheet.sheet import SHEET_M, SheetScene, illuminance_on_sheet_lx
 from scenarios.scenario import Scenario, Setup
 from scenarios.stereo_follow.camera import camera_pose
 from scenarios.stereo_follow.rig import LightEvents, StereoStage
@@ -21,13 +20,6 @@ from scenarios.stereo_follow.robot import ROBOT
 from scenarios.stereo_follow.truth import StereoTruth
 from sim.checks import check
 from sim.render.pipeline import Capture
-
-
-@dataclass(frozen=True, slots=True)
-class SheetMap:
-    """The map of a sheet's world: its walls."""
-
-    plan: Rooms
 
 
 class SheetEpisode(StereoStage):
@@ -42,7 +34,8 @@ class SheetEpisode(StereoStage):
     def __init__(self, setup: Setup) -> None:
         expected = "None or False, since the camera follows a set path"
         check("closed_loop", not setup.closed_loop, expected, setup.closed_loop)
-        self._scene = scene = setup.preset.scene(setup.seed)
+        self._scene: SheetScene = setup.preset.scene(setup.seed)
+        scene = self._scene
         frames, rate_hz = setup.preset.frame_count, setup.preset.rate_hz
         super().__init__(
             setup,
@@ -54,9 +47,9 @@ class SheetEpisode(StereoStage):
         """Hold the camera's exposure or white balance from now on, or let them follow the light again."""
         self._camera.hold(exposure=exposure, white_balance=white_balance)
 
-    def map_of(self) -> SheetMap:
-        """Return the map of the walls."""
-        return SheetMap(self._scene.plan)
+    def map_of(self) -> SheetScene:
+        """Return the world, which has a ``plan`` of its walls."""
+        return self._scene
 
     def _move_to(self, frame: int) -> None:
         scene, sheet = self._scene, self._objects

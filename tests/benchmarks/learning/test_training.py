@@ -6,7 +6,7 @@ import os
 import re
 import shlex
 import signal
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -57,38 +57,32 @@ def steps_before(out: Path) -> int:
     return int(state["steps"])
 
 
-@dataclass
-class Begun:
-    """What a model was when its learning began: steps behind it and left, its weights, steps of its optimiser."""
-
-    behind: int
-    left: int
-    weights: list[NDArray[np.float32]]
-    optimiser_steps: set[float]
-
-
 @pytest.fixture
-def begun(monkeypatch: pytest.MonkeyPatch) -> list[Begun]:
-    """Every learning that begins: a policy alone shows nothing, since one trained from nothing again is the same."""
-    found: list[Begun] = []
+def begun(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int, list[NDArray[np.float32]], set[float]]]:
+    """Steps behind and left, weights, and steps of the optimiser at the beginning of every learning.
+
+    A policy alone shows nothing, since one trained from nothing again is the same.
+    """
+    found = []
     learn = training._learn
 
     def noted(model: Any, left: int, *rest: Any) -> None:
         layers = [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
         weights = [each.weight.detach().numpy().copy() for each in layers if isinstance(each, torch.nn.Linear)]
         steps = {float(each["step"]) for each in model.policy.optimizer.state.values()}
-        found.append(Begun(model.num_timesteps, left, weights, steps))
+        found.append((model.num_timesteps, left, weights, steps))
         learn(model, left, *rest)
 
     monkeypatch.setattr(training, "_learn", noted)
     return found
 
 
-def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path, begun: list[Begun]) -> None:
+def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path, begun: list[Any]) -> None:
     path = train(TINY, tmp_path / "ppo", nothing)
     first = load_policy(str(path))
-    assert [(each.behind, each.left, each.optimiser_steps) for each in begun] == [(0, STEPS, set())]
-    assert any((a != b).any() for a, b in zip(begun[0].weights, first.weights, strict=True))
+    [(behind, left, weights, optimiser_steps)] = begun
+    assert (behind, left, optimiser_steps) == (0, STEPS, set())
+    assert any((a != b).any() for a, b in zip(weights, first.weights, strict=True))
     assert first.base is not None
     assert first.base["controller"] == "reentry"
     assert steps_before(tmp_path / "ppo") == STEPS
@@ -100,16 +94,16 @@ def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path
     # More steps than before: only those that are missing, from these weights, with what the optimiser remembers.
     told: list[int] = []
     more = load_policy(str(train(replace(TINY, steps=2 * STEPS), tmp_path / "ppo", lambda now: told.append(now.done))))
-    assert (begun[1].behind, begun[1].left) == (STEPS, STEPS)
-    assert told == [STEPS, STEPS + STEPS // 2, 2 * STEPS]
-    for ours, theirs in zip(first.weights, begun[1].weights, strict=True):
-        np.testing.assert_array_equal(ours, theirs)
+    behind, left, weights, optimiser_steps = begun[1]
     # Two rounds of six epochs, one batch each.
-    assert begun[1].optimiser_steps == {12.0}
+    assert (behind, left, optimiser_steps) == (STEPS, STEPS, {12.0})
+    assert told == [STEPS, STEPS + STEPS // 2, 2 * STEPS]
+    for ours, theirs in zip(first.weights, weights, strict=True):
+        np.testing.assert_array_equal(ours, theirs)
     assert any((a != b).any() for a, b in zip(first.weights, more.weights, strict=True))
     assert steps_before(tmp_path / "ppo") == 2 * STEPS
     assert controller_entry(f"policy:{path}", "helicopter").create() is not None
-    assert not [left.name for left in (tmp_path / "ppo").iterdir() if left.name.startswith(".")]
+    assert not list((tmp_path / "ppo").glob(".*"))
     with pytest.raises(ValueError, match=r"out: expected a folder of the same training, or a new one \(other: seed\)"):
         train(replace(TINY, seed=4), tmp_path / "ppo", nothing)
 

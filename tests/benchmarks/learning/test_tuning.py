@@ -56,13 +56,14 @@ class Shaky(fakes_trackers.Knowing):
 @pytest.fixture(autouse=True)
 def _fake_suite(monkeypatch: pytest.MonkeyPatch) -> None:
     fake = replace(FRAME_OUT, scenes=(Scene(fakes_scenario.FAKE_TOWN.id, "frame-out"),))
-    monkeypatch.setattr(tuning, "suite", lambda name: fake)
+    monkeypatch.setattr(tuning, "suite", lambda name: fake if name == "frame-out" else registered(name))
 
 
 def search(fresh_presets: tuple[str, ...] = ("tiny",), trials: int = 20) -> TrackerSearch:
     return TrackerSearch(
         name="fake_shaky",
         suite="frame-out",
+        scenario=fakes_scenario.FAKE_TOWN.id,
         presets=("tiny",),
         seeds=range(1),
         fresh_presets=fresh_presets,
@@ -82,12 +83,14 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Settings, tuple[str, ..
     pytest.importorskip("optuna")
     found: list[tuple[Settings, tuple[str, ...], range]] = []
 
-    def scores(self: TrackerSearch, settings: Settings, presets: tuple[str, ...], seeds: range) -> dict[str, float]:
+    def scores(
+        self: TrackerSearch, settings: Settings, presets: tuple[str, ...], seeds: range, pictures: bool = False
+    ) -> dict[str, float]:
         found.append((settings, presets, seeds))
         sign = -1.0 if presets == ("tiny-loop",) else 1.0
         return {label: sign * values["off_m"] for label, values in settings.items()}
 
-    monkeypatch.setattr(TrackerSearch, "_scores", scores)
+    monkeypatch.setattr(TrackerSearch, "scores", scores)
     return found
 
 
@@ -117,7 +120,7 @@ def test_a_search_finds_the_better_setting_within_its_budget(tmp_path: Path) -> 
     assert document["fresh"] == tuned.fresh
     # The scores of a file are those of its own function.
     settings = {"tuned": tuned.parameters, "written": entry("fake_shaky").written()}
-    scores = search().scores(settings, range(1))
+    scores = search().scores(settings, ("tiny",), range(1))
     assert scores == pytest.approx({"tuned": document["score"], "written": document["default_score"]}, abs=1e-6)
 
 
@@ -200,6 +203,7 @@ def test_the_scores_of_a_controller_are_those_of_its_function(
     seeds = range(*map(int, stored["seeds"].split(":")))
     own = ControllerSearch(
         name="reentry",
+        suite="follow",
         scenario=scenario,
         tracker=tracker,
         presets=(stored["preset"],),
@@ -210,7 +214,7 @@ def test_the_scores_of_a_controller_are_those_of_its_function(
         workers=0,
         cache=tmp_path,
     )
-    scores = own.scores({"tuned": stored["parameters"], "written": own.entry.written()}, seeds)
+    scores = own.scores({"tuned": stored["parameters"], "written": own.entry.written()}, own.presets, seeds)
     assert scores["tuned"] == pytest.approx(stored["score"], abs=1e-6)
     assert scores["written"] == pytest.approx(stored["default_score"], abs=1e-6)
 
