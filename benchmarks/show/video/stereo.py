@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from benchmarks.contract.judging import truth_as
 from benchmarks.judges.stereo.metrics.people import SEEN_AT_LEAST, answered_place_m
 from benchmarks.show.video import marks
-from benchmarks.show.video.drawing import Canvas, Drawing, Instant, draw_instant
+from benchmarks.show.video.drawing import Canvas, Drawing, InLargerView, Instant, draw_instant
 from scenarios.scenario import Episode
 from scenarios.stereo_follow.floor_plan import RoomPlan
 from scenarios.stereo_follow.truth import PeopleTruth, StereoTruth
@@ -32,6 +32,7 @@ class StereoDrawing(Drawing):
     """See ``Drawing``."""
 
     signs: Mapping[str, marks.Rgb] = {"truth": marks.TRUTH, "light has changed": _NEW_LIGHT, "hidden": _HIDDEN}
+    answers = InLargerView.answers
 
     def __init__(self, plan: RoomPlan) -> None:
         self._plan = plan
