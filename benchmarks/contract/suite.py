@@ -33,6 +33,8 @@ DEFAULT = next(iter(_MODULES))
 """Name of the default suite of commands and trackers."""
 
 _SUITES: dict[str, Suite] = {}
+_TAKES_FUNCTIONS = ("frame-out",)
+"""Suites whose judge makes rows of metrics' own functions, ``Metric.value``."""
 
 Condition = tuple[str, str, str, str, str]
 """Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link if controllers compete."""
@@ -205,7 +207,7 @@ def register_suite(new: Suite) -> None:
     check_choice("events.key", new.events.key, EVENT_COLUMNS)
     known = [metric.name for metric in new.metrics]
     for metric in new.metrics:
-        _check_metric(metric)
+        _check_metric(metric, new.name)
         check("metrics", known.count(metric.name) == 1, "each name once", f"{metric.name!r} twice")
     named: dict[str, Iterable[str]] = {"headline": new.headline, "compared": new.compared, "tuned_for": new.tuned_for}
     if (real := new.on_sequences) is not None:
@@ -217,11 +219,13 @@ def register_suite(new: Suite) -> None:
     _SUITES[new.name] = new
 
 
-def _check_metric(metric: Metric) -> None:
-    """Raise ValueError for a direction that there is not, or a statistic that is none."""
+def _check_metric(metric: Metric, suite_name: str) -> None:
+    """Raise ValueError for an unknown direction, a statistic that is none, or a function that the suite ignores."""
     check_choice(f"better of metric {metric.name}", metric.better, get_args(Better))
     is_one = isinstance(metric.statistic, Statistic)
     check(f"statistic of metric {metric.name}", is_one, "a Statistic, such as Mean(quantity)", repr(metric.statistic))
+    taken = metric.value is None or suite_name in _TAKES_FUNCTIONS
+    check(f"value of metric {metric.name}", taken, f"None, as the judge of {suite_name} makes all rows", metric.value)
 
 
 def suites() -> dict[str, Suite]:
@@ -235,9 +239,10 @@ def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> No
     """Add a metric to a suite's summary, and with ``headline`` to its leaderboard.
 
     Raises:
-        ValueError: if the suite is unknown or has a metric of this name, or for an unknown direction or statistic.
+        ValueError: if the suite is unknown or has a metric of this name, for an unknown direction or statistic, or for
+            a function where the suite's judge makes all rows.
     """
-    _check_metric(metric)
+    _check_metric(metric, suite_name)
     old = suite(suite_name)
     taken = any(metric.name == known.name for known in old.metrics)
     check("metric", not taken, "a new name", f"{metric.name!r}, which the suite has")
