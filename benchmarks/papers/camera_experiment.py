@@ -6,9 +6,9 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping
 from contextlib import closing
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
-import joblib
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +19,7 @@ from benchmarks.papers.experiment import PaperExperiment
 from benchmarks.run.editions import Editions, package_versions, preset_edition
 from benchmarks.run.experiment import Progress
 from benchmarks.run.result_folder import MadeNow, append_block, make_folder, tidy, up_to_date
+from benchmarks.run.workers import in_processes
 from benchmarks.show.video import marks
 from scenarios.paper_sheet.scenario import PAPER_SHEET
 from scenarios.paper_sheet.sheet import region_of_sheet
@@ -61,9 +62,8 @@ class CameraExperiment(PaperExperiment):
         make_folder(out)
         have, moved = up_to_date(out, self.made_now(renderer), seeds)
         missing = [seed for seed in seeds if self._key(seed, renderer) not in have]
-        parallel = joblib.Parallel(n_jobs=max(workers, 1), return_as="generator_unordered")
         progress(len(seeds) - len(missing), len(seeds))
-        blocks = parallel(joblib.delayed(self.block)(seed, renderer) for seed in missing)
+        blocks = in_processes(partial(self.block, renderer=renderer), missing, workers)
         for done, block in enumerate(blocks, start=len(seeds) - len(missing) + 1):
             append_block(out, block)
             progress(done, len(seeds))

@@ -91,7 +91,7 @@ def test_a_run_leaves_rows_pictures_and_page_and_keeps_the_other_renderers(
     small = replace(PAPER_SHEET.presets[EXPERIMENT.preset], width_px=160, height_px=120)
     monkeypatch.setitem(PAPER_SHEET.presets, EXPERIMENT.preset, small)
     for renderer in ("raster", "pybullet"):
-        repeat(EXPERIMENT, tmp_path, range(1), renderer, 1)
+        repeat(EXPERIMENT, tmp_path, range(1), renderer, 0)
     assert "paper.html" in capsys.readouterr().out
     assert {key.renderer for key in read_blocks(tmp_path)} == {"raster", "pybullet"}
     page = (tmp_path / "paper.html").read_text()
@@ -119,7 +119,7 @@ def test_a_stopped_run_goes_on_and_what_another_edition_made_is_made_again(
     append_block(tmp_path, [{**row, "seed": 5} for row in block])
     append_block(tmp_path, [{**row, "seed": 6, "editions": {"experiment": "older"}} for row in block])
     told: list[tuple[int, int]] = []
-    (moved,) = EXPERIMENT.run(tmp_path, range(4, 8), "raster", 1, lambda done, of: told.append((done, of)))
+    (moved,) = EXPERIMENT.run(tmp_path, range(4, 8), "raster", 0, lambda done, of: told.append((done, of)))
     assert "were moved to" in moved
     assert measured == [4, 6, 7]
     assert told == [(1, 4), (2, 4), (3, 4), (4, 4)]
@@ -130,7 +130,7 @@ def test_a_folder_with_other_seeds_is_refused_and_left_alone(tmp_path: Path, blo
     append_block(tmp_path, [{**row, "seed": 9} for row in block])
     before = (tmp_path / "records.jsonl").read_bytes()
     with pytest.raises(ValueError, match=r"out: expected a folder with no seeds but 3:4, .*, which holds seed 9"):
-        EXPERIMENT.run(tmp_path, range(3, 4), "raster", 1, lambda done, of: None)
+        EXPERIMENT.run(tmp_path, range(3, 4), "raster", 0, lambda done, of: None)
     assert (tmp_path / "records.jsonl").read_bytes() == before
 
 
@@ -142,6 +142,6 @@ def test_rows_of_something_else_stay_in_the_folder_and_count_for_nothing(
 ) -> None:
     for rows in ([{**row, **stranger} for row in block], block):
         append_block(tmp_path, rows)
-    assert EXPERIMENT.run(tmp_path, range(3, 4), "raster", 1, lambda done, of: None) == []
+    assert EXPERIMENT.run(tmp_path, range(3, 4), "raster", 0, lambda done, of: None) == []
     assert len(read_blocks(tmp_path)) == 2
     assert EXPERIMENT.rows_in(tmp_path) == block

@@ -52,7 +52,7 @@ def test_vivid_where_the_trend_is_positive_is_a_gain():
 
 @pytest.mark.usefixtures("drawn_drive")
 def test_a_run_leaves_rows_plots_pictures_and_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    repeat(EXPERIMENT, tmp_path, range(2), "raster", 1)
+    repeat(EXPERIMENT, tmp_path, range(2), "raster", 0)
     assert "paper.html" in capsys.readouterr().out
     assert [key.seed for key in read_blocks(tmp_path)] == [0, 1]
     page = (tmp_path / "paper.html").read_text()
