@@ -98,9 +98,9 @@ def print_table(texts: TextTable) -> None:
         padding=(0, 1, 0, 0),
     )
     columns = zip(texts.heads, *texts.rows, strict=True)
-    told = [column for column in columns if any(column[1:]) or not texts.rows]
-    for head, *cells in told:
+    shown = [column for column in columns if any(column[1:]) or not texts.rows]
+    for head, *cells in shown:
         table.add_column(head, overflow="fold", no_wrap=not any(" " in cell for cell in cells))
-    for row in zip(*(cells[1:] for cells in told), strict=True):
+    for row in zip(*(cells[1:] for cells in shown), strict=True):
         table.add_row(*row)
     console_of().print(table)

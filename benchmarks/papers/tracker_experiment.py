@@ -124,9 +124,9 @@ class TrackerExperiment(PaperExperiment):
         columns = [(tracker, self.metric(name)) for tracker in made.trackers for name in made.metrics]
 
         def line(words: str, drawn: Sequence[Row], preset: str, setting: str = "") -> tuple[str, ...]:
-            mine = [row for row in drawn if row["renderer"] == renderer and row["preset"] == preset]
+            own = [row for row in drawn if row["renderer"] == renderer and row["preset"] == preset]
             names = [(alias(tracker, setting) if setting else tracker, metric) for tracker, metric in columns]
-            return (words, *_cells(mine, names))
+            return (words, *_cells(own, names))
 
         varied = read_rows(out / FOLDER)
         lines = [

@@ -1,8 +1,8 @@
 """Average precision of boxes in single pictures, as the COCO benchmark computes it at one overlap.
 
-Confidences are compared with the grid of ``scores.froc``, the same for all trackers and episodes, so that episodes add
-up and are resampled together: two answers whose confidences no threshold of it parts come in one step. Otherwise the
-numbers are those of pycocotools, which the tests compare them with.
+Confidences are compared with the grid of ``statistics.froc``, the same for all trackers and episodes, so that episodes
+add up and are resampled together: two answers whose confidences no threshold of it parts come in one step. Otherwise
+the numbers are those of pycocotools, which the tests compare them with.
 """
 
 from __future__ import annotations

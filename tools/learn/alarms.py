@@ -102,9 +102,9 @@ def episode_samples(preset: str, seed: int, names: Sequence[str]) -> tuple[pd.Da
         for name, tracker in trackers.items():
             answered = answers_of(tracker.update(taken.observation), start.camera, taken.truth.T_world_camera)
             matches = matchers[name].match(objects, answered)
-            told = pd.DataFrame(tracker.evidence, columns=EVIDENCE)
-            told = told.assign(tracker=name, found=matches.target >= 0, identity=answered.identity)
-            answers.append(told[~matches.excused])
+            evidence = pd.DataFrame(tracker.evidence, columns=EVIDENCE)
+            evidence = evidence.assign(tracker=name, found=matches.target >= 0, identity=answered.identity)
+            answers.append(evidence[~matches.excused])
     judged_answers = pd.concat(answers, ignore_index=True)
     frames = judged_answers.groupby(["tracker", "identity"])["found"].transform("size")
     return judged_answers.assign(weight=1.0 / np.sqrt(frames)), pd.concat(stays, ignore_index=True)

@@ -4,20 +4,20 @@
 is prose with calls in double braces (Jinja's):
 
 ================================================  ======================================================================
-``table(NAME, …, columns=[…])``                  a line for each contestant with a number in the columns, the best in
+``table(NAME, …, columns=[…])``                  a line for each tracker with a number in the columns, the best in
                                                  the first column first, and below them those that are blind or oracles;
                                                  several tables stand below each other; by default the suite's headline
                                                  metrics
 ``paper(NAME)``                                  a paper's claims beside our figures
 ``agreed(NAME)``                                 ``3 of 4``: how many of the paper's claims our figures agree with
 ``fitted(EXPERIMENT)``                           what of it was set so that it agrees, in its own words
-``value(NAME, CONTESTANT, METRIC)``              ``94.2 (89.3–98.3)``: a number with its interval, fractions in per cent
-``difference(NAME, CONTESTANT, OTHER, METRIC)``  the same of a paired difference
+``value(NAME, TRACKER, METRIC)``                 ``94.2 (89.3–98.3)``: a number with its interval, fractions in per cent
+``difference(NAME, TRACKER, OTHER, METRIC)``     the same of a paired difference
 ``origin(NAME, …)``                             the line below a table, for one that a template writes itself
 ================================================  ======================================================================
 
-A contestant is a tracker, or CONTROLLER+TRACKER. The line below a table names its command, seeds, commit and editions,
-which may be others than those of the next table.
+TRACKER and OTHER are names of trackers, or CONTROLLER+TRACKER. The line below a table names its command, seeds, commit
+and editions, which may be others than those of the next table.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def results_pages() -> dict[Path, str]:
     """Return the text of each page by its path.
 
     Raises:
-        ValueError: for a template that cannot be read, an unknown table, contestant or metric, and for one table of
+        ValueError: for a template that cannot be read, an unknown table, tracker or metric, and for one table of
             several seeds or budgets.
     """
     folder = ledger.RESULTS.parent / "docs" / "results"
@@ -103,7 +103,7 @@ class _Page:
         for each, board in zip(shown, boards, strict=True):
             preset = [f"`{each['summary'][0]['preset']}`"] if several else []
             for line in board.lines:
-                # A contestant without any number here, such as one of another protocol, has no line.
+                # A tracker without any number here, such as one of another protocol, has no line.
                 if any(cell.text != NO_NUMBER for cell in line.cells):
                     (beside if line.role in UNRANKED_ROLES else lines).append([*preset, *line.words])
         texts = [*(["preset"] if several else []), *scores.key_columns, "role"]
@@ -137,23 +137,23 @@ class _Page:
         check("agreed", bool(judged), "a table with claims that can be judged", repr(name))
         return f"{sum(judged)} of {len(judged)}"
 
-    def value(self, name: str, contestant: str, metric: str) -> str:
+    def value(self, name: str, tracker: str, metric: str) -> str:
         """See the module."""
         found = [
             entry
             for entry in self._read(name)["summary"]
-            if entry["metric"] == metric and contestant in (entry["tracker"], label({"controller": "", **entry}))
+            if entry["metric"] == metric and tracker in (entry["tracker"], label({"controller": "", **entry}))
         ]
-        check("value", len(found) == 1, f"one number of {contestant} in {metric} in {name}", len(found))
+        check("value", len(found) == 1, f"one number of {tracker} in {metric} in {name}", len(found))
         return _number(found[0])
 
-    def difference(self, name: str, contestant: str, other: str, metric: str) -> str:
+    def difference(self, name: str, tracker: str, other: str, metric: str) -> str:
         """See the module."""
         judged = suite(self._read(name)["summary"][0]["suite"]).metric(metric)
-        own, others = ([row for row in self._rows_of(name) if label(row) == each] for each in (contestant, other))
+        own, others = ([row for row in self._rows_of(name) if label(row) == each] for each in (tracker, other))
         found = paired(own, others, judged)
         if found is None:
-            both = f"{contestant} and {other} in {name}"
+            both = f"{tracker} and {other} in {name}"
             raise ValueError(f"difference: expected rows with {metric} on common seeds of {both}, got none")
         return _number({**asdict(found), "mean": found.difference, "unit": judged.unit})
 
@@ -168,12 +168,12 @@ class _Page:
             made.setdefault(f"seeds {each['seeds']}, commit {each['commit']}{_editions(each)}", []).append(
                 each["table"]
             )
-        told = [f"{', '.join(of)}: {how}" if len(made) > 1 else how for how, of in made.items()]
-        return f"Made by `python -m tools publish {' '.join(names)}`: {'; '.join(told)}."
+        origins = [f"{', '.join(of)}: {how}" if len(made) > 1 else how for how, of in made.items()]
+        return f"Made by `python -m tools publish {' '.join(names)}`: {'; '.join(origins)}."
 
 
 def check_one_run(shown: Sequence[TableFile]) -> None:
-    """Raise ValueError for one table of several seeds, or with contestants that were tuned unequally."""
+    """Raise ValueError for one table of several seeds, or with trackers or controllers that were tuned unequally."""
     names = ", ".join(each["table"] for each in shown)
     seeds = sorted({each["seeds"] for each in shown})
     check("table", len(seeds) == 1, f"one range of seeds in {names}", ", ".join(seeds))

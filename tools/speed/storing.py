@@ -57,8 +57,8 @@ def measure_storing(scenario: str, preset: str, frames: int, seed: int) -> dict[
     """
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
-    asked = Request(scenario, preset, (seed, seed + 1), ())
-    request = dataclasses.replace(asked, channels=existing_channels(asked))
+    bare = Request(scenario, preset, (seed, seed + 1), ())
+    request = dataclasses.replace(bare, channels=existing_channels(bare))
     with tempfile.TemporaryDirectory() as rehearsal:
         # Kernels are compiled, or loaded.
         _made(*place_of(rehearsal), request, seed, frames)

@@ -48,17 +48,17 @@ def _mean(name: str, values: Sequence[Any]) -> Iterator[Score]:
 
 
 def successors(tracks: Tracks, lost: Sequence[BridgedGap]) -> list[bool]:
-    """Return whether each of several fish that are lost at once is told which place on the last lost frame is its own.
+    """Return whether each of several fish that are lost at once is given its own place on the last lost frame.
 
     The places are given to the fish so that the sum of ``d' C^-1 d + log det C`` is least, d the distance to the
     prediction and C its covariance; so that the sum of squared distances is, where a method gives none. Of several
-    such choices one is taken at random. A fish without a prediction is told none.
+    such choices one is taken at random. A fish without a prediction is given none.
     """
     places = np.array([tracks.judged_px[each.gap.end - 1, each.gap.target] for each in lost])
     cost = np.array([_misfit(each, places) for each in lost])
-    told = np.isfinite(cost).all(axis=1)
-    chosen = assigned(np.where(told[:, None], cost, 0.0), generator(lost[0].gap.first, "successors"))
-    return [bool(known) and column == row for row, (column, known) in enumerate(zip(chosen, told, strict=True))]
+    predicted = np.isfinite(cost).all(axis=1)
+    chosen = assigned(np.where(predicted[:, None], cost, 0.0), generator(lost[0].gap.first, "successors"))
+    return [bool(known) and column == row for row, (column, known) in enumerate(zip(chosen, predicted, strict=True))]
 
 
 def assigned(cost: NDArray[np.float64], rng: np.random.Generator) -> list[int]:

@@ -123,12 +123,12 @@ class FishSheet:
     def _of_answers(self, answers: Sequence[Sequence[Track]], ending: str = "") -> Iterator[Score]:
         """Yield the scores of answers; events and series of those that count, whose scores have no ``ending``."""
         judge = self._judge
-        told = [answered(tracks) for tracks in answers]
+        placed = [answered(tracks) for tracks in answers]
         frames = [
             pairing(places, each.identity, each.position_px, judge.length_px)
-            for places, each in zip(judge.fish.position_px, told, strict=True)
+            for places, each in zip(judge.fish.position_px, placed, strict=True)
         ]
-        borne = bearers(told, judge.fish.position_px, 0.5 * judge.length_px)
+        borne = bearers(placed, judge.fish.position_px, 0.5 * judge.length_px)
         links = judge_links(judge.gaps, judge.fish.apart, borne)
         yield from chain_scores(numbered(frames), ending)
         yield from link_scores(links, ending)

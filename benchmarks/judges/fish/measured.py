@@ -58,7 +58,7 @@ def head_first(line_px: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the centre lines (T, K, 2) of one fish with the head where the detector has seen it most often so far.
 
     In a run of measured frames a line that lies closer to the one before when it is turned round is turned round. Which
-    end is the head is decided for each frame by those up to it, so that no past knows what a gap hides.
+    end is the head is decided for each frame by those up to it, so that no past depends on what a gap hides.
     """
     turned = line_px.copy()
     for first, end in runs(np.asarray(np.isfinite(line_px).all(axis=(1, 2)))):

@@ -81,7 +81,7 @@ def errors_while_out(
     the exit, if it lasts that long; and the same again, ``…_if_had_m``, if the tracker had the car at the exit.
 
     It had the car if its estimate was on it (``localisation.on_object``) on the last frame before the exit or on the
-    first one outside: ``had``. Blind trackers and oracles, which are told the true state on that frame, have it
+    first one outside: ``had``. Blind trackers and oracles, which get the true state on that frame, have it
     where they answer with it. Without this condition an error is also that of a tracker that had lost the car before.
     """
     exit_frame, frames = frame_out.exit_frame, frame_out.length_frames

@@ -5,8 +5,8 @@ one is an absence, and what follows it a return. A tracker is on the target wher
 of at least 0.5. Nothing is known of metres, of roads and of other cars. In means over sequences each one counts the
 same in the scores of OTB, as there.
 
-An absence is a frame-out of the kind ``unseen`` in rows, without a side and a turn. Functions that ``episode_score``
-adds are not called, since they may need metres.
+An absence is a frame-out of the kind ``unseen`` in rows, without a side and a turn. Functions of
+metrics, ``Metric.value``, are not called, since they may need metres.
 """
 
 from __future__ import annotations

@@ -109,14 +109,14 @@ def box_scores(objects: Sequence[Objects], answers: Sequence[Answers]) -> Iterat
     union of 0.5 at least, each intruder once, the surest first. ``boxes_told``: all boxes but those that lie, by half
     of their area, in the box of an intruder that is not judged. ``boxes_true``: of the intruders that are judged.
     """
-    told, true = [np.empty((0, 2))], 0
+    boxes, true = [np.empty((0, 2))], 0
     for there, answered in zip(objects, answers, strict=True):
         present = np.flatnonzero(there.present & np.isfinite(there.box_xyxy).all(axis=1))
         counted = there.judged[present]
         right, counts = told_right(answered.box_xyxy, answered.confidence, there.box_xyxy[present], counted)
-        told.append(np.column_stack([answered.confidence, right])[counts])
+        boxes.append(np.column_stack([answered.confidence, right])[counts])
         true += int(counted.sum())
-    confidence, is_right = np.concatenate(told).T
+    confidence, is_right = np.concatenate(boxes).T
     yield Score("boxes_right", froc.reached(confidence[is_right > 0]).tolist())
     yield Score("boxes_told", froc.reached(confidence).tolist())
     yield Score("boxes_true", float(true))

@@ -134,9 +134,9 @@ class History(NamedTuple):
 
     def on_nothing(self) -> NDArray[np.bool_]:
         """Return (R,) the rows of identities that lie on nothing more often than not."""
-        told = np.bincount(self.identity, minlength=self.names)
+        all_rows = np.bincount(self.identity, minlength=self.names)
         false = np.bincount(self.identity[self.matches.false], minlength=self.names)
-        return np.asarray((2 * false > told)[self.identity])
+        return np.asarray((2 * false > all_rows)[self.identity])
 
     def false_tracks(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
         """Return frames, identities and confidences (F,) of the tracks that lie on nothing."""

@@ -16,8 +16,8 @@ from benchmarks.judges.harbour.visits import Visit
 DIMENSIONS = ("depth", "width", "height")
 """Of ``Track.size_m``: an intruder's own length is called its depth, as in paper D."""
 MEAN_SIZE_M = {"person": (0.35, 0.51, 1.73), "car": (4.80, 1.99, 1.70), "boat": (8.24, 2.68, 3.59)}
-"""Mean sizes of the scene's intruders by class, of the first 40 seeds of ``standard``: the guess of who knows the class
-and the scene, and measures nothing.
+"""Mean sizes of the scene's intruders by class, of the first 40 seeds of ``standard``: the guess from class and scene
+alone, without a measurement.
 """
 
 AT_100_M = (80.0, 120.0)

@@ -13,7 +13,7 @@ from benchmarks.judges.harbour.streaks import streaks
 
 KINDS = ("person", "car", "boat")
 SEEABLE = 5.0
-"""Least contrast to noise of what can be told from noise without doubt: the criterion of Rose (1948)."""
+"""Least contrast to noise of what is distinct from noise without doubt: the criterion of Rose (1948)."""
 
 
 @dataclass(frozen=True, slots=True)
