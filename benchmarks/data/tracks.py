@@ -9,17 +9,19 @@
   in ``attributes.json`` beside it. ``trajectories_tidy.csv``: ``frame time individual x y probability``, a row for each
   animal and frame, with ``attributes_tidy.json``. ``trajectories.h5``: the data set ``trajectories`` (T, N, 2), with
   the frame rate among the attributes. ``trajectories.parquet``: as the tidy CSV.
-* idTracker, tab separated ``.txt``: ``X1 Y1 ProbId1 X2 …``, a row for each frame.
+* idTracker, a ``.txt`` separated by tabs: ``X1 Y1 ProbId1 X2 …``, a row for each frame.
 * Tracktor: a number without a name, ``frame pos_x pos_y id``, a row for each animal and frame; of one animal there is
   no ``id``.
 
-Text may be gzipped. A pickled file is refused, since reading it could run anything.
+Text is separated by tabs where its head is, else by commas, and may be gzipped. A pickled file is refused, since
+reading it could run anything.
 """
 
 from __future__ import annotations
 
 import json
 import re
+import warnings
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
@@ -54,7 +56,7 @@ class _File:
         path: of the file. recording: of the recording: TRex's files of one video have the same.
         name: of the recording.
         rows: ``frame``, ``animal``, ``x`` and ``y``, one for each animal and frame; of TRex there may be none.
-        rate_hz: None if it does not tell. unit: of places.
+        rate_hz: None if the file does not hold it. unit: of places.
     """
 
     path: Path
@@ -129,16 +131,16 @@ def _called_apart(found: Sequence[tuple[Path, TrackTable]]) -> list[TrackTable]:
 def _joined(files: Sequence[_File]) -> TrackTable:
     """Return the recording of the files of all its animals. Raises ValueError if they are of no use together."""
     first_file, held = files[0], [file for file in files if len(file.rows)]
-    told = first_file.path.name
-    check(told, bool(held), "rows of tracks", "none")
+    name = first_file.path.name
+    check(name, bool(held), "rows of tracks", "none")
     units = sorted({file.unit for file in held})
     check("files", len(units) == 1, "places in one unit", " and ".join(units))
     rows = pd.concat([file.rows for file in held])
     frames = rows["frame"].to_numpy().astype(np.int64)
     first, count = int(frames.min()), int(np.ptp(frames)) + 1
-    check(told, count <= 100 * len(rows) + 1000, "frames without endless pauses", f"{count} frames")
+    check(name, count <= 100 * len(rows) + 1000, "frames without endless pauses", f"{count} frames")
     twice = bool(rows.duplicated(["frame", "animal"]).any())
-    check(told, not twice, "each animal once on a frame", "one that is there twice")
+    check(name, not twice, "each animal once on a frame", "one that is there twice")
     animals, names = pd.factorize(rows["animal"], sort=True)
     position = np.full((count, len(names), 2), np.nan)
     position[frames - first, animals] = rows[["x", "y"]]
@@ -158,6 +160,9 @@ def _read(path: Path) -> _File:
         raise ValueError(f"{path.name}: expected a whole {_ending(path)} file, got {reason}") from None
     recording, name, unit = path, printable(path.name.split(".")[0]), "px"
     heads = {_UNIT.sub("", head): head for head in table}
+    # Pandas calls the second head x1 of a text x1.1.
+    twice = [head[:-2] for head in table if head.endswith(".1") and head[:-2] in table]
+    check(path.name, not twice, "different heads", f"{', '.join(twice)} twice")
     source = next((each for each in _SOURCES if {"frame", f"X{each}", f"Y{each}"} <= heads.keys()), None)
     tidy = next((columns for columns in _TIDY if {"frame", *columns[:2]} <= heads.keys()), None)
     if source is not None:
@@ -167,6 +172,8 @@ def _read(path: Path) -> _File:
         rows = _rows(path, table, heads[f"X{source}"], heads[f"Y{source}"], match["animal"] if match else "0")
     elif tidy is not None:
         x, y, animal = tidy
+        named = animal not in table or bool(table[animal].notna().all())
+        check(path.name, named, f"an animal on each row, in column {animal}", "a row without one")
         rows = _rows(path, table, x, y, table[animal].astype(str) if animal in table else "1")
     else:
         table = table.rename(columns=str.lower).assign(frame=range(len(table)))
@@ -208,14 +215,18 @@ def _ending(path: Path) -> str:
 
 
 def _text(path: Path) -> tuple[pd.DataFrame, float | None]:
-    table = pd.read_csv(
-        path,
-        sep="," if _ending(path) == ".csv" else "\t",
-        skipinitialspace=True,
-        # The head of idTracker ends with a tab, its rows do not.
-        index_col=False,
-        dtype={"id": str, "individual": str},
-    )
+    has_tabs = len(pd.read_csv(path, sep="\t", nrows=0).columns) > 1
+    with warnings.catch_warnings():
+        # Of rows with more cells than heads, whose last cells would be dropped.
+        warnings.simplefilter("error", pd.errors.ParserWarning)
+        table = pd.read_csv(
+            path,
+            sep="\t" if has_tabs else ",",
+            skipinitialspace=True,
+            # The head of idTracker ends with a tab, its rows do not.
+            index_col=False,
+            dtype={"id": str, "individual": str},
+        )
     name = "attributes_tidy.json" if path.name.startswith("trajectories_tidy.") else "attributes.json"
     attributes = path.with_name(name)
     of_idtracker_ai = not {"x1", "individual"}.isdisjoint(table)
@@ -265,6 +276,6 @@ _READERS: dict[str, Callable[[Path], tuple[pd.DataFrame, float | None]]] = {
 """Ending, before ``.gz`` → what reads a table and the frame rate that stands beside it."""
 _BROKEN = (
     AttributeError, EOFError, ImportError, KeyError, OSError, RuntimeError, TypeError, ValueError, zipfile.BadZipFile,
-    zlib.error,
+    zlib.error, pd.errors.ParserWarning,
 )  # fmt: skip
 """What the readers raise for files that are broken, or of another kind than their ending says."""

@@ -46,6 +46,17 @@ from tests.benchmarks.data.test_tracks import one, written
         ("j.txt.gz", "no archive", r"j.txt.gz: expected a whole .txt file"),
         ("k.mat", "", r"real: expected files ending in \.csv, .*, got 'k.mat'"),
         ("l.csv", ",frame,pos_x,pos_y,id\n0,1,1,1,A\n0,999999999,1,1,A\n", "l.csv: expected frames without endless"),
+        (
+            "n.csv",
+            "x1,y1\n0,1,2\n1,3,4\n",
+            r"n.csv: expected a whole .csv file, got Length of header .* length of data",
+        ),
+        ("o.csv", "x1,y1,x1,y1\n1,2,3,4\n", "o.csv: expected different heads, got x1, y1 twice"),
+        (
+            "p.csv",
+            ",frame,pos_x,pos_y,id\n0,1,1,1,A\n1,1,2,2,B\n2,2,3,3\n",
+            "p.csv: expected an animal on each row, in column id, got a row without one",
+        ),
         ("m.csv", 'x1,y1\n"1,2\n', r"m.csv: expected a whole .csv file, got .* EOF inside string"),
         ("v_id2.csv", "frame,X,Y,time\n,,,\n", r"v_id2.csv: expected whole numbers >= 0 in column frame, got nan"),
         ("v_id4.csv", "frame,X,Y,time\n1e300,2,2,1\n", r"v_id4.csv: expected whole numbers .*, got 1e\+300"),

@@ -51,6 +51,12 @@ def test_idtracker_s_text(tmp_path: Path) -> None:
     same(one(path).position, table.position.tolist())
 
 
+@pytest.mark.parametrize(("name", "separator"), [("a.txt", ","), ("a.txt", "\t"), ("a.tsv", "\t"), ("a.csv", "\t")])
+def test_text_is_separated_as_its_head_is(tmp_path: Path, name: str, separator: str) -> None:
+    table = one(written(tmp_path, name, IDTRACKER.replace("\t", separator)))
+    same(table.position, [[[1, 2], [3.5, 4]], [[np.nan, np.nan], [5, 6]]])
+
+
 def test_tracktor_s_csv_begins_on_any_frame_in_any_order(tmp_path: Path) -> None:
     text = ",frame,pos_x,pos_y,id\n0,5.0,3,4,B\n1,3.0,1,2,A\n2,5.0,5,6,A\n"
     table = one(written(tmp_path, "t.csv", text))
