@@ -20,7 +20,8 @@
   every sequence: several share one folder (``bird1_1`` is a part of ``bird1``). Without that file a sequence is the
   folder of its name. ``--real`` takes a folder of annotations (``anno/UAV20L``) too.
 
-``--real`` takes a data set's folder, or one sequence: its folder of pictures or its file of boxes, in the data set.
+``--real`` takes a data set's folder, or a sequence: its folder of pictures, with all sequences that share it, or its
+file of boxes, in the data set.
 
 The top left corner of the picture is at 1, 1: in OTB, in UAV123, which uses the toolkit of OTB (MATLAB), and in UAVDT,
 whose README files do not tell; its toolkits are written in MATLAB too.
@@ -56,7 +57,7 @@ from trackers.types import CameraCommand, CameraModel, Observation, Start
 
 ENDINGS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 """Of pictures, in small or capital letters."""
-_NUMBERED = re.compile(r"\D*(\d+)$")
+_NUMBER = re.compile(r"\d+$")
 FIRST = 1.0
 """Coordinate of the top left corner of the picture in files of boxes."""
 USUAL_FOCAL = 1.2
@@ -236,9 +237,9 @@ def _collection(path: Path, layout: str, target: int | None, rate_hz: float) -> 
 
 
 def _sources(path: Path, find: Find) -> list[Source]:
-    """Return the sequences of a data set, or the one whose pictures or boxes are at the path."""
-    own = (each for root in path.parents[:3] for each in find(root) if path in (each.pictures, each.boxes))
-    return sorted(find(path), key=lambda each: printable(each.name)) or list(islice(own, 1))
+    """Return the sequences of a data set, or those whose pictures or boxes are at the path."""
+    held = ([each for each in find(root) if path in (each.pictures, each.boxes)] for root in path.parents[:3])
+    return sorted(list(find(path)) or next(filter(None, held), []), key=lambda each: printable(each.name))
 
 
 def _read(source: Source, target: int | None) -> BoxedSequence:
@@ -282,10 +283,10 @@ def read_boxes(path: Path, frames: int = 0) -> tuple[NDArray[np.float64], NDArra
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise ValueError(f"{short(path)}: expected text with numbers, got bytes that are none") from None
-    told = max((number for number, line in enumerate(lines, start=1) if line.strip()), default=0)
-    check(short(path), told > 0, f"lines of {_LINE}", "an empty file")
+    last = max((number for number, line in enumerate(lines, start=1) if line.strip()), default=0)
+    check(short(path), last > 0, f"lines of {_LINE}", "an empty file")
     read: list[list[float]] = []
-    for number, line in enumerate(lines[: frames if told < frames <= len(lines) else told], start=1):
+    for number, line in enumerate(lines[: frames if last < frames <= len(lines) else last], start=1):
         try:
             numbers = [float(cell) for cell in _BETWEEN.split(line.strip())] if line.strip() else [np.nan] * 4
         except ValueError:
@@ -365,15 +366,16 @@ def numbered_pictures(folder: Path) -> dict[int, Path]:
     check(short(folder), bool(files), f"pictures ({', '.join(ENDINGS)})", "none")
     found: dict[int, Path] = {}
     for file in files:
-        match = _NUMBERED.match(file.stem)
-        number = int(match[1]) if match else -1
+        match = _NUMBER.search(file.stem)
+        number = int(match[0]) if match else -1
         check(short(file), number >= 0, "a picture whose name ends with its number", repr(printable(file.name)))
         check(short(folder), number not in found, f"one picture of number {number}", f"{printable(file.name)} too")
         found[number] = file
     numbers = range(min(found), max(found) + 1)
-    missing = [str(number) for number in numbers if number not in found]
+    # A few alone: numbers that are times have endless gaps.
+    missing = list(islice((str(number) for number in numbers if number not in found), 5))
     wanted = f"a picture of every number from {numbers[0]} to {numbers[-1]}"
-    check(short(folder), not missing, wanted, f"none of {', '.join(missing[:5])}")
+    check(short(folder), not missing, wanted, f"none of {', '.join(missing)}")
     return {number: found[number] for number in numbers}
 
 

@@ -100,6 +100,22 @@ def test_one_sequence_of_a_data_set_is_read_from_either_end(
     np.testing.assert_allclose(collection.sequences[0].box_xyxy, BOXES)
 
 
+def test_a_folder_of_pictures_has_all_sequences_that_share_it(tmp_path: Path) -> None:
+    root = write_uav123(tmp_path / "set")
+    part = r"struct('name','bird1_1','path','F:\UAV123\data_seq\UAV123\bird1\','startFrame',1,'endFrame',6,'nz',6,"
+    write_lines(root / "configSeqs_more.m", [part])
+    write_lines(root / "anno" / "UAV123" / "bird1_1.txt", lines_of(BOXES))
+    (collection,) = read_collections([root / "data_seq" / "UAV123" / "bird1"])
+    assert (collection.name, [each.name for each in collection.sequences]) == ("bird1", ["bird1_1", "bird1_2"])
+
+
+def test_a_picture_s_number_is_the_last_one_in_its_name(tmp_path: Path) -> None:
+    write_pictures(tmp_path / "Car1" / "img", list(BOXES), "clip2_{:04d}.png")
+    write_lines(tmp_path / "Car1" / "groundtruth_rect.txt", lines_of(BOXES))
+    (sequence,) = read_collections([tmp_path / "Car1"])[0].sequences
+    assert [picture.name for picture in sequence.pictures] == [f"clip2_{k:04d}.png" for k in range(1, 7)]
+
+
 def test_a_folder_of_annotations_is_read_alone(tmp_path: Path) -> None:
     """UAV20L shares the pictures of UAV123."""
     root = write_uav123(tmp_path / "set")
@@ -157,6 +173,10 @@ def test_a_sequence_of_otb_with_boxes_of_a_part_is_that_part(tmp_path: Path) -> 
             "img/cover.png: expected a picture whose name ends with its number, got 'cover.png'",
         ),
         (
+            lambda img: (img / "0006.png").rename(img / "1403636579763555584.png"),
+            "img: expected a picture of every number from 1 to 1403636579763555584, got none of 6, 7, 8, 9, 10",
+        ),
+        (
             lambda img: [file.unlink() for file in img.iterdir()],
             "Car1/img: expected pictures (.jpg, .jpeg, .png, .tif, .tiff, .webp, .bmp), got none",
         ),
@@ -166,7 +186,7 @@ def test_a_sequence_of_otb_with_boxes_of_a_part_is_that_part(tmp_path: Path) -> 
             "Car1/img/0001.png: expected a whole picture, got 0 bytes that are none",
         ),
     ],
-    ids=["missing", "twice", "no number", "no pictures", "no folder", "empty"],
+    ids=["missing", "twice", "no number", "times", "no pictures", "no folder", "empty"],
 )
 def test_what_is_wrong_with_pictures_is_named(tmp_path: Path, spoil: Callable[[Path], object], message: str) -> None:
     folder = write_otb(tmp_path / "Car1", BOXES)
