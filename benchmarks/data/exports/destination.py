@@ -38,9 +38,11 @@ def whole_folder(out: str) -> Iterator[Path]:
         make_folder(target.parent)
     with reached(out, "out"):
         files.invalidate_cache()
-        # Folders without files are none to most stores.
-        taken = files.exists(root) and any(names for *_, names in files.walk(root, on_error="raise"))
-    check("out", not (taken or files.isfile(root)), "an empty folder or one that does not exist", repr(out))
+        taken = files.isfile(root) or (target is not None and target.is_dir() and any(target.iterdir()))
+        if target is None and files.exists(root):
+            # Folders without files are none to most stores.
+            taken |= any(names for *_, names in files.walk(root, on_error="raise"))
+    check("out", not taken, "an empty folder or one that does not exist", repr(out))
     with TemporaryDirectory(prefix=".frameout-export-", dir=target and target.parent) as scratch:
         # A folder of its own, since the temporary one is closed to other users.
         folder = Path(scratch) / "whole"

@@ -91,7 +91,8 @@ def test_what_is_there_is_kept(data: DataSet, tmp_path: Path) -> None:
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "mine").write_text("mine")
     (tmp_path / "file").write_text("mine")
-    for name in ("full", "file"):
+    (tmp_path / "nested" / "empty").mkdir(parents=True)
+    for name in ("full", "file", "nested"):
         with pytest.raises(ValueError, match=r"out: expected an empty folder or one that does not exist, got '.*"):
             export(data, "otb", tmp_path / name)
     assert (tmp_path / "full" / "mine").read_text() == (tmp_path / "file").read_text() == "mine"
