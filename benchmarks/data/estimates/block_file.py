@@ -1,20 +1,20 @@
-"""One file of estimates: all that one tracker said in one episode, with what a judge has to know beside that.
+"""One file of estimates: all answers of one tracker in one episode, with what a judge has to know beside that.
 
 A file exists whole or not at all. Its bytes are the same for every run of the same code, but for the columns
 ``cpu_s`` and ``wall_s``. Numbers are stored as float64, exactly. A tracker may answer with others, e.g. float32, by
 which a judge's last digits differ, so a file also notes their types.
 
-For metrics of one's own, ``frameout bench --keep-estimates`` leaves a row for each track that a tracker said on each
-frame; the columns and their units are those of ``SCHEMA``. The truth of the same
+For metrics of one's own, ``frameout bench --keep-estimates`` leaves a row for each track that a tracker answered on
+each frame; the columns and their units are those of ``SCHEMA``. The truth of the same
 frames is in the tables of a data set of the same scenario, preset and seeds, and nothing has to be run::
 
     from benchmarks.data.sets.data_set import DataSet
     from benchmarks.data.estimates.block_file import scan
 
-    said = scan("results/mine").to_table(columns=["tracker", "seed", "frame", "repeat", "answer", "position_px"])
-    said = said.to_pandas().query("answer == 'at once'")
+    found = scan("results/mine").to_table(columns=["tracker", "seed", "frame", "repeat", "answer", "position_px"])
+    found = found.to_pandas().query("answer == 'at once'")
     true = DataSet("sets/town").table("objects").to_pandas().query("names == 'target'")
-    both = said.merge(true, on=["seed", "frame"], suffixes=("", "_true"))
+    both = found.merge(true, on=["seed", "frame"], suffixes=("", "_true"))
     away_px = np.stack(both["position_px"]) - np.stack(both["position_px_true"])
     both["error_px"] = np.hypot(away_px[:, 0], away_px[:, 1])
     print(both.groupby("tracker")["error_px"].median())
@@ -137,7 +137,7 @@ class Run:
 
 @dataclass(frozen=True)
 class Facts:
-    """What a file says of its whole block.
+    """What a file holds of its whole block.
 
     Attributes:
         heading: columns of its rows that name it. editions: of its rows.
@@ -186,7 +186,7 @@ class Block:
     """A file read whole.
 
     Attributes:
-        facts: of the block. commands: obeyed before each frame. said: by repeat.
+        facts: of the block. commands: obeyed before each frame. answered: by repeat.
     """
 
     facts: Facts
@@ -343,7 +343,7 @@ def scan(directory: Path | str) -> pyarrow.dataset.Dataset:
 
 
 def facts_in(directory: Path | str) -> dict[Path, Facts]:
-    """Return the files of a result folder's estimates and what each says of its block, e.g. where the tracker failed.
+    """Return the files of a result folder's estimates and what each holds of its block, e.g. where the tracker failed.
 
     Raises:
         ValueError: if there are none, or a file is cut off.
@@ -355,7 +355,7 @@ def facts_in(directory: Path | str) -> dict[Path, Facts]:
 
 
 def facts_of(path: Path) -> Facts:
-    """Return what a file says of its block.
+    """Return what a file holds of its block.
 
     Raises:
         ValueError: if it is cut off, no file of estimates, or one of another layout.

@@ -1,7 +1,7 @@
-"""Keeps what trackers say while a judge judges them, and writes it.
+"""Keeps the answers of trackers while a judge judges them, and writes them.
 
-A judge sees every frame, every answer, every obeyed command, and asks the methods that bridge gaps. One that keeps all
-of that stands between it and the loop.
+A judge gets every frame, answer and obeyed command, and calls the methods that bridge gaps. One that keeps all of that
+stands between it and the loop.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ class Estimates:
 
 @dataclass
 class _KeepingSheet:
-    """One tracker's sheet, and what it said. Attributes: ``many``, see ``Facts``."""
+    """The sheet of one run, and its answers. Attributes: ``many``, see ``Facts``."""
 
     sheet: ScoreSheet
     many: bool = False
@@ -105,8 +105,8 @@ class _KeepingSheet:
     def scores(self, ending: Ending) -> Iterable[Score]:
         """See ``ScoreSheet``."""
         self._ending, new = ending, ending.new_gap_method
-        asked = None if new is None else lambda: _KeepingGapMethod(new(), self._gaps)
-        return self.sheet.scores(replace(ending, new_gap_method=asked))
+        keeping = None if new is None else lambda: _KeepingGapMethod(new(), self._gaps)
+        return self.sheet.scores(replace(ending, new_gap_method=keeping))
 
     def run(self, guard: GuardedTracker) -> Run:
         """Return how it went."""
@@ -120,7 +120,7 @@ class _KeepingSheet:
         )
 
     def rows(self, commands: Sequence[Values], timed: GuardedTracker | None) -> Iterator[Values]:
-        """Yield all that it said, with the times of ``timed``."""
+        """Yield the rows of all answers, with the times of ``timed``."""
         # No time is taken of the first frame.
         taken = [None, *timed.taken] if timed else []
         for frame, (command, tracks) in enumerate(zip(commands, self._answers, strict=True)):
@@ -134,7 +134,7 @@ class _KeepingSheet:
 
 
 class _KeepingGapMethod:
-    """Another method that keeps what it is asked and answers, see ``GapMethod``."""
+    """Another method, whose answers are kept, see ``GapMethod``."""
 
     def __init__(self, method: GapMethod, kept: list[Values]) -> None:
         self._kept, self._method = kept, method

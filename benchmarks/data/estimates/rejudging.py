@@ -166,10 +166,10 @@ def _timeless(rows: Sequence[Row]) -> list[Row]:
 
 
 class RecalledGapMethod:
-    """Answers about gaps what was answered in the run, see ``GapMethod``."""
+    """Bridges gaps as in the run, see ``GapMethod``."""
 
     def __init__(self, gaps: Iterator[list[Values]]) -> None:
-        """``gaps``: those that no other method of the same tracker was asked for."""
+        """``gaps``: of the run, without those that other methods have answered already."""
         self._gaps = gaps
 
     def learn(self, pieces: Sequence[Piece]) -> None:
@@ -185,11 +185,11 @@ class RecalledGapMethod:
 
     def _answer(self, answer: str, first: int, count: int) -> Bridge | None:
         rows = next(self._gaps, [])
-        asked = bool(rows) and (rows[0]["answer"], rows[0]["frame"]) == (answer, first)
-        is_none = asked and rows[0]["track"] is None
+        is_same = bool(rows) and (rows[0]["answer"], rows[0]["frame"]) == (answer, first)
+        is_none = is_same and rows[0]["track"] is None
         wanted = f"an answer to the gap of {count} frames from frame {first} on, {answer}"
-        fits = is_none or (asked and len(rows) == count)
-        check("estimates", fits, wanted, "none, since the judge asked otherwise then")
+        fits = is_none or (is_same and len(rows) == count)
+        check("estimates", fits, wanted, "none, since the judge cut other gaps then")
         if is_none:
             return None
         place_px, covariance_px = ([row[name] for row in rows] for name in ("position_px", "covariance_px"))

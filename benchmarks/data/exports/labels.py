@@ -28,7 +28,7 @@ class StoredFrame:
 
     Attributes:
         episode: that it is of. index: in that.
-        frame: observation and truth, with the pixels that were asked for only.
+        frame: observation and truth, with those pixels only that the export reads.
         visible_xyxy: (N, 4) boxes around the visible pixels of the objects, in pixels; NaN where none is seen.
         standing_visible_xyxy: (S, 4) likewise of those that stand about.
     """

@@ -46,8 +46,8 @@ class Mot(Exporter):
                 if each.state not in (OUT, ABSENT) and np.isfinite(each.box_xyxy).all():
                     if each.name not in identities:
                         identities[each.name] = len(identities) + 1
-                        told = (each.name, each.kind, self.labels.class_of(each.kind), each.role)
-                        objects.append(f"{identities[each.name]},{','.join(told)}")
+                        words = (each.name, each.kind, self.labels.class_of(each.kind), each.role)
+                        objects.append(f"{identities[each.name]},{','.join(words)}")
                     box = ",".join(f"{number:.3f}" for number in as_xywh(each.box_xyxy, first=1.0))
                     rows.append(f"{stored.index + 1},{identities[each.name]},{box},1,1,{each.visible_fraction:.5f}")
         self.write_lines(f"{folder}/gt/gt.txt", rows)

@@ -25,7 +25,7 @@ OnError = Literal["stop", "skip"]
 
 @dataclass(frozen=True)
 class Request:
-    """A data set as it was asked for.
+    """A data set as it is ordered.
 
     Attributes:
         scenario: catalogue id with its version. preset: name.

@@ -132,5 +132,5 @@ def test_bridges_come_back_in_the_order_of_the_questions(kept: tuple[Asks, Guard
 )
 def test_a_judge_that_asks_in_another_way_gets_no_answer(kept: tuple[Asks, GuardedTracker, Path], asks: Any) -> None:
     (said,) = read_block(kept[2]).answered
-    with pytest.raises(ValueError, match=r"estimates: expected an answer to the gap of .* asked otherwise"):
+    with pytest.raises(ValueError, match=r"estimates: expected an answer to the gap of .* cut other gaps"):
         asks(RecalledGapMethod(iter(said.gaps)))
