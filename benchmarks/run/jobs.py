@@ -31,7 +31,6 @@ from scenarios.truth import Truth, TruthExtent, check_truth
 from sim.checks import check
 
 CONTROLLER_FAILED_AT = "controller_failed_at_frame"
-_NOTE_BYTES = 160
 
 
 class KeepingJudge(Judge, Protocol):
@@ -226,15 +225,18 @@ def _noting(file: Path | None) -> Iterator[Callable[[str, int], object]]:
     with file.open("wb", buffering=0) as note:
         try:
             # One write in place takes some microseconds.
-            yield lambda name, frame: os.pwrite(note.fileno(), f"{frame} {name}".encode().ljust(_NOTE_BYTES), 0)
+            yield lambda name, frame: os.pwrite(note.fileno(), f"{frame} {name}\n".encode(), 0)
         finally:
             file.unlink(missing_ok=True)
 
 
 def read_note(file: Path | None) -> tuple[str, int] | None:
     """Return what ran, and the frame, of a note left behind; None without a note or with an empty one."""
-    frame, _, name = file.read_text().partition(" ") if file is not None and file.is_file() else ("", "", "")
-    return (name.rstrip(), int(frame)) if frame else None
+    if file is None or not file.is_file():
+        return None
+    # Below the first line is what a longer note has left.
+    frame, _, name = file.read_bytes().partition(b"\n")[0].decode().partition(" ")
+    return (name, int(frame)) if frame else None
 
 
 def run_job(job: Job) -> JobResult:

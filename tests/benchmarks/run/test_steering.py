@@ -10,7 +10,7 @@ import pytest
 from benchmarks.contract.suite import suite
 from benchmarks.run.episodes import simulated
 from benchmarks.run.failures import ENDED_PROCESS
-from benchmarks.run.jobs import Job, read_note, run_job
+from benchmarks.run.jobs import Job, _noting, read_note, run_job
 from benchmarks.run.selection import choices, default_controllers, tracker_named
 from scenarios import catalog
 from tests.benchmarks.run.fake_steering import NothingToSet, RaisingController
@@ -30,6 +30,14 @@ def test_all_controllers_of_the_carrier_steer_by_default() -> None:
 def test_ablations_steer_only_if_they_are_asked_for() -> None:
     assert "centre_as_written" not in default_controllers(catalog.scenario("road-town"))
     assert "centre_as_written" in default_controllers(catalog.scenario("road-town"), variants=True)
+
+
+def test_a_short_note_takes_the_place_of_a_long_one(tmp_path: Path) -> None:
+    with _noting(tmp_path / "note") as note:
+        for name in (f"policy:{200 * 'ü'}.json", "centre"):
+            note(name, 7)
+            assert read_note(tmp_path / "note") == (name, 7)
+    assert read_note(tmp_path / "note") is None
 
 
 def test_the_note_names_a_controller_on_its_turns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
