@@ -92,15 +92,16 @@ def bench(
         ValueError: for unknown names and values out of range, before any run; names the argument.
         ChildProcessError: if a worker process ends outside of any tracker; the same call continues.
 
-    A tracker that fails, or gave no answer or odd ones on frames of this run, is scored as such and told by a
-    ``TrackerWarning``; ``outcome.failures`` of the results has every failure. So is a sequence or recording that
-    cannot be used, of which there are no rows; the others are scored.
+    A tracker that fails, or gave no answer or odd ones on frames of this run, is scored as such, and a
+    ``TrackerWarning`` says so; ``outcome.failures`` of the results has every failure. Another one names a sequence or
+    recording that cannot be used, of which there are no rows; the others are scored.
     """
     paths = (real,) if isinstance(real, Path | str) else tuple(real)
     given_seeds = isinstance(seeds, range) or (bool(paths) and seeds is None)
     check("seeds", given_seeds, "range(A, B)", repr(seeds))
     own_modules = (modules,) if isinstance(modules, str) else tuple(modules)
     load_modules(own_modules)
+    check("suite", isinstance(suite, str | Suite), "a name or a Suite; each suite has results of its own", repr(suite))
     # Summaries look suites up by the name in rows: one that is not registered is refused.
     known = registry.suite(suite if isinstance(suite, str) else suite.name)
     wanted = known if isinstance(suite, str) else suite
@@ -259,8 +260,8 @@ def _several(parameter: str, names: str | Sequence[str] | None) -> tuple[str, ..
 
 
 def _check_usable(trackers: Iterable[TrackerSpec]) -> None:
-    """Raise ValueError for trackers of a cell or a script, which no worker can import and no version tells the code of,
-    and for those that need what is not installed.
+    """Raise ValueError for trackers of a cell or a script, which no worker can import and of whose code no row could
+    have a digest; and for those that need what is not installed.
     """
     for each in trackers:
         importable = each.module != "__main__"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
+from numbers import Integral
 from typing import Any, TypeVar
 
 import cloudpickle
@@ -26,9 +27,10 @@ def cores(workers: int | None) -> int:
     """Return the number of workers, by default one for each core of this process.
 
     Raises:
-        ValueError: for one below 0.
+        ValueError: unless it is a whole number >= 0.
     """
-    check("workers", workers is None or workers >= 0, "a whole number >= 0", repr(workers))
+    good = workers is None or (isinstance(workers, Integral) and workers >= 0)
+    check("workers", good, "a whole number >= 0", repr(workers))
     return joblib.cpu_count() if workers is None else workers
 
 

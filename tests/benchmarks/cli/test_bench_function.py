@@ -96,6 +96,8 @@ def test_progress_is_shown_under_a_title(tmp_path: Path) -> None:
         ({"trackers": "fake_knows"}, r"trackers: expected one of .*; got 'fake_knows' \(did you mean fake_knowing\?\)"),
         ({"trackers": "mine"}, r"trackers: expected one of .*; got 'mine'; one of your own is known when its module"),
         ({"trackers": []}, r"trackers: expected a name or several, or None for the default, got \[\]"),
+        ({"suite": ["frame-out"]}, r"suite: expected a name or a Suite; each suite has results of its own, got \["),
+        ({"workers": 1.5}, "workers: expected a whole number >= 0, got 1.5"),
         ({"preset": ()}, r"preset: expected a name or several, or None for the default, got \(\)"),
         ({"preset": "huge"}, "preset: expected one of .*; got 'huge'"),
         ({"link": "noisy"}, "link: expected prompt, since suite frame-out knows no other, got 'noisy'"),
