@@ -102,9 +102,9 @@ class Compare(WithModules):
     def _rows(self, name: str) -> list[Row]:
         directory, tracker = self._place_of(name)
         rows = read_rows(directory)
-        check_choice("tracker", tracker, sorted({label_of(row) for row in rows}))
+        check_choice(f"tracker in {directory}", tracker, sorted({label_of(row) for row in rows}))
         if self.preset is not None:
-            check_choice("preset", self.preset, sorted({row["preset"] for row in rows}))
+            check_choice(f"preset in {directory}", self.preset, sorted({row["preset"] for row in rows}))
         return [row for row in rows if label_of(row) == tracker and self.preset in (None, row["preset"])]
 
     def _place_of(self, name: str) -> tuple[Path, str]:
