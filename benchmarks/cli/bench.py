@@ -70,7 +70,7 @@ class Bench(WithModules):
             outside the picture or hidden they are NaN, infinite, -1,-1,-1,-1 or of no width or height, or the line is
             empty; trackers start on the first picture that shows it.
         target: with --layout uavdt, id of the target to follow in files of many (default: the one seen most).
-        rate_hz: frames a second of the pictures of --real, which no layout tells.
+        rate_hz: frames a second of the pictures of --real, which no layout has.
         beside: with --real, folder of results in simulated episodes: also prints both orders of the trackers and
             their rank correlation, Kendall's tau.
         quick: run a few small, short episodes as a trial.
@@ -143,8 +143,8 @@ class Bench(WithModules):
         with trackers_print_to_stderr():
             report = write_report(out, self.metric)
         if self.json:
-            told = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
-            print(json.dumps(told, indent=1))
+            document = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
+            print(json.dumps(document, indent=1))
         else:
             lines = sequences_in_words(read_rows(out)) if pictures else []
             agreement = [] if self.beside is None else rank_agreement(wanted, summary, simulated)
@@ -162,6 +162,6 @@ class Bench(WithModules):
         # All that command and function have in common.
         given = {name: value for name, value in vars(self).items() if name in inspect.signature(bench).parameters}
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", TrackerWarning)  # Told after the leaderboard.
+            warnings.simplefilter("ignore", TrackerWarning)  # Printed after the leaderboard.
             results = bench(wanted, **given | named | {"seeds": seeds}, progress=progress_bar)
         return results.directory, results.outcome

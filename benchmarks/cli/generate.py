@@ -91,11 +91,11 @@ class Generate(WithModules):
         request = dataclasses.replace(request, channels=stored)
         workers = cores(self.workers)
         if self.dry_run:
-            told = forecast(request, on_error=self.on_error)
-            for name, size in told.bytes_a_frame.items():
+            needed = forecast(request, on_error=self.on_error)
+            for name, size in needed.bytes_a_frame.items():
                 print(f"{name:>20} {size / 1024:9.1f} KiB a frame")
-            minutes = told.seconds / max(workers, 1) / 60
-            print(f"{told.frames} frames, {told.bytes / 2**30:.2f} GiB, about {minutes:.1f} minutes")
+            minutes = needed.seconds / max(workers, 1) / 60
+            print(f"{needed.frames} frames, {needed.bytes / 2**30:.2f} GiB, about {minutes:.1f} minutes")
             return 0
         began = time.perf_counter()
         with progress_bar(f"{request.scenario} {request.preset}") as progress:

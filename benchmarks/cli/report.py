@@ -66,7 +66,7 @@ class Report(WithModules):
 
         with progress_bar("estimates, judged again") as progress:
             done = rejudge(self.directory, self.data, cores(self.workers), self.modules, progress)
-        told = f"{counted(done.same, 'episode')} with the same rows, {counted(done.new, 'episode')} with new ones"
-        print(f"note: judged again: {told}", file=sys.stderr)
+        blocks = f"{counted(done.same, 'episode')} with the same rows, {counted(done.new, 'episode')} with new ones"
+        print(f"note: judged again: {blocks}", file=sys.stderr)
         if done.moved is not None:
             print(f"note: {done.moved}", file=sys.stderr)

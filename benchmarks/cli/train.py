@@ -133,7 +133,7 @@ class Train(WithModules):
         if not (self.fit_model or self.check_model):
             needs_stable_baselines()
             if training.controller_name != "none":
-                # Told before the planning, which takes minutes.
+                # Refused before the planning, which takes minutes.
                 carrier = catalog.scenario(training.scenario).carrier.name
                 check_values(controller_entry(training.controller_name, carrier), training.controller_values)
         out = self.out or Path("results") / "policies" / self.env.rsplit("/", 1)[-1]
@@ -156,12 +156,12 @@ class Train(WithModules):
                 file=sys.stderr,
             )
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:
-            path = train(training, out, _Told(progress))
+            path = train(training, out, _Lines(progress))
         print(f"policy: {path}\njudge it beside a controller, with pictures:\n{judging_command(training, path)}")
         return 0
 
 
-class _Told:
+class _Lines:
     """Moves the progress bar, and prints a line above it now and then."""
 
     def __init__(self, progress: Progress) -> None:

@@ -103,13 +103,13 @@ class Judge(Protocol):
 
 
 USUAL_RATE_HZ = 30.0
-"""Frames a second where files tell none. UAV123 and UAVDT were recorded at this rate (their papers)."""
+"""Frames a second where files give none. UAV123 and UAVDT were recorded at this rate (their papers)."""
 
 
 def check_no_layout(layout: str, target: int | None, rate_hz: float) -> None:
     """Raise ValueError for arguments of folders of pictures where there are none."""
-    told = {"layout": (layout, ""), "target": (target, None), "rate_hz": (rate_hz, USUAL_RATE_HZ)}
-    for name, (given, default) in told.items():
+    options = {"layout": (layout, ""), "target": (target, None), "rate_hz": (rate_hz, USUAL_RATE_HZ)}
+    for name, (given, default) in options.items():
         check(name, given == default, "none but with --real and a suite that judges pictures", repr(str(given)))
 
 

@@ -1,4 +1,4 @@
-"""Error models of trackers, for envs without pictures: runs are recorded, errors are told apart, a model is fitted."""
+"""Error models of trackers, for envs without pictures: runs are recorded, errors sorted by mode, a model fitted."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ _BATCH = 8
 _SEARCH_SEED = 0
 _FIRST_SEED, _FEWEST = 9_000, 8
 _REASONS = 3
-"""Reasons of failures that are told."""
+"""Reasons of failures that are shown."""
 LIMIT_S = 600.0
 """Limit of CPU time for one frame, ten times that of a bench: a slow machine must not decide a score."""
 NO_VALUES = "no values take the place of the written ones"
@@ -294,12 +294,12 @@ def tune(search: Search, progress: Progress, studies: Path | None = None) -> Tun
         study.enqueue_trial(defaults)
     progress(tried, search.trials)
     while tried < search.trials:
-        asked = [study.ask() for _ in range(min(_BATCH, search.trials - tried))]
-        settings = {f"{search.name}#{trial.number}": _suggested(trial, search.entry) for trial in asked}
+        trials = [study.ask() for _ in range(min(_BATCH, search.trials - tried))]
+        settings = {f"{search.name}#{trial.number}": _suggested(trial, search.entry) for trial in trials}
         scores = search.scores(settings, search.presets, search.seeds)
-        for trial, label in zip(asked, settings, strict=True):
+        for trial, label in zip(trials, settings, strict=True):
             study.tell(trial, scores[label])
-        tried += len(asked)
+        tried += len(trials)
         progress(tried, search.trials)
     episodes = counted(len(search.fresh) * len(search.fresh_presets), "fresh episode")
     # It may take as long again.
@@ -429,5 +429,5 @@ def failures_in_words(failures: Sequence[Failure]) -> str:
     if not failures:
         return ""
     reasons = Counter(failure.reason for failure in failures).most_common(_REASONS)
-    told = ", ".join(f"{reason} ({counted(count, 'time')})" for reason, count in reasons)
-    return f"; {counted(len(failures), 'run')} failed, which counts as no answer: {told}"
+    shown = ", ".join(f"{reason} ({counted(count, 'time')})" for reason, count in reasons)
+    return f"; {counted(len(failures), 'run')} failed, which counts as no answer: {shown}"

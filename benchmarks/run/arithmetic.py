@@ -61,7 +61,7 @@ def _features() -> Mapping[str, bool]:
     """Return the names that LLVM gives to the instructions of an x86-64 processor; none of another one."""
     if platform.machine().lower() not in ("x86_64", "amd64"):
         return {}
-    # Imported here: of all modules that import this one, only a command line asks.
+    # Imported here: of all modules that import this one, only a command line needs it.
     from llvmlite.binding import get_host_cpu_features
 
     found: Mapping[str, bool] = get_host_cpu_features()

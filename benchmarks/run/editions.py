@@ -1,4 +1,4 @@
-"""Editions: what made a row, told by numbers that stand beside the things.
+"""Editions: what made a row, as numbers that stand beside the things.
 
 The column ``editions`` of a row is a flat object of texts:
 

@@ -44,7 +44,7 @@ class Failure:
 
     def __str__(self) -> str:
         where = f"{self.scenario} {self.preset}"
-        if self.sequence or self.scenario != REAL:  # Tracks are asked about as a whole.
+        if self.sequence or self.scenario != REAL:  # Tracks have no frames.
             episode = f"sequence {self.sequence}" if self.sequence else f"seed {self.seed}"
             where += f", {episode}, frame {self.frame}"
         place = f" ({self.place})" if self.place else ""
@@ -77,8 +77,8 @@ def read_failures(directory: Path) -> dict[BlockKey, list[Failure]]:
     file = directory / FILE_NAME
     found: dict[BlockKey, list[Failure]] = {}
     for line in file.read_text().splitlines() if file.is_file() else ():
-        told = json.loads(line)
-        found.setdefault(BlockKey(**told.pop("block")), []).append(Failure(**told))
+        entry = json.loads(line)
+        found.setdefault(BlockKey(**entry.pop("block")), []).append(Failure(**entry))
     return found
 
 

@@ -25,8 +25,8 @@ _ODDITIES: Mapping[str, tuple[float, str]] = {
     "apart": (0.5, f"answers with positions outside their boxes; {_BOXES}"),
     "outside": (0.99, f"answers outside the picture; {_BOXES}"),
 }
-"""Oddity -> share of pictures beyond which it is told, and the words. A picture is odd if all of its tracks are; one
-without a depth, if any is."""
+"""Oddity -> share of pictures beyond which a line says so, and its words. A picture is odd if all of its tracks are;
+one without a depth, if any is."""
 _FEWEST = 5
 """Pictures that say something."""
 
@@ -122,7 +122,7 @@ class Outcome:
         yield from (f"note: {moved} ({WHY_MOVED})" for moved in self.moved)
         yield from (f"error: {unusable}" for unusable in self.unusable)
         yield from (f"error: {failed}" for failed in self.failures_in_words())
-        yield from (f"note: {told}" for told in self.oddities_in_words(silence))
+        yield from (f"note: {odd}" for odd in self.oddities_in_words(silence))
 
     def failures_in_words(self) -> Iterator[str]:
         """Yield a line for each tracker or controller that failed: its first failure, and how many more there were."""

@@ -144,7 +144,7 @@ def _end(child: int) -> bool:
 
 
 def _children() -> set[int]:
-    """Return the processes that this one has started; none where no file tells them (Linux has some).
+    """Return the processes that this one has started; none where no file lists them (on Linux some do).
 
     Those that ``multiprocessing`` and joblib's loky start once for all do not count.
     """

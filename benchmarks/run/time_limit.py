@@ -41,7 +41,7 @@ class Taken(NamedTuple):
     Attributes:
         cpu_s: of all threads of this process.
         wall_s: that went by, waiting for a sleep, a device or another process included; without the time in which the
-            thread waited for a core, where the system tells it (Linux).
+            thread waited for a core, where the system counts that (Linux).
     """
 
     cpu_s: float
@@ -90,7 +90,7 @@ def at_most(limit_s: float) -> Iterator[Stopwatch]:
 
     Code that never returns to Python, or goes on all the same, is ended after three times these limits, with its
     process. Not nested: there is one alarm clock of each kind. Alarms reach the main thread alone: in another one
-    nothing is stopped, which is told.
+    nothing is stopped, and a note says so.
     """
     calls = 0
 
@@ -103,7 +103,7 @@ def at_most(limit_s: float) -> Iterator[Stopwatch]:
 
     clocks = _CLOCKS if threading.current_thread() is threading.main_thread() else ()
     if not clocks:
-        _tell_without_limit()
+        _note_without_limit()
     previous = {number: signal.signal(number, stop) for number in (signal.SIGPROF, signal.SIGALRM)} if clocks else {}
     watch = Stopwatch(clocks)
     event.register("numba:compile", watch)
@@ -121,7 +121,7 @@ def at_most(limit_s: float) -> Iterator[Stopwatch]:
 
 
 @cache
-def _tell_without_limit() -> None:
+def _note_without_limit() -> None:
     """Say once a process that nothing is stopped."""
     print("note: trackers have no time limit here, which needs the main thread", file=sys.stderr)
 
@@ -132,7 +132,7 @@ def _now() -> Taken:
 
 
 def _waited_s() -> float:
-    """Return for how many seconds this thread was ready and waited for a core; 0 where the system does not tell it."""
+    """Return for how many seconds this thread was ready and waited for a core; 0 where the system does not count it."""
     try:
         return 1e-9 * int(_SCHEDULED.read_text().split()[1])
     except (OSError, IndexError, ValueError):

@@ -46,7 +46,7 @@ def told_right(
 
 def average(counts: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the average precision (...) of ``counts`` (..., 2 K): recall at K thresholds, the lowest first, then
-    precision there, NaN where nothing is told.
+    precision there, NaN where nothing counts.
 
     The mean, over 101 recalls from 0 to 1, of the greatest precision at any threshold with at least that recall.
     """

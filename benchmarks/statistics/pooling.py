@@ -305,8 +305,8 @@ class AveragePrecision(Statistic):
 
     def ratios(self, seeds: NDArray[np.int64], chosen: Sequence[Sequence[Row]]) -> PooledRatios:
         """See ``Statistic``."""
-        right, told, true = chosen
-        return collected(seeds, [_sum_parts(right, true), _sum_parts(right, told)], average_precision.average)
+        right, counted, true = chosen
+        return collected(seeds, [_sum_parts(right, true), _sum_parts(right, counted)], average_precision.average)
 
 
 def _sum_parts(above: Sequence[Row], below: Sequence[Row]) -> Parts:

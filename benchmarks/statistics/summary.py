@@ -175,22 +175,22 @@ def _compare_along(
     key: Name, condition: Condition, by_label: Mapping[str, Sequence[Row]], label: str
 ) -> list[dict[str, Any]]:
     """Return a tracker's comparisons with those that differ from it in one name, corrected for their number."""
-    judged, mine = suite(condition[0]), by_label[label]
+    judged, own = suite(condition[0]), by_label[label]
     kept = [each for each in judged.key_columns if each != key]
     others = [
         rows
         for other, rows in by_label.items()
-        if other != label and all(rows[0][each] == mine[0][each] for each in kept)
+        if other != label and all(rows[0][each] == own[0][each] for each in kept)
     ]
     entries = []
     for rows, metric in product(others, map(judged.metric, judged.compared_in(condition[1]))):
-        if (found := paired(mine, rows, metric)) is not None:
+        if (found := paired(own, rows, metric)) is not None:
             entries.append(
                 {
-                    **_of(mine[0], "suite", "scenario", "preset", "renderer", "controller", "link"),
+                    **_of(own[0], "suite", "scenario", "preset", "renderer", "controller", "link"),
                     "metric": metric.name,
                     "better": metric.better,
-                    "tracker": mine[0]["tracker"],
+                    "tracker": own[0]["tracker"],
                     **({"compared": key} if kept else {}),
                     "other": rows[0][key],
                     "difference": rounded(found.difference),
@@ -209,10 +209,10 @@ def _compare_along(
 
 def paired(first: Sequence[Row], second: Sequence[Row], metric: Metric) -> statistics.Comparison | None:
     """Return the paired comparison in one metric, None where one of the two has no rows of it."""
-    mine, others = metric.statistic.pooled_pair(first, second)
-    if mine is None or others is None or len(np.intersect1d(mine.seeds, others.seeds)) == 0:
+    own, others = metric.statistic.pooled_pair(first, second)
+    if own is None or others is None or len(np.intersect1d(own.seeds, others.seeds)) == 0:
         return None
-    comparison = statistics.compare(mine, others)
+    comparison = statistics.compare(own, others)
     return comparison if np.isfinite(comparison.difference) else None
 
 

@@ -70,7 +70,7 @@ def never_end() -> None:
 
 
 def test_beside_the_main_thread_there_is_no_limit_which_is_told(capsys: pytest.CaptureFixture[str]) -> None:
-    time_limit._tell_without_limit.cache_clear()
+    time_limit._note_without_limit.cache_clear()
     with ThreadPoolExecutor() as pool:
         assert pool.submit(taken_asleep).result() >= 0.05
     assert capsys.readouterr().err.startswith("note: trackers have no time limit here")
