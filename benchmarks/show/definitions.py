@@ -56,9 +56,9 @@ def _in_docstring(kind: type, names: list[str]) -> dict[str, str]:
     ends = [*(head.start() for head in heads[1:]), len(text)]
     meanings: dict[str, str] = {}
     for head, end in zip(heads, ends, strict=False):
-        mine, words = head[1].split(", "), text[head.end() : end].strip(" ;,").removesuffix(".")
-        shared = f"{', '.join(f'`{name}`' for name in mine)}: " if len(mine) > 1 else ""
-        meanings |= dict.fromkeys(mine, f"{shared}{words}")
+        alike, words = head[1].split(", "), text[head.end() : end].strip(" ;,").removesuffix(".")
+        shared = f"{', '.join(f'`{name}`' for name in alike)}: " if len(alike) > 1 else ""
+        meanings |= dict.fromkeys(alike, f"{shared}{words}")
     return meanings
 
 

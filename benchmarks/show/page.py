@@ -151,12 +151,12 @@ def _by_condition(
     rows: Sequence[Row], summary: Entries, comparisons: Entries, metrics: Sequence[str]
 ) -> Iterator[_Results]:
     for condition, by_name in grouped(rows).items():
-        mine, compared = (
+        entries, compared = (
             [entry for entry in some if condition_of(entry) == condition] for some in (summary, comparisons)
         )
         judging = suite(condition[0]).showing(metrics)
-        styles = line_styles(tables.names_and_roles(judging, mine))
-        yield _Results(condition, by_name, mine, compared, judging, styles)
+        styles = line_styles(tables.names_and_roles(judging, entries))
+        yield _Results(condition, by_name, entries, compared, judging, styles)
 
 
 def _draw_pictures(directory: Path, results: Sequence[_Results]) -> None:
@@ -233,6 +233,6 @@ def _differences(
         names = dict(zip(scores.key_columns, scores.names_of(entry), strict=True))
         first = " + ".join([names.pop(kind), *names.values()])
         groups.setdefault((first, kind), []).append(entry)
-    for (first, kind), mine in groups.items():
+    for (first, kind), own in groups.items():
         order = dict.fromkeys(line.names[scores.key_columns.index(kind)] for line in everything.lines)
-        yield first, kind, tables.paired_differences(scores, mine, list(order))
+        yield first, kind, tables.paired_differences(scores, own, list(order))

@@ -146,9 +146,9 @@ def envs_page() -> str:
         vector_env=PicturelessVectorEnv,
         keywords=[field for field in keywords if field.name != "scenario"],
         options=RESET_OPTIONS,
-        configurations=[(mine, fields_of_preset(mine[-1].preset)) for mine in kinds],
+        configurations=[(alike, fields_of_preset(alike[-1].preset)) for alike in kinds],
         features=features,
-        carriers=[(mine[0].scenario.carrier, mine, controllers(name)) for name, mine in by_carrier.items()],
+        carriers=[(own[0].scenario.carrier, own, controllers(name)) for name, own in by_carrier.items()],
         command=CameraCommand,
         reward=Reward,
         reward_fields=fields_of(Reward()),
@@ -156,7 +156,7 @@ def envs_page() -> str:
         links=LINKS,
         link=Link,
         info=INFO,
-        own_truth=[(mine, fields) for mine, fields in own_truth() if ids & {*mine}],
+        own_truth=[(having, fields) for having, fields in own_truth() if ids & {*having}],
         timed_env=catalog.DEFAULT_ENV,
     )
 

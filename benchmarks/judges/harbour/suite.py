@@ -146,7 +146,7 @@ def _describe(events: Sequence[dict[str, Any]]) -> str:
     counts = Counter(event["kind"] for event in events)
     kinds = ", ".join(f"{counts[kind]} × {kind}" for kind in KINDS if counts[kind])
     hidden = sum(not event["seeable"] for event in events)
-    return f"{counted(len(events), 'intruder')} ({kinds}); {hidden or 'none'} that nobody could see"
+    return f"{counted(len(events), 'intruder')} ({kinds}); {hidden or 'none'} of them too faint to see"
 
 
 def _is(kind: str, event: dict[str, Any]) -> bool:

@@ -137,7 +137,7 @@ def draw_posterior(canvas: Canvas, estimate: Estimate, colour: marks.Rgb = marks
     """Draw the particles of an estimate, or its 95 % ellipse."""
     if estimate.particles_px is not None:
         marks.draw_particles(canvas.image, canvas.at(estimate.particles_px), estimate.weights, colour)
-    elif estimate.covariance_px is not None and np.isfinite(estimate.covariance_px).all():
+    elif estimate.covariance_px is not None and np.isfinite([estimate.position_px, *estimate.covariance_px]).all():
         covariance = canvas.turn @ estimate.covariance_px @ canvas.turn.T
         marks.draw_ellipse(canvas.image, canvas.at(estimate.position_px), covariance, colour)
 

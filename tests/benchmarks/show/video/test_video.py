@@ -136,6 +136,7 @@ def test_a_silent_tracker_and_odd_posteriors_are_drawn_without_error() -> None:
     position = np.array([40.0, 50.0])
     estimates = [
         Estimate(np.array([np.nan, np.nan]), box_xyxy=np.full(4, np.nan)),
+        Estimate(np.array([np.nan, np.nan]), covariance_px=np.eye(2)),
         Estimate(position, particles_px=np.full((3, 2), np.nan), weights=np.array([1.0, 0, 0])),
         Estimate(position, particles_px=position[None]),
         Estimate(position, covariance_px=np.zeros((2, 2))),
