@@ -89,7 +89,7 @@ def table_of_findings(experiment: PaperExperiment, found: Sequence[Finding], see
 
 
 def print_table(texts: TextTable) -> None:
-    """Print a table with the words below it, without columns that have no text; columns of names stay whole."""
+    """Print a table with the words below it, without columns that have no text; names and numbers stay whole."""
     table = Table(
         title=texts.title,
         caption=texts.words or None,
@@ -100,7 +100,8 @@ def print_table(texts: TextTable) -> None:
     columns = zip(texts.heads, *texts.rows, strict=True)
     shown = [column for column in columns if any(column[1:]) or not texts.rows]
     for head, *cells in shown:
-        table.add_column(head, overflow="fold", no_wrap=not any(" " in cell for cell in cells))
+        widest = 0 if any(" " in cell for cell in cells) else max(map(len, cells), default=0)
+        table.add_column(head, overflow="fold", min_width=widest)
     for row in zip(*(cells[1:] for cells in shown), strict=True):
         table.add_row(*row)
     console_of().print(table)

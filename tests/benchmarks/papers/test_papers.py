@@ -16,7 +16,7 @@ import pytest
 from benchmarks.cli import paper
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import suite
-from benchmarks.papers.experiment import NAMES, Claim, Finding, PaperExperiment, experiment_named, findings
+from benchmarks.papers.experiment import NAMES, Claim, Finding, PaperExperiment, TextTable, experiment_named, findings
 from benchmarks.papers.repeat import print_table, repeat, table_of_findings
 from benchmarks.papers.tracker_experiment import TrackerExperiment
 from benchmarks.run.result_folder import append_block
@@ -181,6 +181,13 @@ def test_names_and_numbers_are_whole_in_80_columns(
     # The last column: a table that is too wide loses what is on its right.
     assert len(re.findall(r" yes\b", printed)) == 1
     assert "renderer raster" in printed
+
+
+def test_long_heads_cost_no_digits(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    heads = ("illuminance on the sheet, lx", "P_l", "P_c if register values counted as they are")
+    print_table(TextTable("", "", heads, (("609", "0.25", "0.75"),)))
+    assert {"609", "0.25", "0.75", "P_l", "register"} <= {*capsys.readouterr().out.split()}
 
 
 @pytest.mark.parametrize("experiment", EXPERIMENTS, ids=lambda each: each.name)
