@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from benchmarks.contract.metric import Metric
@@ -259,7 +259,11 @@ def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:
             for other, values in facts.beside.items():
                 there = [values.get(f"{metric.statistic.of[0].name}_{suffix}") for metric in facts.columns]
                 lines.append(Line((f"{words}, {other}",), "", tuple(map(Cell, map(number_text, there, units)))))
-    return Table(tuple(map(column_of, facts.columns)), tuple(lines))
+    columns: Iterable[Column] = map(column_of, facts.columns)
+    if facts.beside:
+        # Nearer to what was measured elsewhere is better, neither more nor less.
+        columns = (replace(column, goal="") for column in columns)
+    return Table(tuple(columns), tuple(lines))
 
 
 def markdown_table(heads: Sequence[str], lines: Iterable[Sequence[str]], words: int) -> str:

@@ -62,3 +62,4 @@ def test_real_fish_stand_beside_each_line_of_an_episode() -> None:
     assert names[:2] == ["over 5 frames", "over 5 frames, real zebrafish"]
     assert len(names) == 2 * len(SWIMS.lines)
     assert table.lines[1].cells[0].text == f"{SWIMS.beside['real zebrafish']['motion_turn_5']:.1f}"
+    assert {column.goal for column in table.columns} == {""}, "nothing of it is better or worse"
