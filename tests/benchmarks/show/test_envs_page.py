@@ -82,6 +82,7 @@ def test_the_examples_run(
 
 def test_what_the_page_says_of_costs_is_measured() -> None:
     costs = PAGE.partition("## Costs")[2]
-    assert f"`{speed_of_envs.ENV_ID}`" in costs
+    assert f"`{catalog.DEFAULT_ENV}`" in costs
+    assert f"tools speed {catalog.unversioned(speed_of_envs.SCENARIO)}`" in costs
     for name in re.findall(r"`(env_\w+)`", costs):
         assert f'"{name}"' in inspect.getsource(speed_of_envs)
