@@ -107,6 +107,7 @@ class Tune(WithModules):
         needs_optuna()
         for search in searches:
             make_folder(self._folder(search))
+            _ = search.depends_on  # An unknown tracker, or one without a model of its errors, is refused.
         for search in searches:
             episodes = counted(len(search.seeds) * len(search.presets), "episode")
             how = f"{counted(self.trials, 'trial')} on {episodes} of {' and '.join(search.presets)}"

@@ -115,4 +115,6 @@ def test_nothing_is_tuned_until_all_is_checked(monkeypatch: pytest.MonkeyPatch, 
         Tune(tracker="colour_pf", out=tmp_path).run()
     with pytest.raises(ValueError, match="tracker: expected one with values of its own, got 'mosaic_graph_pf_no_ego'"):
         Tune(("hold", "mosaic_graph_pf_no_ego"), out=tmp_path).run()
+    with pytest.raises(ValueError, match=r"tracker: expected one with a model of its errors .*, got 'hold'"):
+        Tune(("hold",), ("centre",), tracker="hold", out=tmp_path).run()
     assert searched == []
