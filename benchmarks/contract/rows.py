@@ -34,10 +34,10 @@ The last row of a block has the metric ``frames`` (number of frames); a block wi
 ignored and made again. Replaced rows are moved to ``records.outdated-1.jsonl``, ``-2`` and so on.
 
 What ``metric`` may be, and which attributes events have, stands in the module of each suite's judge, for example
-``benchmarks.judges.frame_out.judge``. In every suite there are the times of a tracker (``judges.tracker_speed.times``),
-``silent_frames``, ``failed_at_frame`` (only if the tracker failed), ``controller_failed_at_frame`` (only if the
-controller failed) and ``frames``. Beside the file lie ``summary.json``, ``comparisons.json`` (``statistics.summary``),
-the report, ``estimates`` if asked for.
+``benchmarks.judges.frame_out.judge``, and beside it in ``fish.gaps.FishGap`` and ``harbour.visits.Visit``. In every
+suite there are the times of a tracker (``judges.tracker_speed.times``), ``silent_frames``, ``failed_at_frame`` (only if
+the tracker failed), ``controller_failed_at_frame`` (only if the controller failed) and ``frames``. Beside the file lie
+``summary.json``, ``comparisons.json`` (``statistics.summary``), the report, ``estimates`` with ``--keep-estimates``.
 """
 
 from __future__ import annotations
