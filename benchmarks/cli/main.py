@@ -110,9 +110,6 @@ def main(arguments: Sequence[str] | None = None, program: Program = FRAMEOUT) ->
 
 
 def _reader_has_left() -> bool:
-    if sys.platform == "win32":
-        # It has no poll.
-        return True
     stdout = select.poll()
     stdout.register(sys.stdout.fileno(), 0)
     return any(event & select.POLLERR for _, event in stdout.poll(0))

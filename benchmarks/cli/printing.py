@@ -25,6 +25,6 @@ def trackers_print_to_stderr() -> Iterator[None]:
         # What was printed past ``sys.stdout``, by a handler that holds the old one or by a library in C, waits in
         # their buffers.
         stdout.flush()
-        ctypes.CDLL("ucrtbase" if sys.platform == "win32" else None).fflush(None)
+        ctypes.CDLL(None).fflush(None)
         os.dup2(kept, _STDOUT)
         os.close(kept)

@@ -51,10 +51,7 @@ class EnvProcesses(AsyncVectorEnv[Any, Any]):
 
 @contextlib.contextmanager
 def _without_ctrl_c() -> Iterator[None]:
-    """Block Ctrl-C, in processes started meanwhile for good. Windows has no such thing: there it ends them too."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
+    """Block Ctrl-C, in processes started meanwhile for good."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
