@@ -33,7 +33,7 @@ def digests(folder) -> dict[str, str]:
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("workers", [1, pytest.param(2), pytest.param(4, marks=pytest.mark.heavy)])
+@pytest.mark.parametrize("workers", [1, 2, 4])
 def test_any_number_of_workers_makes_the_same_bytes(data, tmp_path, workers):
     made(tiny(), tmp_path / "set", Workers(workers, modules=MODULES))
     assert digests(tmp_path / "set") == digests(data.root)
