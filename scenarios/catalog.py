@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scenarios.envs.registration import register_env
-from sim.checks import check_choice
+from sim.checks import check_choice, suggestion
 
 if TYPE_CHECKING:
     from scenarios.scenario import Scenario, Survey
@@ -150,10 +150,11 @@ def _entry(name: str) -> Entry:
     return known[name]
 
 
-def _check_id(parameter: str, name: str, known: Iterable[str]) -> None:
+def _check_id(parameter: str, name: str, known: Collection[str]) -> None:
     if name in SUCCESSORS:
         raise ValueError(f"{parameter}: expected {SUCCESSORS[name]}, which took its place, got {name!r}")
-    check_choice(parameter, name, known)
+    own = "; one of your own is known once its module is imported (--modules)"
+    check_choice(parameter, name, known, why=suggestion(name, known) or own)
 
 
 for _entry_of_ours in _ENTRIES:

@@ -106,7 +106,10 @@ class SceneObjects(ABC):
 
 
 class Objects(SceneObjects):
-    """N rigid objects, each one movable body of a world; see ``SceneObjects``."""
+    """N rigid objects, each one movable body of a world; see ``SceneObjects``.
+
+    Their poses stand upright, see ``Truth.T_world_object``. What rolls or tumbles is one part of ``JointedObjects``.
+    """
 
     def __init__(
         self,

@@ -15,7 +15,7 @@ from scenarios.pan_tilt_zoom import Head
 from scenarios.scenario import Frame, Setup
 from scenarios.truth import Truth, without_pixels, without_standing
 from scenarios.visibility import Exits, states_of
-from sim.checks import check
+from sim.checks import check, check_choice
 from sim.render.pipeline import Capture, Sensor, Shader, capture
 from sim.render.protocol import Renderer, create_renderer
 from sim.sensors.camera_sensor import CameraSensor
@@ -125,6 +125,9 @@ class Stage(ABC):
         self.frame_count: int = setup.preset.frame_count
         self.rate_hz: float = setup.preset.rate_hz
         self._setup, self._objects, self._camera, self._head = setup, objects, camera, head
+        check_choice("target", setup.scenario.target, objects.names)
+        for kind in {*objects.kinds, *(each.kind for each in standing)}:
+            check_choice("kind", kind, setup.scenario.classes, why=", which the scenario's classes lack")
         self._target = objects.names.index(setup.scenario.target)
         self._in_full = np.full(len(objects.names), setup.covers_all)
         self._in_full[self._target] = True

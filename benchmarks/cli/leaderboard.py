@@ -83,7 +83,7 @@ def _that_fits(console: Console, title: str, board: tables.Table, names: Sequenc
 def _for_terminal(title: str, board: tables.Table, names: Sequence[str], count: int) -> Table:
     """Return the table with the first ``count`` columns, each as wide as its longest word."""
     left_out = [column.title for column in board.columns[count:]]
-    words = f"not shown, as the table would be too wide: {', '.join(left_out)} (choose with --metric)"
+    words = f"not shown, as the table would be too wide: {', '.join(left_out)} (see --metric, or widen the terminal)"
     table = Table(title=title, caption=words if left_out else None, box=box.SIMPLE_HEAD)
     for place, name in enumerate((*names, "role")):
         table.add_column(name, width=max(len(name), *(len((*line.names, line.role)[place]) for line in board.lines)))

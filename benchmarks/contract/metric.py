@@ -17,7 +17,7 @@ from __future__ import annotations
 import copy
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
 from typing import Any, Literal, Self
 
@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.rows import Row, event_of
+from sim.checks import check, check_choice
 
 Better = Literal["higher", "lower"]
 OWN = "Frameout"
@@ -137,8 +138,20 @@ class Statistic(ABC):
     def pooled_pair(
         self, first: Sequence[Row], second: Sequence[Row]
     ) -> tuple[PooledRatios | None, PooledRatios | None]:
-        """Return the sums of two trackers that are compared."""
-        return self.pooled(first), self.pooled(second)
+        """Return the sums of two trackers that are compared, of the same columns: the rows of both go to ``ratios`` at
+        once, so that what the columns depend on, e.g. a grid of all values, is that of both.
+        """
+        chosen, others = ([self.chosen(rows, each) for each in self.of] for rows in (first, second))
+        if not (all(chosen) and all(others)):
+            return None, None
+        seeds, other_seeds = (np.unique([row["seed"] for row in rows]) for rows in (first, second))
+        after = seeds[-1] + 1 - other_seeds[0]
+        both = [
+            [*own, *(row | {"seed": row["seed"] + after} for row in some)]
+            for own, some in zip(chosen, others, strict=True)
+        ]
+        pool = self.ratios(np.concatenate([seeds, other_seeds + after]), both)
+        return pool.on(seeds), replace(pool.on(other_seeds + after), seeds=other_seeds)
 
     def chosen(self, rows: Sequence[Row], quantity: Quantity) -> list[Row]:
         """Return the rows of a quantity that count: with a value, and of events of the kind."""
@@ -224,6 +237,21 @@ class Metric:
         if self.statistic is None:
             own = Quantity(self.name, 0.0, 1.0 if self.unit == "fraction" else inf)
             object.__setattr__(self, "statistic", Mean(own))
+        if self.value is not None:
+            check_choice(f"quantity of metric {self.name}", self.name, [each.name for each in self.statistic.of])
+
+    def value_of(self, *episode: Any) -> float:
+        """Return ``value`` of an episode; NaN where it is undefined.
+
+        Raises:
+            ValueError: for what is no number in the range of the metric's quantity.
+        """
+        assert self.value is not None
+        value = self.value(*episode)
+        own = next(each for each in self.statistic.of if each.name == self.name)
+        good = np.ndim(value) == 0 and (np.isnan(value) or own.low <= value <= own.high)
+        check(f"value of metric {self.name}", good, f"a number from {own.low:g} to {own.high:g}, or NaN", repr(value))
+        return float(value)
 
     @property
     def definitions(self) -> tuple[Any, ...]:

@@ -33,8 +33,6 @@ DEFAULT = next(iter(_MODULES))
 """Name of the default suite of commands and trackers."""
 
 _SUITES: dict[str, Suite] = {}
-_TAKES_FUNCTIONS = ("frame-out",)
-"""Suites whose judge makes rows of metrics' own functions, ``Metric.value``."""
 
 Condition = tuple[str, str, str, str, str]
 """Suite, scenario, preset, renderer and steering: the controller, "" on a set path; the link if controllers compete."""
@@ -147,6 +145,13 @@ class Suite:
     recordings: Callable[[Sequence[TrackTable]], tuple[Sequence[Recording], list[str], list[str]]] | None = None
     on_sequences: OnSequences | None = None
 
+    def judge_of(self, episode: Episode, scenario: Scenario) -> Judge:
+        """Return the judge of an episode; it calls the suite's metrics that are functions of one."""
+        judge = self.judge(episode, scenario)
+        if functions := tuple(metric for metric in self.metrics if metric.value is not None):
+            judge.functions = functions  # type: ignore[attr-defined]
+        return judge
+
     @property
     def judges_controllers(self) -> bool:
         """Whether controllers are trackers."""
@@ -207,7 +212,7 @@ def register_suite(new: Suite) -> None:
     check_choice("events.key", new.events.key, EVENT_COLUMNS)
     known = [metric.name for metric in new.metrics]
     for metric in new.metrics:
-        _check_metric(metric, new.name)
+        _check_metric(new, metric)
         check("metrics", known.count(metric.name) == 1, "each name once", f"{metric.name!r} twice")
     named: dict[str, Iterable[str]] = {"headline": new.headline, "compared": new.compared, "tuned_for": new.tuned_for}
     if (real := new.on_sequences) is not None:
@@ -219,13 +224,19 @@ def register_suite(new: Suite) -> None:
     _SUITES[new.name] = new
 
 
-def _check_metric(metric: Metric, suite_name: str) -> None:
-    """Raise ValueError for an unknown direction, a statistic that is none, or a function that the suite ignores."""
+def _check_metric(judging: Suite, metric: Metric) -> None:
+    """Raise ValueError for a direction that there is not, a statistic that is none or has no formula, or a function of
+    an episode in a suite whose judge calls none.
+    """
     check_choice(f"better of metric {metric.name}", metric.better, get_args(Better))
     is_one = isinstance(metric.statistic, Statistic)
     check(f"statistic of metric {metric.name}", is_one, "a Statistic, such as Mean(quantity)", repr(metric.statistic))
-    taken = metric.value is None or suite_name in _TAKES_FUNCTIONS
-    check(f"value of metric {metric.name}", taken, f"None, as the judge of {suite_name} makes all rows", metric.value)
+    formula = getattr(metric.statistic, "formula", None)
+    check(f"formula of metric {metric.name}", isinstance(formula, str), "a text, such as 'mean of {0}'", repr(formula))
+    called = metric.value is None or hasattr(judging.judge, "functions")
+    check(
+        f"value of metric {metric.name}", called, f"None, as the judge of {judging.name} makes all rows", metric.value
+    )
 
 
 def suites() -> dict[str, Suite]:
@@ -235,19 +246,26 @@ def suites() -> dict[str, Suite]:
     return dict(sorted(_SUITES.items()))
 
 
-def add_metric(suite_name: str, metric: Metric, *, headline: bool = False) -> None:
-    """Add a metric to a suite's summary, and with ``headline`` to its leaderboard.
+def add_metric(suite_name: str, metric: Metric, *, headline: bool = False, compared: bool = False) -> None:
+    """Add a metric to a suite, with ``headline`` to its leaderboard, with ``compared`` to comparisons of whole
+    episodes.
 
     Raises:
         ValueError: if the suite is unknown or has a metric of this name, for an unknown direction or statistic, or for
             a function where the suite's judge makes all rows.
     """
-    _check_metric(metric, suite_name)
     old = suite(suite_name)
+    _check_metric(old, metric)
     taken = any(metric.name == known.name for known in old.metrics)
     check("metric", not taken, "a new name", f"{metric.name!r}, which the suite has")
-    shown = (*old.headline, metric.name) if headline else old.headline
-    _SUITES[suite_name] = replace(old, metrics=(*old.metrics, metric), headline=shown)
+    new = replace(old, metrics=(*old.metrics, metric))
+    if headline:
+        new = replace(new, headline=(*old.headline, metric.name))
+    if compared:
+        new = replace(new, compared=(*old.compared, metric.name))
+        if old.events.tests or old.events.episodes:
+            new = replace(new, events=replace(old.events, episodes=(*old.events.episodes, metric)))
+    _SUITES[suite_name] = new
 
 
 def add_scene(suite_name: str, scene: Scene) -> None:

@@ -70,7 +70,7 @@ def play(settings: FollowSettings, seeds: range, out: Path, zoom: float = 1.0, m
         for seed in seeds:
             env.reset(options={"episode_seed": seed})
             loop, suite, started = env.episode, controllers_suite(), time.perf_counter()
-            judge = suite.judge(loop.episode, simulated(settings.scenario, settings.preset_name, seed).scenario)
+            judge = suite.judge_of(loop.episode, simulated(settings.scenario, settings.preset_name, seed).scenario)
             sheet, steered = judge.sheet(), False
             take_in(loop, judge, [sheet])
             while not loop.is_over:

@@ -128,7 +128,7 @@ class Simulated(EpisodeSpec):
 
     def judge(self, suite: Suite, episode: Episode) -> Judge:
         """See ``EpisodeSpec``."""
-        return suite.judge(episode, self.scenario)
+        return suite.judge_of(episode, self.scenario)
 
     def command_link(self, episode: Episode) -> CommandLink | None:
         """See ``EpisodeSpec``."""

@@ -128,23 +128,8 @@ class Median(Statistic):
 
     def ratios(self, seeds: NDArray[np.int64], chosen: Sequence[Sequence[Row]]) -> PooledRatios:
         """See ``Statistic``."""
-        return self._on_grid(seeds, chosen, _values(chosen))
+        grid = np.unique(np.array([row["value"] for some in chosen for row in some], dtype=float))
 
-    def pooled_pair(
-        self, first: Sequence[Row], second: Sequence[Row]
-    ) -> tuple[PooledRatios | None, PooledRatios | None]:
-        """See ``Statistic``. The grid has the values of both."""
-        both = [[self.chosen(rows, each) for each in self.of] for rows in (first, second)]
-        grid = np.union1d(*map(_values, both))
-        one, other = (
-            self._on_grid(np.unique([row["seed"] for row in rows]), chosen, grid) if all(chosen) else None
-            for rows, chosen in zip((first, second), both, strict=True)
-        )
-        return one, other
-
-    def _on_grid(
-        self, seeds: NDArray[np.int64], chosen: Sequence[Sequence[Row]], grid: NDArray[np.float64]
-    ) -> PooledRatios:
         def finish(below: NDArray[np.float64]) -> NDArray[np.float64]:
             return self._of([_median(each, grid) for each in np.split(below, len(chosen), axis=-1)])
 
@@ -162,11 +147,6 @@ class DifferenceOfMedians(Median):
 
     def _of(self, medians: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
         return medians[0] - medians[1]
-
-
-def _values(chosen: Sequence[Sequence[Row]]) -> NDArray[np.float64]:
-    """Return the distinct values (K,) of rows, sorted."""
-    return np.unique(np.array([row["value"] for some in chosen for row in some], dtype=float))
 
 
 def _indicator_parts(rows: Sequence[Row], grid: NDArray[np.float64]) -> Parts:

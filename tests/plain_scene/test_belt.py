@@ -13,6 +13,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from benchmarks.cli.main import main
+from benchmarks.contract.rows import read_rows
 from benchmarks.contract.suite import Scene, add_metric, add_scene, register_suite, suite
 from scenarios import catalog, objects
 from scenarios.loop import Loop
@@ -47,6 +48,17 @@ def test_trackers_of_a_suite_without_events_are_compared(tmp_path: Path, capsys:
     assert re.search(r"outside\s+error\s.*\(px\)", capsys.readouterr().out, re.DOTALL)
     assert main(["compare", "hold", "colour_pf", "--modules", MODULE, "--directory", str(tmp_path)]) == 0
     assert "outside_error_px" in capsys.readouterr().out
+
+
+def test_frame_out_judges_a_scene_without_roads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    if not suite("frame-out").is_about("conveyor"):
+        add_scene("frame-out", Scene("conveyor", trackers=("hold", "hold_ground")))
+    words = ("bench", "frame-out", "--scenario", "conveyor", *MODULES, "--workers", "0", "--out", str(tmp_path))
+    assert main([*words]) == 0
+    rows = read_rows(tmp_path)
+    frame_outs = [row["frame_out"] for row in rows if row["metric"] == "reentry_error_m"]
+    assert {(each["kind"], each["side"], each["turned"]) for each in frame_outs} == {("outside", "right", None)}
+    assert "frame-out of 10 frames" in (tmp_path / "report.html").read_text()
 
 
 def test_a_camera_at_rest_has_an_env_with_nothing_to_command_and_no_controllers_to_compare(

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score
-from benchmarks.contract.suite import suite
 from benchmarks.judges import in_view, recovery
 from benchmarks.judges.frame_out.metrics import localisation, posterior
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut, find_frame_outs
@@ -38,10 +37,7 @@ def score_episode(
         scores += errors_while_out(frame_out, error_m, on_target)
     scores += offscreen_scores(truth, estimate, error_m)
     scores += in_view_scores(truth, estimate, on_target, failed_at_frame)
-    scores += [run_kept(scores), silent_frames(estimate)]
-    own = (metric for metric in suite("frame-out").metrics if metric.value is not None)
-    scores += [Score(metric.name, metric.value(truth, estimate)) for metric in own]  # type: ignore[misc]
-    return scores
+    return [*scores, run_kept(scores), silent_frames(estimate)]
 
 
 def recovery_scores(

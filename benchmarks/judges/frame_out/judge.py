@@ -3,7 +3,7 @@
 The column ``frame_out`` holds the attributes of a frame-out::
 
     {"index": 0, "exit_frame": 57, "length_frames": 43, "back_frame": 104 or null,
-     "kind": "road" | "excursion" | "unseen", "side": "left"|"right"|"top"|"bottom",
+     "kind": "road"|"excursion"|"outside"|"unseen", "side": "left"|"right"|"top"|"bottom",
      "turned": true if it turned at a crossing while outside}
 
 ``back_frame`` is the first frame on which the whole car is in the picture again;
@@ -48,12 +48,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.judging import Ending, Score, truth_as
+from benchmarks.contract.judging import Ending, Score
+from benchmarks.contract.metric import Metric
 from benchmarks.judges.frame_out.episode_scores import score_episode
 from benchmarks.judges.frame_out.metrics.posterior import NO_POSTERIOR, calibration
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
@@ -68,9 +69,13 @@ from trackers.types import CameraCommand, Estimate
 
 
 class FrameOutJudge:
-    """See ``benchmarks.contract.judging.Judge``."""
+    """See ``benchmarks.contract.judging.Judge``.
 
-    kind: ClassVar[type[Truth]] = RoadTruth
+    Attributes:
+        functions: metrics whose ``value`` is a function of the truth and a tracker's estimates.
+    """
+
+    functions: tuple[Metric, ...] = ()
 
     def __init__(self, episode: Episode, scenario: Scenario | None) -> None:
         """``scenario`` is None for a real sequence, whose one object is the target."""
@@ -84,7 +89,7 @@ class FrameOutJudge:
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
-        self._truths.append(without_pixels(truth_as(frame.truth, self.kind)))
+        self._truths.append(without_pixels(frame.truth))
         if self._closed_loop:
             self._in_view.append(is_in_view(frame.truth, self.target, frame.camera))
 
@@ -104,7 +109,7 @@ class FrameOutJudge:
         def stacked(name: str) -> NDArray[Any]:
             return np.array([getattr(truth, name) for truth in self._truths])
 
-        has_roads = issubclass(self.kind, RoadTruth)
+        has_roads = isinstance(self._truths[0], RoadTruth)
         return TruthSeries(
             rate_hz=self.rate_hz,
             size_px=(self._camera.width_px, self._camera.height_px),
@@ -124,6 +129,7 @@ class FrameOutJudge:
     def scores(self, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
         """Return the scores of one tracker."""
         scores = score_episode(self.truth, estimate, failed_at_frame, closed_loop=self._closed_loop)
+        scores += [Score(metric.name, metric.value_of(self.truth, estimate)) for metric in self.functions]
         if self._closed_loop:
             scores += view_scores(np.array(self._in_view), self.truth.visible_fraction, self.rate_hz)
         return scores

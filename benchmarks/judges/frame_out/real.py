@@ -5,8 +5,8 @@ one is an absence, and what follows it a return. A tracker is on the target wher
 of at least 0.5. Nothing is known of metres, of roads and of other cars. In means over sequences each one counts the
 same in the scores of OTB, as there.
 
-An absence is a frame-out of the kind ``unseen`` in rows, without a side and a turn. Functions of
-metrics, ``Metric.value``, are not called, since they may need metres.
+An absence is a frame-out of the kind ``unseen`` in rows, without a side and a turn. Metrics that are
+functions of an episode are not called, since they may need metres.
 """
 
 from __future__ import annotations
@@ -22,7 +22,6 @@ from benchmarks.judges.frame_out.metrics.frame_outs import find_frame_outs
 from benchmarks.judges.frame_out.metrics.localisation import ON_CAR_IOU, box_iou
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
 from scenarios.scenario import Episode
-from scenarios.truth import Truth
 
 _EACH_SEQUENCE = ("centre_error_px", "precision_20_px", "success_auc", "success_curve")
 """Scores of OTB."""
@@ -30,8 +29,6 @@ _EACH_SEQUENCE = ("centre_error_px", "precision_20_px", "success_auc", "success_
 
 class SequenceJudge(FrameOutJudge):
     """See ``benchmarks.contract.judging.Judge``."""
-
-    kind = Truth
 
     def __init__(self, sequence: Episode) -> None:
         super().__init__(sequence, None)

@@ -120,14 +120,14 @@ def _describe(frame_outs: Sequence[dict[str, Any]]) -> str:
     lengths = [each["length_frames"] for each in frame_outs]
     if all(each["kind"] == "unseen" for each in frame_outs):
         return f"{counted(len(frame_outs), 'absence')} of {lengths_text(lengths)}"
+    words = f"{counted(len(frame_outs), 'frame-out')} of {lengths_text(lengths)}"
+    if all(each["kind"] == "outside" for each in frame_outs):
+        return words
     turned = sum(bool(each["turned"]) for each in frame_outs)
     excursions = sum(each["kind"] == "excursion" for each in frame_outs)
     long = [each["length_frames"] for each in frame_outs if each.get("long")]
     longer = f", {len(long)} longer than drawn, with {sum(long) / sum(lengths):.0%} of all frames outside"
-    return (
-        f"{counted(len(frame_outs), 'frame-out')} of {lengths_text(lengths)}, "
-        f"{turned} with a turn at a crossing, {excursions} with a way off the road{longer if long else ''}"
-    )
+    return f"{words}, {turned} with a turn at a crossing, {excursions} with a way off the road{longer if long else ''}"
 
 
 FRAME_OUT = Suite(

@@ -1,14 +1,18 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy import stats
 
-from benchmarks.contract.metric import Mean, Metric, Quantity, Statistic
+from benchmarks.contract.metric import Mean, Metric, PooledRatios, Quantity, Statistic, collected
+from benchmarks.contract.rows import Row
 from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.judges.stereo.suite import STEREO
 from benchmarks.statistics.bootstrap import bootstrap_interval
@@ -89,6 +93,45 @@ def test_a_difference_of_medians_is_of_pairs() -> None:
     found = paired(rows, others, Metric("m", "", "1", "higher", of(DifferenceOfMedians, "a", "b")))
     assert found is not None
     assert found.difference == pytest.approx(-0.1)
+
+
+class Trimmed(Statistic):
+    """The mean of the values without the least and the greatest one; its columns are the values that there are."""
+
+    formula = "mean of {0} without its ends"
+
+    def ratios(self, seeds: NDArray[np.int64], chosen: Sequence[Sequence[Row]]) -> PooledRatios:
+        values = np.array([each["value"] for each in chosen[0]])
+        grid = np.unique(values)
+        parts = (
+            [each["seed"] for each in chosen[0]],
+            (values[:, None] == grid).astype(float),
+            np.ones((len(values), len(grid))),
+        )
+
+        def finish(shares: NDArray[np.float64]) -> NDArray[np.float64]:
+            below = np.cumsum(shares, axis=-1)
+            kept = np.clip(below, 0.2, 0.8) - np.clip(below - shares, 0.2, 0.8)
+            return (kept * grid).sum(axis=-1) / 0.6
+
+        return collected(seeds, [parts], finish)
+
+
+def test_the_p_of_a_statistic_of_values_is_that_of_all_swaps() -> None:
+    rng = np.random.default_rng(5)
+    first, second = rng.normal(1.0, 1.0, 10), rng.normal(0.0, 1.0, 10)
+    rows, others = ([row(k, "a", float(value)) for k, value in enumerate(each)] for each in (first, second))
+    found = paired(rows, others, Metric("m", "", "1", "higher", of(Trimmed, "a")))
+    assert found is not None
+    swaps = np.array(list(product((False, True), repeat=10)))
+    mixed = np.where(swaps, second, first), np.where(swaps, first, second)
+    differences = stats.trim_mean(mixed[0], 0.2, axis=1) - stats.trim_mean(mixed[1], 0.2, axis=1)
+    assert found.difference == pytest.approx(differences[0])
+    assert found.p == pytest.approx(np.mean(np.abs(differences) >= abs(differences[0]) - 1e-9), abs=0.02)
+    # Seeds that one of the two lacks count in neither.
+    fewer = paired(rows, others[3:], Metric("m", "", "1", "higher", of(Trimmed, "a")))
+    assert fewer is not None
+    assert fewer.n == 7
 
 
 def test_the_interval_of_a_median_is_scipys() -> None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from benchmarks.judges.frame_out.metrics.series import TruthSeries
 from benchmarks.judges.runs import runs
+
+Kind = Literal["road", "excursion", "outside", "unseen"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +25,8 @@ class FrameOut:
             episode ended before.
         watch_end_frame: first frame of the next frame-out, or the number of frames: end of the watch for recovery.
         kind: ``excursion`` if the target was off the road on any frame from the exit to ``back_frame`` (or the last
-            frame outside), else ``road``. In a real sequence ``unseen``: outside the picture or hidden, on a way that
-            is not known.
+            frame outside), else ``road``; ``outside`` in a scene without roads. In a real sequence ``unseen``: outside
+            the picture or hidden.
         side: side of the picture by which it left; "" where it is not known.
         turned: whether it turned at a crossing while outside; None where it is not known.
         long: whether it lasts longer than any that the preset draws, e.g. because the pilot flew on without having seen
@@ -36,7 +38,7 @@ class FrameOut:
     length_frames: int
     back_frame: int | None
     watch_end_frame: int
-    kind: Literal["road", "excursion", "unseen"] = "unseen"
+    kind: Kind
     side: str = ""
     turned: bool | None = None
     long: bool | None = None
@@ -60,14 +62,12 @@ def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
         whole_again = np.flatnonzero(truth.state[end:watch_end] == "in")
         back_frame = end + int(whole_again[0]) if len(whole_again) else None
         until = end if back_frame is None else back_frame
-        frame_out = FrameOut(len(found), exit_frame, end - exit_frame, back_frame, watch_end)
-        if truth.on_road is not None and truth.turning is not None:
-            frame_out = replace(
-                frame_out,
-                kind="road" if truth.on_road[exit_frame:until].all() else "excursion",
-                side=str(truth.side[exit_frame]),
-                turned=bool(truth.turning[exit_frame:end].any()),
-                long=None if truth.longest_frames is None else end - exit_frame > truth.longest_frames,
-            )
-        found.append(frame_out)
+        side = str(truth.side[exit_frame])
+        kind: Kind = "outside" if side else "unseen"
+        if truth.on_road is not None:
+            kind = "road" if truth.on_road[exit_frame:until].all() else "excursion"
+        turned = None if truth.turning is None else bool(truth.turning[exit_frame:end].any())
+        long = None if truth.longest_frames is None else end - exit_frame > truth.longest_frames
+        length_frames = end - exit_frame
+        found.append(FrameOut(len(found), exit_frame, length_frames, back_frame, watch_end, kind, side, turned, long))
     return found

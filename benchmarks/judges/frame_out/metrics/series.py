@@ -1,4 +1,4 @@
-"""Truth and a tracker's estimates of an episode in a road town, as arrays over its frames."""
+"""Truth and a tracker's estimates of an episode with one target, as arrays over its frames."""
 
 from __future__ import annotations
 
@@ -21,9 +21,8 @@ class TruthSeries:
         position_px: (F, N, 2), box_xyxy: (F, N, 4); amodal, also outside the picture.
         visible_fraction: (F,) of the target.
         state, side: (F,) str; side is "" before the first exit.
-        on_road, turning: (F,) bool; None in real sequences, of which no roads are known.
-        longest_frames: of a frame-out that the preset draws; None where it draws none: in closed loop and in real
-            sequences.
+        on_road, turning: (F,) bool; None where there are no roads.
+        longest_frames: of a frame-out that the preset draws; None where it draws none, e.g. in closed loop.
     """
 
     rate_hz: float

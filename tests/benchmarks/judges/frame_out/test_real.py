@@ -32,7 +32,7 @@ def truth_of_boxes(box_xyxy: NDArray[np.float64], rate_hz: float = 4.0) -> Truth
         box_xyxy=box_xyxy[:, None],
         visible_fraction=np.where(state == "out", 0.0, np.nan),
         state=state,
-        side=np.full(frames, "left"),
+        side=np.full(frames, ""),
     )
 
 
