@@ -34,9 +34,16 @@ class SequenceJudge(FrameOutJudge):
         super().__init__(sequence, None)
 
     def scores(self, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
-        """Return the scores of one tracker. How much of the target is visible is not known where it has a box."""
-        visible = np.where(self.truth.state == "out", 0.0, np.nan)
-        return score_sequence(replace(self.truth, visible_fraction=visible), estimate, failed_at_frame)
+        """Return the scores of one tracker, by boxes alone."""
+        known = replace(
+            self.truth,
+            visible_fraction=np.where(self.truth.state == "out", 0.0, np.nan),
+            side=np.full_like(self.truth.side, ""),
+            on_road=None,
+            turning=None,
+            longest_frames=None,
+        )
+        return score_sequence(known, estimate, failed_at_frame)
 
 
 def score_sequence(truth: TruthSeries, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
