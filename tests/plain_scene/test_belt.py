@@ -100,8 +100,6 @@ def test_names_that_do_not_fit_are_refused_at_once(monkeypatch: pytest.MonkeyPat
             register_suite(replace(suite("belt"), name="odd", metrics=(wrong,)))
         with pytest.raises(ValueError, match=r"(better|statistic) of metric new: expected (one of|a Statistic)"):
             add_metric("belt", replace(wrong, name="new"))
-    with pytest.raises(ValueError, match=r"value of metric new: expected None, as the judge of belt makes all rows"):
-        add_metric("belt", replace(metric, name="new", value=lambda truth, estimate: 1.0))
     monkeypatch.setattr(catalog, "_ENTRIES", (catalog.Entry("other-v1", f"{MODULE}:CONVEYOR"),))
     with pytest.raises(ValueError, match=r"CONVEYOR to have its entry's id 'other-v1', got 'conveyor-v1'"):
         catalog.scenario("other")
