@@ -40,11 +40,6 @@ class Moored:
     swings: bool
     seed: int
 
-    @property
-    def rope_count(self) -> int:
-        """Ropes: bow and stern lines and two springs, or one to the buoy."""
-        return 1 if self.swings else 4
-
 
 @dataclass(frozen=True, slots=True)
 class Ride:

@@ -47,7 +47,6 @@ class DayWarmth:
         self._course: Course = course(
             [Surface(MATERIALS[name], view) for name, view in known], day.weather, first_h, last_h
         )
-        self._hour = np.nan
 
     def at(self, hour: float) -> None:
         """Set the hour."""
