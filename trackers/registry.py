@@ -321,9 +321,16 @@ def tuned_values(name: str, module: str) -> dict[str, Any]:
 
 
 def _tuning(name: str, module: str) -> dict[str, Any]:
-    """Return the content of ``tuned_file``; no values if there is none."""
+    """Return the content of ``tuned_file``; no values if there is none. Raises ValueError for another content."""
     file = tuned_file(name, module)
-    return json.loads(file.read_text()) if file.is_file() else {"parameters": {}}
+    if not file.is_file():
+        return {"parameters": {}}
+    try:
+        found: dict[str, Any] = json.loads(file.read_text())
+        dict(found["parameters"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise ValueError(f'{file}: expected JSON such as {{"parameters": {{"NAME": 1.0}}}}, got {error!r}') from None
+    return found
 
 
 def _add(new: TrackerEntry) -> None:

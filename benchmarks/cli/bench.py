@@ -139,7 +139,8 @@ class Bench(WithModules):
         summary = [entry for entry in outcome.summary if entry["suite"] == wanted.name]
         if not self.json:
             print_leaderboard(summary, self.metric)
-        print("making the report, whose pictures take another run of a tracker …", file=sys.stderr)
+        what = "the report" if self.real else "the report, whose pictures take another run of a tracker"
+        print(f"making {what} …", file=sys.stderr)
         with trackers_print_to_stderr():
             report = write_report(out, self.metric)
         if self.json:

@@ -124,6 +124,16 @@ def test_a_paper_s_method_without_better_values_stands_once(monkeypatch: pytest.
     assert "many_tuned" not in registry.entries()
 
 
+@pytest.mark.parametrize("content", ["{", "{}", "[]", '{"parameters": 3}'])
+def test_a_file_of_tuned_values_that_holds_none_is_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, content: str
+) -> None:
+    (tmp_path / "mine.json").write_text(content)
+    monkeypatch.setattr(registry, "tuned_file", lambda name, module: tmp_path / "mine.json")
+    with pytest.raises(ValueError, match=r"mine\.json: expected JSON such as"):
+        registry.tuned_values("mine", "mine")
+
+
 def test_tuned_values_replace_the_defaults_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "tuned_values", lambda name, module: {"gate_px": 33.0})
     register("many", role="baseline", summary="many targets")(_Many)

@@ -136,13 +136,15 @@ def export_format(name: str) -> Callable[[_Format], _Format]:
     """Return a decorator that registers an ``Exporter`` under a name.
 
     Raises:
-        ValueError: for a name that is taken, or a class without a docstring, which is the format's README.
+        ValueError: for a name that is taken, or a class without ``write_episode`` or a docstring, its README.
     """
 
     def register(exporter: _Format) -> _Format:
         ours = exporter.__module__.startswith(f"{__package__}.")
         known = _FORMATS if ours else formats()
         check("format", name not in known, "a name that no format has", repr(name))
+        writes = exporter.write_episode is not Exporter.write_episode
+        check("write_episode", writes, f"such a method of class {exporter.__name__}", "none")
         check("format", bool(exporter.__doc__), f"a docstring of class {exporter.__name__}, for its README", "none")
         _FORMATS[name] = exporter
         return exporter
