@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.data.exports.exporter import export, formats
+from benchmarks.data.exports.exporter import Exporter, export, export_format, formats
 from benchmarks.data.sets.channels import CODINGS
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.places import place_of
@@ -105,6 +105,11 @@ def test_what_is_there_is_kept(data: DataSet, tmp_path: Path) -> None:
     assert (tmp_path / "empty" / "list.txt").is_file()
     with pytest.raises(ValueError, match="out: expected a folder that can be written, got '/proc'"):
         export(data, "otb", Path("/proc/nix"))
+
+
+def test_a_format_that_writes_nothing_is_refused() -> None:
+    with pytest.raises(ValueError, match="write_episode: expected such a method of class Nothing, got none"):
+        export_format("nothing")(type("Nothing", (Exporter,), {"__doc__": "Nothing."}))
 
 
 def test_a_missing_package_an_unknown_format_and_an_empty_set_are_named(
