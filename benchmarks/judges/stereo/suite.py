@@ -157,7 +157,7 @@ STEREO = Suite(
             _share("wrong_person_rate", "its frames on another person", Mean(_WRONG_IN_EVENT), "lower"),
         ),
     ),
-    silence="no answer; it is a miss where at least a tenth of the person is seen",
+    silence="a miss where at least a tenth of the person is seen",
     controller=None,
 )
 register_suite(STEREO)
