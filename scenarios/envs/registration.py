@@ -15,7 +15,7 @@ from sim.checks import check
 def register_env(env_id: str, scenario: str, tracker: str) -> None:
     """Register the env of a scenario with a default tracker. Raises ValueError for an id that Gymnasium cannot read."""
     good = ENV_ID_RE.fullmatch(env_id) is not None
-    check("env_id", good, "a name with its version, such as frameout/RoadTownFollow-v2", repr(env_id))
+    check("env_id", good, "a name with its version, such as frameout/Mine-v1", repr(env_id))
     gym.register(
         id=env_id,
         entry_point="scenarios.envs.follow_env:FollowEnv",

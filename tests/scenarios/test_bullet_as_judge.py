@@ -29,7 +29,7 @@ def test_rays_agree_with_what_is_visible_and_what_is_hidden(name: str) -> None:
     preset = replace(scene.presets["quick"], width_px=160, height_px=120)
     episode: Any = scene.episode(preset, 3, closed_loop=False)
     rng = np.random.default_rng(4)
-    world, renderer, camera = episode.world, create_renderer("raster", episode.world), episode._rig.camera
+    world, renderer, camera = episode.world, create_renderer("raster", episode.world), episode._camera.model
     with bullet.client(world, exact=True) as client:
         index_of = {handle: index for index, handle in enumerate(client.handles)}
         for frame in FRAMES:

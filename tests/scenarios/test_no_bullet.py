@@ -33,12 +33,12 @@ for seed in range(2):
 assert len(worlds) == 0, "an env that is dropped without close() keeps its world"
 """
 BENCH = """
-from benchmarks import cli
+from benchmarks.cli import main as cli
 sys.argv = ["frameout", "bench", "frame-out", "--quick", "--seeds", "0:1", "--out", "bench"]
 assert cli.main() == 0
 """
 GENERATE = """
-from benchmarks import cli
+from benchmarks.cli import main as cli
 sys.argv = ["frameout", "generate", "fish-tank", "--preset", "quick", "--seeds", "0:1", "--out", "data"]
 assert cli.main() == 0
 """

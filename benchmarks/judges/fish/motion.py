@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from math import inf
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score
@@ -89,6 +88,9 @@ def _share_of_meetings(position_px: Array, near_px: float) -> float:
     frames, count, _ = position_px.shape
     if count < 2:
         return np.nan
+    # Every process imports the suites, and few judge fish.
+    import pandas as pd
+
     filled = pd.DataFrame(position_px.reshape(frames, -1)).interpolate(limit_area="inside").to_numpy()
     filled = filled.reshape(position_px.shape)
     first, second = np.triu_indices(count, 1)

@@ -48,7 +48,7 @@ def test_the_pieces_of_a_wall_show_one_texture_that_runs_on_over_their_seams(nam
 def test_shadows_begin_at_the_shoes():
     """Beside the feet, the floor is darker than with raised panels, on which shadows begin some way off."""
     episode = scenario("stereo-follow").episode("quick", SEED)
-    frame, world, light = episode.step(), episode.world, episode._baked_light
+    frame, world, light = episode.step(), episode.world, episode._shader
     raised = BakedLightShader(world, light._baked)
     set_light(raised, episode.plan.light, 0)
     camera, T_world_camera = frame.camera, frame.truth.T_world_camera
