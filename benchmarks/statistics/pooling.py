@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from benchmarks.contract.metric import Mean, Parts, PooledRatios, Quantity, Statistic, collected, mean_parts
 from benchmarks.contract.rows import Row
 from benchmarks.statistics import average_precision, froc, long_term
+from sim.checks import check
 
 
 class GeometricMean(Mean):
@@ -182,8 +183,9 @@ class RestrictedMean(Statistic):
     def ratios(self, seeds: NDArray[np.int64], chosen: Sequence[Sequence[Row]]) -> PooledRatios:
         """See ``Statistic``. Ratios are the hazards of Kaplan-Meier."""
         times, watched, *rates = chosen
-        # One condition has one rate.
-        frames_per_unit = rates[0][0]["value"] if rates else 1.0
+        rates_hz = {row["value"] for rows in rates for row in rows}
+        check("rate_hz", len(rates_hz) <= 1, "one rate of all that is pooled or compared", sorted(rates_hz))
+        frames_per_unit = rates_hz.pop() if rates else 1.0
         steps = np.arange(self._horizon_frames)
         never = np.array([row["value"] is None for row in times])
         ends = np.array([w["value"] if t["value"] is None else t["value"] for t, w in zip(times, watched, strict=True)])

@@ -57,6 +57,12 @@ def test_a_block_without_its_last_row_is_refused_and_not_read(tmp_path: Path) ->
     assert read_blocks(tmp_path) == {}
 
 
+def test_the_later_making_counts(tmp_path: Path) -> None:
+    append_block(tmp_path, block("a", 1, (1.0,)))
+    append_block(tmp_path, block("a", 1, (5.0,)))
+    assert [row["value"] for row in read_rows(tmp_path)] == [5.0, 300.0]
+
+
 def test_rewriting_leaves_one_whole_file(tmp_path: Path) -> None:
     append_block(tmp_path, block("b", 1))
     append_block(tmp_path, block("a", 1))

@@ -236,6 +236,16 @@ def test_a_wrong_answer_is_worse_than_none_and_a_right_one_better(
     assert detection_f1(right + more, wrong, missed) >= detection_f1(right, wrong, missed)
 
 
+def test_a_constant_answer_is_not_ahead_for_never_being_silent() -> None:
+    """By the paper's F one that always answers, right on 71 of 100 frames, is far ahead of one that knows 65 and is
+    silent on the most of what it does not.
+    """
+    constant, careful = (71, 29, 0), (65, 5, 30)
+    f = {name: brute_force([(0, *counts)])["f_measure"] for name, counts in (("a", constant), ("b", careful))}
+    assert f["a"] > f["b"] + 0.04
+    assert detection_f1(*constant) < detection_f1(*careful)
+
+
 @settings(deadline=None, max_examples=30)
 @given(counted, counted, st.lists(st.integers(0, 4), min_size=5, max_size=5))
 def test_resampled_and_paired_f_is_that_of_the_seeds_drawn(
@@ -253,4 +263,9 @@ def test_resampled_and_paired_f_is_that_of_the_seeds_drawn(
 
 def test_a_time_to_recover_in_seconds_is_that_in_frames_by_the_rate() -> None:
     rows = [row(0, "recovery_frames", 6.0, kind="occlusion"), row(0, "watched_frames", 50.0, kind="occlusion")]
-    assert mean_of(STEREO.metric("time_to_recover_s").statistic, [*rows, row(0, "rate_hz", 10.0)]) == pytest.approx(0.6)
+    metric = STEREO.metric("time_to_recover_s")
+    mine, others = [*rows, row(0, "rate_hz", 10.0)], [*rows, row(0, "rate_hz", 15.0)]
+    assert mean_of(metric.statistic, mine) == pytest.approx(0.6)
+    # Seconds of one rate are none of another.
+    with pytest.raises(ValueError, match=r"rate_hz: expected one rate of all .* got \[10.0, 15.0\]"):
+        paired(mine, others, metric)

@@ -70,6 +70,13 @@ def test_the_same_method_has_the_same_errors_in_a_chain_and_alone(episode: Path)
     assert gaps["fake_holds"] == gaps["fake_nearest"]
 
 
+@pytest.mark.heavy
+def test_hindsight_that_renames_all_changes_no_score(episode: Path) -> None:
+    values = {row["metric"]: row["value"] for row in rows_of(episode) if row["tracker"] == "fake_nearest"}
+    for name in ("hota", "mota", "identity_right_frames", "identity_switches"):
+        assert values[name] == values[f"{name}_at_once"]
+
+
 def test_the_report_says_how_the_fish_swim(episode: Path) -> None:
     page = (episode / "report.html").read_text()
     for words in ("How they swim", "straightness"):

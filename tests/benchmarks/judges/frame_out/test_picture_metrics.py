@@ -42,6 +42,20 @@ def test_without_a_probability_the_position_speaks() -> None:
     assert said.confidence((100, 80)).tolist() == [1.0, 0.0, 0.0, 0.2]
 
 
+@settings(deadline=None)
+@given(st.integers(1, 25).flatmap(lambda n: st.tuples(*(arrays(float, n, elements=UNIT) for _ in range(3)))))
+def test_precision_and_recall_are_those_of_a_loop(data: tuple[np.ndarray, np.ndarray, np.ndarray]) -> None:
+    iou, confidence, drawn = data
+    visible = drawn < 0.7
+    precision, recall = long_term.precision_recall_curves(iou, confidence, visible)
+    for t, threshold in enumerate(long_term.THRESHOLDS):
+        predicted = [k for k in range(len(iou)) if confidence[k] >= threshold and confidence[k] > 0]
+        overlaps = [iou[k] if visible[k] else 0.0 for k in predicted]
+        assert precision[t] == pytest.approx(np.mean(overlaps) if predicted else 1.0)
+        if visible.any():
+            assert recall[t] == pytest.approx(sum(overlaps) / visible.sum())
+
+
 def test_f_score() -> None:
     precision, recall = np.array([0.5, 0.8, 0.0]), np.array([0.5, 0.4, 0.0])
     np.testing.assert_allclose(long_term.f_score(precision, recall), [0.5, 0.64 / 1.2, 0.0])
