@@ -4,12 +4,36 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from scenarios.loop import LoopTracker
 from scenarios.scenario import Episode, Scenario
+
+
+class EpisodeName(Protocol):
+    """What names an episode in rows, see ``benchmarks.run.episodes.EpisodeSpec``, which is one."""
+
+    @property
+    def scenario(self) -> Scenario | None:
+        """Its scenario; None for what is real."""
+        ...
+
+    @property
+    def preset(self) -> str:
+        """Preset of the scenario; of what is real the collection."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """Seed; of what is real the number in its collection."""
+        ...
+
+    @property
+    def sequence(self) -> str:
+        """Name of the real sequence; "" of others."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,12 +58,12 @@ class TrackerSpec(ABC):
 
     @abstractmethod
     def create(
-        self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
+        self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False
     ) -> LoopTracker:
         """Return a fresh tracker that draws from ``rng``.
 
         Args:
-            episode: before its first frame. scenario: its scenario; None for what is real.
+            named: the episode by its name. episode: the same, before its first frame.
             many: whether the suite judges tracks of many targets.
         """
 

@@ -203,7 +203,7 @@ def opened(
         for name, spec in job.trackers.items():
             for repeat in range(1 if spec.reproducible else job.repeats):
                 rng = tracker_stream(job.episode.seed, spec.name, repeat)
-                create = partial(spec.create, episode, scenario, rng, many=many)
+                create = partial(spec.create, job.episode, episode, rng, many=many)
                 guard = GuardedTracker(create, many=many, needs_depth=job.suite.needs_depth, **how(name))
                 runs.append(TrackerRun(name, repeat, guard))
         link = job.episode.command_link(episode)

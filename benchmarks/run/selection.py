@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import DEFAULT, Scene, Suite, suite, suites
-from benchmarks.contract.tracker_spec import TrackerSpec
+from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
 from benchmarks.run.episodes import Simulated, Steering, simulated
 from benchmarks.run.experiment import Experiment
@@ -37,7 +37,7 @@ class Registered(TrackerSpec):
     entry: registry.TrackerEntry
 
     def create(
-        self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
+        self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False
     ) -> LoopTracker:
         """See ``TrackerSpec``."""
         tracker = self.entry.tracker(self.parameters, rng)
@@ -48,8 +48,8 @@ class Registered(TrackerSpec):
             return FromPictures(FollowOne(tracker, start.background, start.site))
         if self.role != "blind":
             return FromPictures(tracker)
-        assert scenario is not None
-        return Blindfolded(tracker, scenario.target)
+        assert named.scenario is not None
+        return Blindfolded(tracker, named.scenario.target)
 
     def missing(self) -> str:
         """See ``TrackerSpec``."""

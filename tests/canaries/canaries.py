@@ -41,6 +41,7 @@ from benchmarks.papers import b1, b2
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture
 from benchmarks.papers.experiment import experiment_named
 from benchmarks.run.editions import controller_edition, judge_edition, preset_edition, tracker_edition
+from benchmarks.run.episodes import simulated
 from benchmarks.run.selection import trackers_of
 from scenarios import catalog
 from scenarios.catalog import unversioned
@@ -267,7 +268,7 @@ def digest_of_tracker(spec: TrackerSpec) -> str:
     stored = WATCHED[judging.name]
     episode = _Again(stored)
     rng = tracker_stream(EPISODES[stored], spec.name)
-    tracker = spec.create(episode, catalog.scenario(stored), rng, many=judging.follows_many)
+    tracker = spec.create(simulated(stored, "quick", EPISODES[stored]), episode, rng, many=judging.follows_many)
     if stored == "harbour":
         answers = list(_in_the_drawn_harbour(tracker))
     else:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.contract.tracker_spec import TrackerSpec
+from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
 from scenarios.loop import LoopTracker, given
-from scenarios.scenario import Episode, Frame, Scenario
+from scenarios.scenario import Episode, Frame
 from trackers.registry import NoParameters
 from trackers.types import Estimate, Start
 
@@ -57,11 +57,11 @@ class TruthOracle(TrackerSpec):
     """Answers with the truth, see ``TrueTarget``."""
 
     def create(
-        self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
+        self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False
     ) -> LoopTracker:
         """See ``TrackerSpec``."""
-        assert scenario is not None
-        return TrueTarget(scenario.target)
+        assert named.scenario is not None
+        return TrueTarget(named.scenario.target)
 
 
 ORACLE = TruthOracle(

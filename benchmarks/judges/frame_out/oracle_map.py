@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.tracker_spec import TrackerSpec
+from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
 from benchmarks.judges.frame_out.oracle_routes import RouteFan
 from scenarios.loop import LoopTracker, given
 from scenarios.road_town.plan import EXCURSION_ALONG_M, EXCURSION_ASIDE_M, STOP_S
@@ -30,7 +30,7 @@ from scenarios.road_town.traffic import (
     STANDSTILL_GAP_M,
     TIME_GAP_S,
 )
-from scenarios.scenario import Episode, Frame, Scenario
+from scenarios.scenario import Episode, Frame
 from scenarios.truth import Truth
 from sim.optics import project
 from trackers.kernels.particles import geometric_median
@@ -251,11 +251,11 @@ class MapOracle(TrackerSpec):
     module: str = OracleMap.__module__
 
     def create(
-        self, episode: Episode, scenario: Scenario | None, rng: np.random.Generator, *, many: bool = False
+        self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False
     ) -> LoopTracker:
         """See ``TrackerSpec``."""
-        assert scenario is not None
-        return OracleMap(self.parameters, RoadMap(episode.map_of().graph), scenario.target, rng)
+        assert named.scenario is not None
+        return OracleMap(self.parameters, RoadMap(episode.map_of().graph), named.scenario.target, rng)
 
 
 ORACLES = (

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.blindfold import Blindfolded
+from benchmarks.run.episodes import simulated
 from benchmarks.run.selection import trackers_of
 from scenarios.scenario import Frame
 from tests.fakes_scenario import FAKE_TOWN
@@ -19,7 +20,8 @@ from trackers.baselines.single_target import Hold, HoldParameters
 from trackers.protocols import TargetState
 from trackers.types import Estimate, Observation
 
-EPISODE = FAKE_TOWN.episode("tiny", 0)
+NAMED = simulated(FAKE_TOWN.id, "tiny", 0)
+EPISODE = NAMED.open("all")
 FRAMES = [EPISODE.step() for _ in range(EPISODE.frame_count)]
 MANY = [entry.name for entry in registry.entries().values() if entry.follows_many]
 """Those of many targets are called on no frame at all, see tests/toy_scene/test_hindsight.py."""
@@ -47,7 +49,7 @@ class Spy:
 
 def answers(spec: TrackerSpec, frames: list[Frame]) -> NDArray[np.float64]:
     """Return the positions (F - 1, 2) that a fresh tracker answers."""
-    tracker = spec.create(EPISODE, FAKE_TOWN, np.random.default_rng(0))
+    tracker = spec.create(NAMED, EPISODE, np.random.default_rng(0))
     tracker.initialise(frames[0], EPISODE.start)
     return np.array([tracker.update(frame).position_px for frame in frames[1:]])
 

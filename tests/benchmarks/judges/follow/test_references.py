@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.judges.follow.references import ORACLE, TrueTarget
+from benchmarks.run.episodes import simulated
 from benchmarks.run.jobs import heading_of
 from benchmarks.run.selection import job_on
 from scenarios import catalog
@@ -21,9 +22,9 @@ from trackers.types import CameraModel, Estimate
 
 @pytest.mark.heavy
 def test_it_answers_the_true_position_and_distance_also_outside_the_picture() -> None:
-    scenario = catalog.scenario("road-town")
-    with closing(scenario.episode("quick", 3)) as episode:
-        loop = Loop(episode, [ORACLE.create(episode, scenario, np.random.default_rng(0))])
+    named = simulated("road-town", "quick", 3)
+    with closing(named.open("all")) as episode:
+        loop = Loop(episode, [ORACLE.create(named, episode, np.random.default_rng(0))])
         for frame in loop.frames():
             truth, answer = frame.truth, loop.answers[0]
             target = truth.index_of("target")
@@ -43,15 +44,15 @@ def test_it_answers_the_true_position_and_distance_also_outside_the_picture() ->
 
 def second_frame(name: str, preset: str) -> tuple[Frame, Estimate]:
     """Return the frame after the start of an episode, and what the oracle answers there."""
-    scenario = catalog.scenario(name)
-    with closing(scenario.episode(preset, 3)) as episode:
-        loop = Loop(episode, [ORACLE.create(episode, scenario, np.random.default_rng(0))])
+    named = simulated(name, preset, 3)
+    with closing(named.open("all")) as episode:
+        loop = Loop(episode, [ORACLE.create(named, episode, np.random.default_rng(0))])
         frames = loop.frames()
         next(frames)
         frame, answer = next(frames), loop.answers[0]
     assert isinstance(answer, Estimate)
     assert answer.depth_m is not None
-    assert (answer.position_px == frame.truth.position_px[frame.truth.index_of(scenario.target)]).all()
+    assert (answer.position_px == frame.truth.position_px[frame.truth.index_of(named.scenario.target)]).all()
     return frame, answer
 
 
