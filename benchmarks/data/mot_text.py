@@ -1,0 +1,97 @@
+"""MOT Challenge's text: a row for each target and frame, of truth (``gt.txt``) and of results.
+
+``frame,id,left,top,width,height`` and up to four more columns: of results confidence, x, y, z, where -1 stands for what
+is not said; of truth whether the row counts (1 or 0), class and visibility. Frames and pixels are counted from 1: the
+top left corner of the picture is 1, 1. Rows stand in any order, with comma, tab or spaces between their numbers.
+
+Source: Milan et al., MOT16, https://arxiv.org/abs/1603.00831, section 4, and https://motchallenge.net/instructions. As
+TrackEval does, an identity that stands twice in a frame is refused.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.data.sequences import short
+from sim.checks import check
+
+FIRST = 1
+"""Number of the first frame, and coordinate of the top left corner of the picture."""
+_BETWEEN = re.compile(r"\s*[,;]\s*|\s+")
+_FEWEST, _MOST = 6, 10
+_ROW = "frame,id,left,top,width,height and up to four more numbers"
+
+
+@dataclass(frozen=True, eq=False)
+class MotRows:
+    """R rows of a file.
+
+    Attributes:
+        frame: (R,) numbers of frames, >= 1. identity: (R,) >= 0.
+        box_xyxy: (R, 4) pixels, from the top left corner of the picture.
+        confidence: (R,) seventh column; of truth 1 where the row counts, 0 where it does not; NaN where there is none.
+        further: (R, 3) the columns after it; of truth class and visibility; NaN where there is none.
+        line: (R,) number in the file, from 1 on.
+    """
+
+    frame: NDArray[np.int64]
+    identity: NDArray[np.int64]
+    box_xyxy: NDArray[np.float64]
+    confidence: NDArray[np.float64]
+    further: NDArray[np.float64]
+    line: NDArray[np.int64]
+
+
+def read_mot(path: Path) -> MotRows:
+    """Return the rows of a file, maybe none.
+
+    Raises:
+        ValueError: for a file that is no text, a row of other columns, a frame or an identity that is no whole number,
+            a box that is none, and an identity twice in a frame; names file and line.
+    """
+    where = short(path, 3)
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise ValueError(f"{where}: expected text with numbers, got bytes that are none") from None
+    numbers = np.full((len(lines), _MOST), np.nan)
+    filled = np.zeros(len(lines), bool)
+    for k, text in enumerate(lines):
+        cells = _BETWEEN.split(text.strip())
+        if cells == [""]:
+            continue
+        try:
+            row = [float(cell) for cell in cells]
+        except ValueError:
+            row = []
+        check(f"{where}, line {k + 1}", _FEWEST <= len(row) <= _MOST, _ROW, repr(text[:80]))
+        numbers[k, : len(row)], filled[k] = row, True
+    kept, line = numbers[filled], np.flatnonzero(filled) + 1
+    frame, identity, box_xywh = kept[:, 0], kept[:, 1], kept[:, 2:6]
+    for column, least, values in (("frame", FIRST, frame), ("id", 0, identity)):
+        whole = (values >= least) & (values < 2.0**53) & (values == np.floor(values))
+        _check_rows(where, whole, line, f"a whole number >= {least} as {column}", values)
+    good = np.isfinite(box_xywh).all(axis=1) & (box_xywh[:, 2:] >= 0).all(axis=1)
+    _check_rows(where, good, line, "finite left,top,width,height with a width and height >= 0", box_xywh)
+    _, firsts = np.unique(kept[:, :2], axis=0, return_index=True)
+    once = np.isin(np.arange(len(kept)), firsts)
+    _check_rows(where, once, line, "each id once in a frame", kept[:, :2].astype(int), "frame,id {} again")
+    corner = box_xywh[:, :2] - FIRST
+    box_xyxy = np.concatenate([corner, corner + box_xywh[:, 2:]], axis=1)
+    return MotRows(frame.astype(np.int64), identity.astype(np.int64), box_xyxy, kept[:, 6], kept[:, 7:], line)
+
+
+def _check_rows(
+    where: str, good: NDArray[np.bool_], line: NDArray[np.int64], wanted: str, values: NDArray[Any], got: str = "{}"
+) -> None:
+    """Raise ValueError for the first row that is not ``good``, with its ``values``."""
+    if not good.all():
+        row = int(np.argmin(good))
+        numbers = ",".join(f"{number:g}" for number in np.atleast_1d(values[row]))
+        raise ValueError(f"{where}, line {line[row]}: expected {wanted}, got {got.format(numbers)}")
