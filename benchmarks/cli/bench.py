@@ -12,11 +12,10 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, WORKERS, Files, Names, UsualSeeds, WithModules
+from benchmarks.cli.arguments import FILE, FOLDER, ONE_NAME, WORKERS, Files, Names, UsualSeeds, WithModules
 from benchmarks.cli.bench_function import bench, check_suites, stored_seeds
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.printing import trackers_print_to_stderr
-from benchmarks.contract.judging import USUAL_RATE_HZ
 from benchmarks.contract.rows import REAL, read_rows
 from benchmarks.contract.suite import DEFAULT, Suite, check_metrics, suite
 from benchmarks.contract.text import printable
@@ -98,8 +97,8 @@ class Bench(WithModules):
     keep_estimates: bool = False
     real: Files = ()
     layout: Annotated[str, ONE_NAME] = ""
-    target: Annotated[int | None, COUNT] = None
-    rate_hz: float = USUAL_RATE_HZ
+    target: Annotated[str | None, ONE_NAME] = None
+    rate_hz: float | None = None
     beside: Annotated[Path | None, FOLDER] = None
     quick: bool = False
     out: Annotated[Path | None, FOLDER] = None

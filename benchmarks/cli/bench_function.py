@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.contract import suite as registry
-from benchmarks.contract.judging import USUAL_RATE_HZ, check_no_layout
+from benchmarks.contract.judging import check_no_layout
 from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import DEFAULT, Suite
 from benchmarks.contract.text import counted
@@ -64,8 +64,8 @@ def bench(
     keep_estimates: bool = False,
     real: Path | str | Sequence[Path | str] = (),
     layout: str = "",
-    target: int | None = None,
-    rate_hz: float = USUAL_RATE_HZ,
+    target: int | str | None = None,
+    rate_hz: float | None = None,
     progress: ShowProgress = lambda title: nullcontext(),
 ) -> Results:
     """Run trackers in the episodes of a suite and return the results; what exists already is not run again.
@@ -85,7 +85,7 @@ def bench(
         data: folder or URL of a data set with the episodes, whose scenario, preset and renderer are given.
         keep_estimates: whether all answers are kept as tables, see ``benchmarks.data.estimates.block_file``.
         real: files of tracks or folders of pictures with boxes in place of episodes, see ``frameout bench --help``.
-        layout, target, rate_hz: of such folders, see ``benchmarks.data.sequences.read_collections``.
+        layout, target, rate_hz: of such folders, see ``benchmarks.data.layouts.collection.read_collections``.
         progress: shows progress, see ``ShowProgress``.
 
     Raises:

@@ -106,9 +106,9 @@ USUAL_RATE_HZ = 30.0
 """Frames a second where files give none. UAV123 and UAVDT were recorded at this rate (their papers)."""
 
 
-def check_no_layout(layout: str, target: int | None, rate_hz: float) -> None:
+def check_no_layout(layout: str, target: int | str | None, rate_hz: float | None) -> None:
     """Raise ValueError for arguments of folders of pictures where there are none."""
-    options = {"layout": (layout, ""), "target": (target, None), "rate_hz": (rate_hz, USUAL_RATE_HZ)}
+    options = {"layout": (layout, ""), "target": (target, None), "rate_hz": (rate_hz, None)}
     for name, (given, default) in options.items():
         check(name, given == default, "none but with --real and a suite that judges pictures", repr(str(given)))
 

@@ -10,11 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.contract.judging import USUAL_RATE_HZ, Judge, Recording, UnreadableSequence, check_no_layout
+from benchmarks.contract.judging import Judge, Recording, UnreadableSequence, check_no_layout
 from benchmarks.contract.rows import REAL, Row
 from benchmarks.contract.suite import Suite, suites
 from benchmarks.contract.text import printable
-from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode, read_collections
+from benchmarks.data.layouts.collection import read_collections
+from benchmarks.data.layouts.layout import Target
+from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode
 from benchmarks.data.tracks import read_each
 from benchmarks.run.episodes import EpisodeSpec
 from scenarios.scenario import Episode
@@ -70,7 +72,7 @@ class RealEpisode(EpisodeSpec):
 
 
 def real_episodes(
-    suite: Suite, paths: Sequence[Path], layout: str, target: int | None, rate_hz: float
+    suite: Suite, paths: Sequence[Path], layout: str, target: Target, rate_hz: float | None
 ) -> tuple[list[RealEpisode], list[str]]:
     """Return the sequences or recordings of paths, and what is wrong with those that cannot be read, a line each.
 
@@ -83,7 +85,7 @@ def real_episodes(
         check_no_layout(layout, target, rate_hz)
     words = ["--layout", layout] if layout else []
     words += [] if target is None else ["--target", str(target)]
-    words += [] if rate_hz == USUAL_RATE_HZ else ["--rate-hz", f"{rate_hz:g}"]
+    words += [] if rate_hz is None else ["--rate-hz", f"{rate_hz:g}"]
     recorded = ("--real", *map(printable, paths), *words)
     if suite.on_sequences is not None:
         collections = read_collections(paths, layout, target, rate_hz)

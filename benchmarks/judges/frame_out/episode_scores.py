@@ -129,8 +129,9 @@ def in_view_scores(
     iou = localisation.box_iou(estimate.box_xyxy, truth.box_xyxy[:, truth.target])
     visible = np.isin(truth.state, ("in", "partial"))
     if visible.any():
-        # A position outside the picture predicts no box in it.
-        sure = np.where(estimate.inside(truth.size_px) & ~failed, confidence, 0.0)
+        # A position outside the picture predicts no box in it, and where nothing is known no box is right or wrong.
+        counts = estimate.inside(truth.size_px) & ~failed & (truth.state != "unlabelled")
+        sure = np.where(counts, confidence, 0.0)
         precision, recall = long_term.precision_recall_curves(iou, sure, visible)
         yield Score("precision_curve", precision.tolist())
         yield Score("recall_curve", recall.tolist())

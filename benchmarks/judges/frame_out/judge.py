@@ -55,6 +55,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Ending, Score
 from benchmarks.contract.metric import Metric
+from benchmarks.contract.sequence_truth import SequenceTruth
 from benchmarks.judges.frame_out.episode_scores import score_episode
 from benchmarks.judges.frame_out.metrics.posterior import NO_POSTERIOR, calibration
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
@@ -123,6 +124,7 @@ class FrameOutJudge:
             side=stacked("side")[:, self.target],
             on_road=stacked("on_road") if has_roads else None,
             turning=stacked("turning") if has_roads else None,
+            outside=stacked("outside")[:, 0] if isinstance(self._truths[0], SequenceTruth) else None,
             longest_frames=self._longest_frames,
         )
 

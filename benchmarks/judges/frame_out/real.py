@@ -1,12 +1,17 @@
 """Real sequences as the suite ``frame-out`` judges them: in pixels alone, by the boxes of the target.
 
-The scores are those of simulated episodes, as far as boxes define them. A frame with a box is in view; a frame without
-one is an absence, and what follows it a return. A tracker is on the target where its box and the true one have an IoU
-of at least 0.5. Nothing is known of metres, of roads and of other cars. In means over sequences each one counts the
-same in the scores of OTB, as there.
+The scores are those of simulated episodes, as far as boxes define them. A frame with a box is in view, also where the
+border cuts it or files say that a part of it is hidden: the data sets score it too. A tracker is on the target where
+its box and the true one have an IoU of at least 0.5. Nothing is known of metres, of roads and of other cars. In means
+over sequences each one counts the same in the scores of OTB, as there.
 
-An absence is a frame-out of the kind ``unseen`` in rows, without a side and a turn. Metrics that are
-functions of an episode are not called, since they may need metres.
+A run of frames on which the target is outside the picture, or has no box without a file that says why, is a frame-out;
+it is back on the first frame with a box that the border does not cut and of which no file says that it is hidden. In
+rows the frame-out is of the kind ``outside`` where files say so, else ``unseen``, without a side and a turn. Frames on
+which files call the target hidden are no frame-out, as in simulated episodes, where it is behind something inside the
+picture; trackers should deny its presence on them too. Frames without a label count in no score, and a frame-out is
+not judged if one lies right before it or before it is over. Metrics that are functions of an episode are not called,
+since they may need metres.
 """
 
 from __future__ import annotations
@@ -35,10 +40,12 @@ class SequenceJudge(FrameOutJudge):
 
     def scores(self, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
         """Return the scores of one tracker, by boxes alone."""
+        truth = self.truth
+        hidden = (truth.state == "occluded") & np.isnan(truth.box_xyxy[:, truth.target, 0])
         known = replace(
-            self.truth,
-            visible_fraction=np.where(self.truth.state == "out", 0.0, np.nan),
-            side=np.full_like(self.truth.side, ""),
+            truth,
+            visible_fraction=np.where((truth.state == "out") | hidden, 0.0, np.nan),
+            side=np.full_like(truth.side, ""),
             on_road=None,
             turning=None,
             longest_frames=None,
@@ -52,10 +59,14 @@ def score_sequence(truth: TruthSeries, estimate: EstimateSeries, failed_at_frame
     Args:
         failed_at_frame: see ``episode_scores.score_episode``.
     """
-    on_target = box_iou(estimate.box_xyxy, truth.box_xyxy[:, truth.target]) >= ON_CAR_IOU
+    box_xyxy = truth.box_xyxy[:, truth.target]
+    on_target = box_iou(estimate.box_xyxy, box_xyxy) >= ON_CAR_IOU
     scores: list[Score] = []
     for absence in find_frame_outs(truth):
-        scores += recovery_scores(absence, on_target, None, round(truth.rate_hz), closed_loop=False)
+        if (truth.state[max(absence.exit_frame - 1, 0) : absence.watch_end_frame] != "unlabelled").all():
+            scores += recovery_scores(absence, on_target, None, round(truth.rate_hz), closed_loop=False)
+    if truth.outside is not None:
+        truth = replace(truth, state=np.where(np.isnan(box_xyxy).any(axis=1), truth.state, "in"))
     scores += [
         replace(score, weight=1.0) if score.metric in _EACH_SEQUENCE else score
         for score in in_view_scores(truth, estimate, on_target, failed_at_frame)

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.cli.main import main
-from benchmarks.data.sequences import read_boxes
+from benchmarks.data.box_files import read_boxes
 from tests.benchmarks.data.written_sequences import write_otb
 
 PLACE = st.floats(-1e5, 1e5, allow_nan=False).map(lambda number: round(number, 3))

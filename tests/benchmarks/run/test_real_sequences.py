@@ -22,7 +22,7 @@ from benchmarks.contract.rows import read_rows
 from benchmarks.data.estimates.block_file import scan
 from benchmarks.data.estimates.rejudging import rejudge
 from benchmarks.data.exports.exporter import export
-from benchmarks.data.sequences import read_collections
+from benchmarks.data.layouts.collection import read_collections
 from benchmarks.judges.frame_out.metrics import localisation
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.outcome import TrackerWarning

@@ -25,8 +25,8 @@ class FrameOut:
             episode ended before.
         watch_end_frame: first frame of the next frame-out, or the number of frames: end of the watch for recovery.
         kind: ``excursion`` if the target was off the road on any frame from the exit to ``back_frame`` (or the last
-            frame outside), else ``road``; ``outside`` in a scene without roads. In a real sequence ``unseen``: outside
-            the picture or hidden.
+            frame outside), else ``road``; ``outside`` in a scene without roads, and in a real sequence whose files say
+            so of one of its frames; else there ``unseen``: outside the picture or hidden.
         side: side of the picture by which it left; "" where it is not known.
         turned: whether it turned at a crossing while outside; None where it is not known.
         long: whether it lasts longer than any that the preset draws, e.g. because the pilot flew on without having seen
@@ -63,7 +63,8 @@ def find_frame_outs(truth: TruthSeries) -> list[FrameOut]:
         back_frame = end + int(whole_again[0]) if len(whole_again) else None
         until = end if back_frame is None else back_frame
         side = str(truth.side[exit_frame])
-        kind: Kind = "outside" if side else "unseen"
+        said = truth.outside is not None and bool(truth.outside[exit_frame:end].any())
+        kind: Kind = "outside" if side or said else "unseen"
         if truth.on_road is not None:
             kind = "road" if truth.on_road[exit_frame:until].all() else "excursion"
         turned = None if truth.turning is None else bool(truth.turning[exit_frame:end].any())

@@ -20,8 +20,9 @@ class TruthSeries:
         object_size_m: (N, 3) length, width, height.
         position_px: (F, N, 2), box_xyxy: (F, N, 4); amodal, also outside the picture.
         visible_fraction: (F,) of the target.
-        state, side: (F,) str; side is "" before the first exit.
+        state, side: (F,) str; side is "" before the first exit. ``state`` of a real sequence, see ``SequenceTruth``.
         on_road, turning: (F,) bool; None where there are no roads.
+        outside: (F,) bool, of a real sequence, see ``SequenceTruth``; None of others.
         longest_frames: of a frame-out that the preset draws; None where it draws none, e.g. in closed loop.
     """
 
@@ -37,6 +38,7 @@ class TruthSeries:
     side: NDArray[np.str_]
     on_road: NDArray[np.bool_] | None = None
     turning: NDArray[np.bool_] | None = None
+    outside: NDArray[np.bool_] | None = None
     longest_frames: int | None = None
 
 

@@ -1,0 +1,83 @@
+"""Text files of boxes: one line a frame, or one line a frame and target.
+
+A line is ``left top width height``, separated by comma, tab or spaces. Data sets say in several ways that the target is
+not seen, which all mean the same here: an empty line, a width or a height of 0, ``-1,-1,-1,-1``, and four numbers that
+are NaN or infinite.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.data.pictures import short
+from sim.checks import check
+
+_LINE = "left,top,width,height (in UAVDT also with frame,id before and 3 or 4 numbers after them)"
+_COLUMNS = (4, 9, 10)
+_BETWEEN = re.compile(r"\s*[,;]\s*|\s+")
+_BOX = "left,top,width,height with a width and height above 0, or NaN,NaN,NaN,NaN"
+
+
+def text_lines(path: Path) -> list[str]:
+    """Return the lines of a text file, without a byte-order mark. Raises ValueError for a file that is no text."""
+    try:
+        return path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise ValueError(f"{short(path)}: expected text with numbers, got bytes that are none") from None
+
+
+def numbers_of(line: str) -> list[float]:
+    """Return the numbers of a line, none if a cell is no number."""
+    try:
+        return [float(cell) for cell in _BETWEEN.split(line.strip())]
+    except ValueError:
+        return []
+
+
+def read_boxes(path: Path, frames: int = 0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return frames and ids (R, 2) of a text file, or (R, 0) if it has none, and its boxes (R, 4).
+
+    A box is left, top, width, height; NaN where the target is not seen. An empty line is no box; those at the end are
+    left out, but for those that make up ``frames`` lines, the pictures of the sequence. A file may mix separators
+    (OTB's BlurCar1 does), begin with a byte-order mark and have lines of Windows.
+
+    Raises:
+        ValueError: for a file that is no text or empty, a line that has other columns, and a box with a negative size
+            or with numbers that are half unknown.
+    """
+    lines = text_lines(path)
+    last = max((number for number, line in enumerate(lines, start=1) if line.strip()), default=0)
+    check(short(path), last > 0, f"lines of {_LINE}", "an empty file")
+    read: list[list[float]] = []
+    for number, line in enumerate(lines[: frames if last < frames <= len(lines) else last], start=1):
+        numbers = numbers_of(line) if line.strip() else [np.nan] * 4
+        good = len(numbers) in ({len(read[0])} if read else _COLUMNS)
+        check(f"{short(path)}, line {number}", good, _LINE, repr(line[:80]))
+        read.append(numbers)
+    rows = np.array(read)
+    keys, box_xywh = (rows[:, :0], rows) if rows.shape[1] == 4 else (rows[:, :2], rows[:, 2:6])
+    return keys, known_boxes(box_xywh, path)
+
+
+def known_boxes(box_xywh: NDArray[np.float64], path: Path, lines: Sequence[int] | None = None) -> NDArray[np.float64]:
+    """Return boxes (R, 4) with NaN for each of the ways to say that there is none.
+
+    Args:
+        lines: (R,) numbers of their lines in the file, from 1 on, if others stand between them.
+
+    Raises:
+        ValueError: for a box with a negative size or with numbers that are half unknown; names file and line.
+    """
+    none = ~np.isfinite(box_xywh).any(axis=1) | (box_xywh[:, 2:] == 0).any(axis=1) | (box_xywh == -1).all(axis=1)
+    good = none | (np.isfinite(box_xywh).all(axis=1) & (box_xywh[:, 2:] > 0).all(axis=1))
+    if not good.all():
+        first = int(np.argmin(good))
+        line = first + 1 if lines is None else lines[first]
+        got = ",".join(f"{number:g}" for number in box_xywh[first])
+        raise ValueError(f"{short(path)}, line {line}: expected {_BOX}, got {got}")
+    return np.where(none[:, None], np.nan, box_xywh)

@@ -1,0 +1,89 @@
+"""Collections: all sequences of a folder of ``--real``, read by its layout.
+
+``--real`` takes a data set's folder, or a sequence: its folder of pictures, with all sequences that share it, or its
+file of labels, in the data set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from benchmarks.contract.text import printable
+from benchmarks.data.layouts.layout import Find, Source, Target, layouts
+from benchmarks.data.sequences import BoxedSequence, boxed_sequence
+from sim.checks import check
+
+
+@dataclass(frozen=True)
+class Collection:
+    """Sequences that are ranked together, e.g. a data set; or a single one.
+
+    Attributes:
+        name: of the data set's folder, or of the sequence.
+        sequences: in order of their names.
+        unusable: what is wrong with those that could not be read, a line each.
+    """
+
+    name: str
+    sequences: tuple[BoxedSequence, ...]
+    unusable: tuple[str, ...] = ()
+
+
+def read_collections(
+    paths: Sequence[Path], layout: str = "", target: Target = None, rate_hz: float | None = None
+) -> list[Collection]:
+    """Return the collections of paths, one each; sequences that cannot be read are named in them.
+
+    Args:
+        layout: of ``layouts()``; "" = it is recognised: the first one with sequences is taken.
+        target: in files of several, see ``Target``.
+        rate_hz: frames a second of all pictures; None = as files say, else ``USUAL_RATE_HZ``.
+
+    Raises:
+        ValueError: for a path that is missing or of another layout; two collections of one name; and if no sequence
+            can be read.
+    """
+    known = layouts()
+    check("layout", layout in ("", *known), f"one of {', '.join(known)}", repr(layout))
+    if rate_hz is not None:
+        check("rate_hz", 0 < rate_hz < float("inf"), "a number of frames a second > 0", f"{rate_hz:g}")
+    found = [_collection(path.resolve(), layout, target, rate_hz) for path in paths]
+    names = [each.name for each in found]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    check("real", not twice, "recordings of different names", f"two called {', '.join(twice)}")
+    if not any(each.sequences for each in found):
+        raise ValueError(next(line for each in found for line in each.unusable))
+    return found
+
+
+def _collection(path: Path, layout: str, target: Target, rate_hz: float | None) -> Collection:
+    check("real", path.exists(), "folders that exist", repr(str(path)))
+    known = layouts()
+    searched = [known[layout].find] if layout else [each.find for each in known.values()]
+    sources = next(filter(None, (where(path, find) for where in (_inside, _around) for find in searched)), [])
+    some = f"the layout of one of {', '.join(known)} (see frameout bench --help)"
+    wanted = known[layout].looks_for if layout else some
+    check("real", bool(sources), wanted, f"{str(path)!r}, which has none")
+    sequences: list[BoxedSequence] = []
+    unusable = []
+    for number, source in enumerate(sorted(sources, key=lambda each: printable(each.name))):
+        try:
+            read = boxed_sequence(source.read(target))
+            sequences.append(replace(read, rate_hz=rate_hz or read.rate_hz, number=number))
+        except ValueError as error:
+            unusable.append(str(error))
+    name = sequences[0].name if len(sources) == len(sequences) == 1 else printable(path.name)
+    return Collection(name, tuple(sequences), tuple(unusable))
+
+
+def _inside(path: Path, find: Find) -> list[Source]:
+    """Return the sequences of a data set's folder."""
+    return list(find(path))
+
+
+def _around(path: Path, find: Find) -> list[Source]:
+    """Return the sequences of the data set around a path that have it among their places."""
+    held = ([each for each in find(root) if path in each.places] for root in path.parents[:3])
+    return next(filter(None, held), [])

@@ -1,0 +1,32 @@
+"""OTB: ``NAME/img/0001.jpg …`` and ``NAME/groundtruth_rect.txt``, a line a picture.
+
+Wu, Lim, Yang, Object tracking benchmark, TPAMI 2015, http://cvlab.hanyang.ac.kr/tracker_benchmark/datasets.html.
+Pictures may begin at another number than 1; the top left corner of the picture is at 1, 1 (MATLAB). A folder with two
+targets has ``groundtruth_rect.1.txt`` and ``.2.txt``: the sequences ``NAME-1`` and ``NAME-2``, as the benchmark calls
+them. Empty ones are left out (Human4 has one). Files of five sequences have boxes of a part of the pictures, which the
+benchmark's page names, ``PARTS``. OTB has a box in every picture; NaN for none is UAV123's, and that of our export.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from benchmarks.data.layouts.layout import Source, layout
+from benchmarks.data.layouts.one_a_line import read_one_a_line
+
+_BOXES = "groundtruth_rect*.txt"
+PARTS = {"David": (300, 770), "Diving": (1, 215), "Football1": (1, 74), "Freeman3": (1, 460), "Freeman4": (1, 283)}
+"""Sequence → numbers of the first and the last picture that its boxes belong to."""
+
+
+@layout("otb", "groundtruth_rect.txt, or folders that hold one")
+def find_otb(path: Path) -> Iterator[Source]:
+    """See ``Find``."""
+    for file in (*path.glob(_BOXES), *path.glob(f"*/{_BOXES}")):
+        folder, target = file.parent, file.stem.removeprefix("groundtruth_rect").strip(".")
+        if not target or file.read_bytes().strip():
+            name, pictures = f"{folder.name}-{target}" if target else folder.name, folder / "img"
+            part = PARTS.get(folder.name)
+            yield Source(name, (pictures, file), partial(read_one_a_line, name, pictures, file, part))
