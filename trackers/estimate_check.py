@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.types import Estimate, Track
+from trackers.regions import box_of_mask
+from trackers.types import CameraModel, Estimate, Track
 
 MOST_PARTICLES = 10_000
 """A posterior is judged by all pairs of its particles: of so many it takes a quarter of a second."""
@@ -23,11 +24,14 @@ _IDENTITIES = 2**63
 _TRACKS = "a sequence of Tracks, () without any"
 
 
-def check_estimate(estimate: Estimate) -> Estimate:
-    """Return an estimate with arrays of its own, see ``_array``.
+def check_estimate(estimate: Estimate, camera: CameraModel | None = None) -> Estimate:
+    """Return an estimate with arrays of its own, see ``_array``, and with the box of its mask if it has none.
 
     A position of NaN is allowed: it means that there is no estimate. So are particles that are not finite, e.g. of
-    points behind the camera.
+    points behind the camera. Without an estimate there is no mask.
+
+    Args:
+        camera: of the picture, which a mask must be as large as; None if it is not known.
 
     Raises:
         ValueError: if it breaks its contract; names the field, what was expected and what came.
@@ -39,18 +43,22 @@ def check_estimate(estimate: Estimate) -> Estimate:
     silent = bool(np.isnan(position).all())
     if not silent:
         _finite("position_px", position)
+    mask = None if estimate.mask is None else _mask(estimate.mask, camera)
+    mask = None if silent else mask
+    box = estimate.box_xyxy if estimate.box_xyxy is not None or mask is None else box_of_mask(mask)
     return Estimate(
         position,
-        box_xyxy=None if estimate.box_xyxy is None else _box(estimate.box_xyxy, silent),
+        box_xyxy=None if box is None else _box(box, silent),
         heading_rad=None if estimate.heading_rad is None else _heading_rad(estimate.heading_rad, silent),
         in_view_probability=check_probability("in_view_probability", estimate.in_view_probability),
         **_posterior(estimate, silent),
         depth_m=None if estimate.depth_m is None else _depth_m(estimate.depth_m, silent),
         centre_line_px=None if estimate.centre_line_px is None else _points("centre_line_px", estimate.centre_line_px),
+        mask=mask,
     )
 
 
-def check_tracks(tracks: Iterable[Track]) -> tuple[Track, ...]:
+def check_tracks(tracks: Iterable[Track], camera: CameraModel | None = None) -> tuple[Track, ...]:
     """Return tracks with arrays of their own, see ``check_estimate``.
 
     There may be any number of them. A position of NaN means that the track has no estimate on this picture.
@@ -71,7 +79,7 @@ def check_tracks(tracks: Iterable[Track]) -> tuple[Track, ...]:
             raise ValueError(f"kind: expected a name or None, got {_in_words(track.kind)}")
         checked[identity] = Track(
             identity,
-            check_estimate(track.estimate),
+            check_estimate(track.estimate, camera),
             track.kind,
             None if track.size_m is None else _size_m(track.size_m),
             check_probability("confidence", track.confidence),
@@ -131,6 +139,23 @@ def _size_m(value: Any) -> NDArray[np.float64]:
     if not (size_m > 0).all():
         raise ValueError(f"size_m: expected numbers > 0, got {size_m.tolist()}")
     return size_m
+
+
+def _mask(value: Any, camera: CameraModel | None) -> NDArray[np.bool_]:
+    """Return a mask of bool; one of whole numbers has 0 and one other number, e.g. 255."""
+    try:
+        mask: NDArray[Any] = np.asarray(value.detach().cpu() if hasattr(value, "detach") else value)
+    except Exception:
+        mask = np.array("")
+    if mask.dtype.kind not in "bui" or mask.ndim != 2:
+        got = f"{mask.dtype} of shape {mask.shape}" if mask.ndim else _in_words(value)
+        raise ValueError(f"mask: expected bool of shape (H, W), got {got}")
+    if camera is not None and mask.shape != (camera.height_px, camera.width_px):
+        raise ValueError(f"mask: expected the picture's shape {camera.height_px, camera.width_px}, got {mask.shape}")
+    there = np.array(mask != 0)
+    if mask.dtype.kind != "b" and there.any() and not (mask[there] == mask[there][0]).all():
+        raise ValueError("mask: expected 0 and one other number, got several: it may be a map of identities")
+    return there
 
 
 def _posterior(estimate: Estimate, silent: bool) -> dict[str, NDArray[np.float64] | None]:

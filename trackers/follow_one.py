@@ -69,7 +69,7 @@ class FollowOne:
 
     def update(self, observation: Observation) -> Estimate:
         """See ``Tracker``."""
-        tracks = check_tracks(self._tracker.update(observation))
+        tracks = check_tracks(self._tracker.update(observation), observation.camera)
         confident = [track for track in tracks if _is_confident(track)]
         followed = _of(confident, self._identity)
         away_s = observation.time_s - self._known_s

@@ -184,14 +184,16 @@ def box_of_mask(mask: NDArray[np.bool_]) -> NDArray[np.float64] | None:
 def estimate_of(region: Region, height_px: int, width_px: int) -> Estimate:
     """Return a region as the answer on a picture of that size: the middle of its box, the box, and the mask of a mask.
 
-    A special region or one without area is no estimate; a point has a position alone.
+    A special region or one without area is no estimate; a point has a position alone. A tracker that has a mask
+    ``pixels`` (H, W) of the whole picture answers ``estimate_of(Mask(pixels), *pixels.shape)``.
     """
     if isinstance(region, Point):
         return Estimate(region.position_px)
     box = region.box_xyxy
     if box is None or not (box[2:] > box[:2]).all():
         return Estimate(np.full(2, np.nan))
-    return Estimate(0.5 * (box[:2] + box[2:]), box)
+    mask = region.mask(height_px, width_px) if isinstance(region, Mask) else None
+    return Estimate(0.5 * (box[:2] + box[2:]), box, mask=mask)
 
 
 def _of_numbers(text: str) -> Region:

@@ -197,7 +197,7 @@ class Estimate:
 
     Attributes:
         position_px: (2,) centre of the target; NaN if there is no estimate.
-        box_xyxy: (4,) or None.
+        box_xyxy: (4,) or None; of an estimate that has a mask alone, the mask's box is taken.
         depth_m: distance of the target along the camera's axis, > 0; None if it is not measured.
         heading_rad: direction of travel in the picture, from +x towards +y (clockwise as seen), or None.
         in_view_probability: probability in [0, 1] that the target's centre is inside the picture and not
@@ -206,6 +206,7 @@ class Estimate:
         weights: (N,) non-negative, sum 1; with particles None means equal weights.
         covariance_px: (2, 2) or None.
         centre_line_px: (K, 2) middle line of a slender body, from head to tail, or None.
+        mask: (H, W) bool, the target's pixels that the picture shows, none of them while it is outside; or None.
     """
 
     position_px: NDArray[np.float64]
@@ -217,6 +218,7 @@ class Estimate:
     covariance_px: NDArray[np.float64] | None = None
     depth_m: float | None = None
     centre_line_px: NDArray[np.float64] | None = None
+    mask: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,15 +8,24 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import warnings
+from collections.abc import Mapping
 from types import NoneType, UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pyarrow as pa
+import pycocotools.mask
 from numpy.typing import NDArray
 
 from scenarios.truth import Meaning
 
+MASK = pa.field(
+    "mask",
+    pa.struct([("size", pa.list_(pa.int64(), 2)), ("counts", pa.string())]),
+    metadata={"unit": "1", "coding": "run lengths as of COCO: pycocotools.mask.decode(mask) is (H, W); null: none"},
+)
+"""Column of masks."""
 _SCALARS = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
 
 
@@ -75,6 +84,24 @@ def value_of(stored: Any, hint: Any, shape: tuple[Any, ...] = (), name: str = ""
     if get_origin(hint) is np.ndarray:
         return np.array(stored, _dtype_of(hint)).reshape(shape or ((4, 4) if name.startswith("T_") else -1))
     return tuple(stored) if get_origin(hint) is tuple else stored
+
+
+def runs_of(mask: NDArray[np.bool_] | None) -> dict[str, Any] | None:
+    """Return a mask (H, W) as run lengths of COCO, a few hundred bytes: ``size`` and ``counts``; None of None."""
+    if mask is None:
+        return None
+    runs = pycocotools.mask.encode(np.asfortranarray(mask, np.uint8))
+    return {"size": list(mask.shape), "counts": runs["counts"].decode()}
+
+
+def mask_of(runs: Mapping[str, Any] | None) -> NDArray[np.bool_] | None:
+    """Return the mask (H, W) of ``runs_of``."""
+    if runs is None:
+        return None
+    with warnings.catch_warnings():
+        # Of pycocotools about NumPy 2.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return np.ascontiguousarray(pycocotools.mask.decode(dict(runs)), bool)
 
 
 def column_of(values: NDArray[Any], kind: pa.DataType) -> pa.Array:

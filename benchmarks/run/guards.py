@@ -25,7 +25,7 @@ from sim.checks import check
 from trackers.estimate_check import check_estimate, check_probability, check_tracks
 from trackers.gaps import Bridge, GapMethod, Piece, Surroundings, check_bridge
 from trackers.protocols import Controller
-from trackers.types import Answer, CameraCommand, Estimate, Observation, Start, Track
+from trackers.types import Answer, CameraCommand, CameraModel, Estimate, Observation, Start, Track
 
 FAILED_AT = "failed_at_frame"
 SILENT = Estimate(position_px=np.full(2, np.nan))
@@ -120,7 +120,7 @@ class GuardedTracker(Guard):
         super().__init__(limit_s, **how)
         self._many, self._follows = many, not many
         self._silence: Answer = () if many else SILENT
-        self._check: Callable[[Any], Answer] = check_tracks if many else check_estimate
+        self._check: Callable[[Any, CameraModel], Answer] = check_tracks if many else check_estimate
         self._frames, self.silent_frames, self._answers = 0, 0, AnswerWatch(needs_depth)
         self.taken: list[Taken] = []
         self.revision = Taken(0.0, 0.0)
@@ -165,7 +165,7 @@ class GuardedTracker(Guard):
 
         def checked() -> Answer:
             assert self._tracker is not None
-            made = self._check(answer(self._tracker, its_frame))
+            made = self._check(answer(self._tracker, its_frame), frame.observation.camera)
             check_unchanged(frame.observation, its_frame.observation, "observation")
             return made
 

@@ -131,7 +131,7 @@ class _EnvTracker:
     def update(self, frame: Frame) -> Estimate:
         """See ``LoopTracker``."""
         with self._named_errors(frame):
-            return check_estimate(self._tracker.update(frame))
+            return check_estimate(self._tracker.update(frame), frame.observation.camera)
 
     @contextmanager
     def _named_errors(self, frame: Frame) -> Iterator[None]:

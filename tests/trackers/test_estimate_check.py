@@ -6,11 +6,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from trackers.estimate_check import check_estimate
-from trackers.types import Estimate
+from trackers.estimate_check import check_estimate, check_tracks
+from trackers.regions import Mask, estimate_of
+from trackers.types import CameraModel, Estimate, Track
 
 HERE = np.array([3.0, 4.0])
 BOX = np.array([1.0, 2.0, 5.0, 6.0])
+MASK = np.zeros((8, 12), bool)
+MASK[2:5, 3:9] = True
 POINTS = np.zeros((3, 2))
 
 
@@ -34,6 +37,8 @@ class Unshowable:
         Estimate(HERE, in_view_probability=1),
         Estimate(HERE, depth_m=2.5),
         Estimate(np.full(2, np.nan), depth_m=float("nan")),
+        Estimate(HERE, BOX, mask=MASK),
+        Estimate(HERE, mask=np.zeros_like(MASK)),
     ],
 )
 def test_what_the_contract_allows_passes(estimate: Estimate) -> None:
@@ -130,3 +135,44 @@ def test_a_probability_may_be_off_by_rounding() -> None:
 def test_what_breaks_it_is_named(estimate: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         check_estimate(estimate)
+
+
+CAMERA = CameraModel(12, 8, 10.0)
+
+
+@pytest.mark.parametrize("kind", [bool, np.uint8, np.int64])
+def test_a_mask_gives_its_box_where_there_is_none(kind: Any) -> None:
+    answer = Estimate(HERE, mask=(MASK.astype(kind) * 255 if kind is not bool else MASK))
+    for checked in (check_estimate(answer, CAMERA), check_tracks([Track(0, answer)], CAMERA)[0].estimate):
+        assert checked.mask is not None
+        assert checked.mask.dtype == bool
+        np.testing.assert_array_equal(checked.mask, MASK)
+        np.testing.assert_array_equal(checked.box_xyxy, [3, 2, 9, 5])  # type: ignore[arg-type]
+    whole = check_estimate(estimate_of(Mask(MASK), *MASK.shape), CAMERA)
+    assert whole.position_px.tolist() == [6, 3.5]
+    np.testing.assert_array_equal(whole.mask, MASK)  # type: ignore[arg-type]
+    assert check_estimate(Estimate(HERE, BOX, mask=MASK), CAMERA).box_xyxy.tolist() == BOX.tolist()  # type: ignore[union-attr]
+
+
+def test_without_a_position_or_a_pixel_there_is_no_box_of_a_mask() -> None:
+    silent = check_estimate(Estimate(np.full(2, np.nan), mask=MASK), CAMERA)
+    assert (silent.mask, silent.box_xyxy) == (None, None)
+    outside = check_estimate(Estimate(np.array([-5.0, 3.0]), mask=np.zeros_like(MASK)), CAMERA)
+    assert outside.mask is not None
+    assert outside.box_xyxy is None
+
+
+@pytest.mark.parametrize(
+    ("mask", "message"),
+    [
+        (MASK.T, r"mask: expected the picture's shape \(8, 12\), got \(12, 8\)"),
+        (MASK.astype(float), r"mask: expected bool of shape \(H, W\), got float64 of shape \(8, 12\)"),
+        (MASK[None], r"mask: expected bool of shape \(H, W\), got bool of shape \(1, 8, 12\)"),
+        (np.arange(96).reshape(8, 12), "mask: expected 0 and one other number, got several"),
+        ("here", r"mask: expected bool of shape \(H, W\), got 'here'"),
+        ([[1, 0], [1]], r"mask: expected bool of shape \(H, W\), got"),
+    ],
+)
+def test_what_is_wrong_with_a_mask_is_named(mask: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        check_estimate(Estimate(HERE, mask=mask), CAMERA)

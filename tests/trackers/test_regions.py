@@ -102,6 +102,11 @@ def test_an_estimate_of_a_region_has_the_middle_of_its_box() -> None:
     assert rectangle.position_px.tolist() == [7, 7]
     assert rectangle.box_xyxy is not None
     assert rectangle.box_xyxy.tolist() == [2, 4, 12, 10]
+    assert rectangle.mask is None
+    mask = estimate_of(read_region("m18,4,4,3,0,12"), 20, 20)
+    assert mask.position_px.tolist() == [20, 5.5]
+    assert mask.mask is not None
+    assert np.argwhere(mask.mask).tolist() == [[row, column] for row in (4, 5, 6) for column in (18, 19)]
     point = estimate_of(read_region("2.5,4"), 20, 20)
     assert (point.position_px.tolist(), point.box_xyxy) == ([2.5, 4], None)
 

@@ -38,6 +38,7 @@ import pyarrow.dataset
 import pyarrow.parquet as pq
 
 from benchmarks.contract.rows import ESTIMATES, BlockKey, Row, block_key
+from benchmarks.data import codec
 from benchmarks.data.codec import field_of, plain
 from benchmarks.run.time_limit import Taken
 from scenarios.truth import Meaning
@@ -46,7 +47,7 @@ from trackers.atomic_file import atomic_file
 from trackers.gaps import Bridge
 from trackers.types import Answer, CameraCommand, CommandName, Estimate, Track
 
-FORMAT = 1
+FORMAT = 2
 """Number of the layout of a file; increment it with every change."""
 _FACTS = b"frameout_estimates"
 _ENDING = ".parquet"
@@ -112,7 +113,8 @@ _HINTS = {
     **dict.fromkeys(_WORDS, str),
     **dict.fromkeys(_WHOLE, int),
 }
-SCHEMA = pa.schema([field_of(name, _HINTS[name], each) for name, each in (_WORDS | _WHOLE | _NUMBERS).items()])
+_COLUMNS = [field_of(name, _HINTS[name], each) for name, each in (_WORDS | _WHOLE | _NUMBERS).items()]
+SCHEMA = pa.schema([*_COLUMNS, codec.MASK])
 """Columns of a file of estimates; lists hold arrays in row-major order."""
 
 
@@ -197,11 +199,11 @@ class Block:
 def rows_of_answer(answer: Answer) -> list[Values]:
     """Return a row for each track of an answer, copied; one without ``track`` if it has none."""
     if isinstance(answer, Estimate):
-        return [{"track": 0, **_copies(answer, _OF_ESTIMATE)}]
+        return [{"track": 0, **_copies_of(answer)}]
     rows = []
     for place, each in enumerate(answer):
         named = {"track": place, "identity": int(each.identity), "kind": each.kind}
-        rows.append({**named, **_copies(each.estimate, _OF_ESTIMATE), **_copies(each, _OF_TRACK)})
+        rows.append({**named, **_copies_of(each.estimate), **_copies(each, _OF_TRACK)})
     return rows or [{}]
 
 
@@ -227,7 +229,9 @@ def row_of_time(taken: Taken | None) -> Values:
 def answer_of(rows: Sequence[Values], many: bool) -> Answer:
     """Return the answer of one frame's rows: tracks of ``many`` targets, or the estimate of one."""
     tracks = [row for row in rows if row["track"] is not None]
-    estimates = [Estimate(**{name: row[name] for name in _OF_ESTIMATE}) for row in tracks]
+    estimates = [
+        Estimate(**{name: row[name] for name in _OF_ESTIMATE}, mask=codec.mask_of(row["mask"])) for row in tracks
+    ]
     if not many:
         return estimates[0]
     return tuple(
@@ -271,6 +275,10 @@ def values_of(table: pa.Table, types: Types) -> list[Values]:
         for name in table.column_names
     }
     return [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
+
+
+def _copies_of(estimate: Estimate) -> Values:
+    return _copies(estimate, _OF_ESTIMATE) | {"mask": codec.runs_of(estimate.mask)}
 
 
 def _copies(source: Estimate | Track, names: Mapping[str, Meaning]) -> Values:

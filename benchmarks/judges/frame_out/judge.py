@@ -59,6 +59,7 @@ from benchmarks.contract.sequence_truth import SequenceTruth
 from benchmarks.judges.frame_out.episode_scores import score_episode
 from benchmarks.judges.frame_out.metrics.posterior import NO_POSTERIOR, calibration
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
+from benchmarks.judges.masks import MaskScores
 from benchmarks.judges.view_time import view_scores
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.truth import RoadTruth
@@ -143,6 +144,7 @@ class FrameOutSheet:
     def __init__(self, judge: FrameOutJudge) -> None:
         self._judge = judge
         self._kept: list[tuple[Any, ...]] = []
+        self._masks = MaskScores()
 
     def keep(self, frame: Frame, estimate: Estimate) -> None:
         """See ``ScoreSheet``."""
@@ -154,6 +156,7 @@ class FrameOutSheet:
             half_px = 0.5 * (self._judge.first_box_xyxy[2:] - self._judge.first_box_xyxy[:2])
             box_xyxy = np.concatenate([position_px - half_px, position_px + half_px])
         outside = truth.state[target] == "out"
+        self._masks.keep(truth, target, estimate)
         self._kept.append(
             (
                 position_px,
@@ -168,4 +171,4 @@ class FrameOutSheet:
     def scores(self, ending: Ending) -> Sequence[Score]:
         """See ``ScoreSheet``."""
         series = EstimateSeries(*map(np.array, zip(*self._kept, strict=True)))
-        return self._judge.scores(series, ending.failed_at_frame)
+        return [*self._judge.scores(series, ending.failed_at_frame), *self._masks.scores()]

@@ -17,6 +17,7 @@ from benchmarks.judges.frame_out.metrics import localisation, posterior
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut
 from benchmarks.judges.frame_out.oracle_map import ORACLES
 from benchmarks.judges.frame_out.real import ON_SEQUENCES
+from benchmarks.judges.masks import MASKS
 from benchmarks.judges.recovery import Recovery, judge_recovery, recovery_times
 from benchmarks.judges.tracker_speed import SPEED
 from benchmarks.judges.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN
@@ -196,6 +197,7 @@ FRAME_OUT = Suite(
             "precision_20_px", "frames in view with a centre error of at most 20 px (OTB)", localisation.centre_error_px
         ),
         _in_pictures("success_auc", "area under the success curve (OTB)", localisation.success_curve),
+        *MASKS,
         TIME_SEEN,
         TIME_IN_VIEW,
         LOSSES_PER_MINUTE,

@@ -45,6 +45,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Ending, Score, truth_as
 from benchmarks.judges import recovery
+from benchmarks.judges.masks import MaskScores
 from benchmarks.judges.stereo.disparity import DisparityMeasurement
 from benchmarks.judges.stereo.metrics import people
 from benchmarks.judges.stereo.metrics.people import PeopleSeries
@@ -63,7 +64,7 @@ class StereoJudge:
 
     def __init__(self, episode: Episode, scenario: Scenario) -> None:
         self.closed_loop, self.disparity = episode.closed_loop, DisparityMeasurement(scenario.target)
-        self._rate_hz, self._target = episode.rate_hz, scenario.target
+        self._rate_hz, self.target = episode.rate_hz, scenario.target
         self._truths: list[StereoTruth] = []
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
@@ -78,7 +79,7 @@ class StereoJudge:
     @cached_property
     def truth(self) -> PeopleSeries:
         """Truth of the whole episode; the number of people is constant."""
-        truths, target = self._truths, self._truths[0].index_of(self._target)
+        truths, target = self._truths, self._truths[0].index_of(self.target)
         return people.PeopleSeries(
             rate_hz=self._rate_hz,
             target=target,
@@ -99,12 +100,14 @@ class StereoSheet:
         self._given: list[bool] = []
         self._place_m: list[NDArray[np.float64]] = []
         self._silent_frames = 0
+        self._masks = MaskScores()
 
     def keep(self, frame: Frame, estimate: Estimate) -> None:
         """See ``ScoreSheet``."""
         self._given.append(people.answers(estimate))
         self._place_m.append(people.answered_place_m(estimate, truth_as(frame.truth, StereoTruth), frame.camera))
         self._silent_frames += bool(np.isnan(estimate.position_px).any())
+        self._masks.keep(frame.truth, frame.truth.index_of(self._judge.target), estimate)
 
     def scores(self, ending: Ending) -> Iterator[Score]:
         """See ``ScoreSheet``. After a failure there are no answers: a miss where the target is seen."""
@@ -112,6 +115,7 @@ class StereoSheet:
         yield from score_episode(judge.truth, given, place_m, closed_loop=judge.closed_loop)
         yield from judge.disparity.scores()
         yield Score("silent_frames", float(self._silent_frames))
+        yield from self._masks.scores()
 
 
 def score_episode(

@@ -10,6 +10,7 @@ from typing import Any
 from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity, Statistic
 from benchmarks.contract.suite import EventTest, EventWords, Scene, Suite, register_suite
 from benchmarks.contract.text import counted, lengths_text
+from benchmarks.judges.masks import MASKS
 from benchmarks.judges.recovery import Recovery, recovery_times
 from benchmarks.judges.stereo.judge import StereoJudge
 from benchmarks.judges.stereo.metrics import people
@@ -126,6 +127,7 @@ STEREO = Suite(
         ),
         event_f1("f1_near_person", "F1 on frames with another person within 1.5 m of the camera and in view", NEAR),
         event_f1("f1_no_near_person", "F1 on frames without one", NOBODY_NEAR),
+        *MASKS,
         *SPEED,
     ),
     headline=(

@@ -31,6 +31,8 @@ _GAP_PX, _STRIP_PX = 6, 28
 """Distance of the pictures of a sheet, and height of the text above each."""
 _DIMMED = 0.66
 """Brightness of the surroundings of the observed frame."""
+_TINT = 0.45
+"""Opacity of a mask."""
 _NARROWEST_PX = 960
 _LABEL_PX, _FAR_PX = 4, 1e4
 """Offset of an identity from its box, and limit of its place."""
@@ -143,9 +145,11 @@ def draw_posterior(canvas: Canvas, estimate: Estimate, colour: marks.Rgb = marks
 
 
 def draw_estimate(canvas: Canvas, estimate: Estimate, name: str = "") -> None:
-    """Draw the box of an estimate by its corners, a cross, and its name; nothing of one that is no answer."""
+    """Draw the mask of an estimate, its box by its corners, a cross, and its name; nothing of one that is no answer."""
     if not np.isfinite(estimate.position_px).all():
         return
+    if estimate.mask is not None:
+        draw_mask(canvas, estimate.mask, marks.ESTIMATE)
     position = corner = canvas.at(estimate.position_px)
     if estimate.box_xyxy is not None:
         box = canvas.box(estimate.box_xyxy)
@@ -154,6 +158,15 @@ def draw_estimate(canvas: Canvas, estimate: Estimate, name: str = "") -> None:
     marks.draw_cross(canvas.image, position, marks.ESTIMATE, stroke_px=canvas.stroke_px)
     marks.draw_pointer(canvas.image, position, marks.ESTIMATE)
     draw_name(canvas, corner, name, marks.ESTIMATE)
+
+
+def draw_mask(canvas: Canvas, mask: NDArray[np.bool_], colour: marks.Rgb) -> None:
+    """Tint the pixels of a mask (H, W) of the scene."""
+    # OpenCV counts from the middles of pixels.
+    place = np.column_stack((canvas.turn, canvas.at((0.5, 0.5)) - 0.5))
+    size = canvas.image.shape[1], canvas.image.shape[0]
+    there = cv2.warpAffine(mask.astype(np.uint8), place, size, flags=cv2.INTER_NEAREST).astype(bool)
+    canvas.image[there] = np.round(canvas.image[there] + _TINT * (np.array(colour) - canvas.image[there]))
 
 
 def draw_name(canvas: Canvas, corner_px: NDArray[np.float64], name: str, colour: marks.Rgb) -> None:

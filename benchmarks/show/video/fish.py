@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import truth_as
 from benchmarks.show.video import marks
-from benchmarks.show.video.drawing import Canvas, Drawing, Instant, draw_name, draw_posterior, draw_steered
+from benchmarks.show.video.drawing import Canvas, Drawing, Instant, draw_mask, draw_name, draw_posterior, draw_steered
 from scenarios.fish_tank.truth import FishTruth
 from scenarios.scenario import Episode
 
@@ -52,6 +52,8 @@ class FishDrawing(Drawing):
             colour = colour_of(name)
             trail = marks.fixed_point([places[name] for places in self._trails if name in places])
             cv2.polylines(canvas.image, [trail], False, colour, 1, cv2.LINE_AA, 4)
+            if estimate.mask is not None:
+                draw_mask(canvas, estimate.mask, colour)
             if estimate.centre_line_px is not None and np.isfinite(estimate.centre_line_px).all():
                 marks.draw_lines(canvas.image, [canvas.at(estimate.centre_line_px)], colour)
             else:

@@ -63,14 +63,14 @@ def test_a_file_of_something_else_is_named(path: Path) -> None:
 
 def other_format(table: pa.Table) -> pa.Table:
     told = table.schema.metadata.items()
-    return table.replace_schema_metadata({key: value.replace(b'"format": 1', b'"format": 9') for key, value in told})
+    return table.replace_schema_metadata({key: value.replace(b'"format": 2', b'"format": 9') for key, value in told})
 
 
 @pytest.mark.parametrize(
     ("change", "said"),
     [
         (lambda table: table.drop(["frame"]), "expected the columns of estimates, got suite"),
-        (other_format, "expected estimates of format 1, got format 9"),
+        (other_format, "expected estimates of format 2, got format 9"),
     ],
 )
 def test_damaged_contents_are_named(path: Path, change: Callable[[pa.Table], pa.Table], said: str) -> None:

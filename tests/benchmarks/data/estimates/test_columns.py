@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from benchmarks.data.codec import mask_of
 from benchmarks.data.estimates.block_file import (
     SCHEMA,
     answer_of,
@@ -29,6 +30,7 @@ FULL = Estimate(
     covariance_px=np.array([[2.0, 0.5], [0.5, 1 / 3]]),
     depth_m=0.1,
     centre_line_px=np.array([[0.0, np.inf], [1.0, 2.0], [3.0, 4.0]]),
+    mask=np.random.default_rng(0).random((7, 9)) > 0.6,
 )
 BARE = Estimate(np.full(2, np.nan))
 TRACKS = (
@@ -57,10 +59,18 @@ def test_tracks_and_a_frame_without_any_come_back() -> None:
 
 
 def test_what_is_kept_is_a_copy() -> None:
-    place = np.zeros(2)
-    (row,) = rows_of_answer(Estimate(place))
-    place[:] = 9.0
+    place, mask = np.zeros(2), np.eye(3, dtype=bool)
+    (row,) = rows_of_answer(Estimate(place, mask=mask))
+    place[:], mask[:] = 9.0, False
     assert row["position_px"].tolist() == [0.0, 0.0]
+    np.testing.assert_array_equal(mask_of(row["mask"]), np.eye(3))  # type: ignore[arg-type]
+
+
+def test_ten_thousand_masks_take_a_few_megabytes() -> None:
+    rows, columns = np.indices((480, 640))
+    mask = np.hypot(rows - 240, 2 * columns - 600) < 100
+    (row,) = rows_of_answer(Estimate(np.zeros(2), mask=mask))
+    assert 10_000 * len(row["mask"]["counts"]) < 4e6
 
 
 @pytest.mark.parametrize("command", [None, CameraCommand(), CameraCommand(*(k / 7 for k in range(7)))])

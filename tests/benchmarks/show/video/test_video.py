@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from benchmarks.show.replay import replay
 from benchmarks.show.video import marks
-from benchmarks.show.video.drawing import InLargerView, Instant
+from benchmarks.show.video.drawing import Canvas, InLargerView, Instant, draw_mask
 from benchmarks.show.video.episode_video import Caption, write_mp4, write_video
 from tests.benchmarks.fake_episode import HEIGHT, WIDTH, FakeEpisode, FakeTracker, live
 from trackers.types import CameraCommand, Estimate, Observation
@@ -109,6 +109,17 @@ def test_the_estimate_is_drawn_where_it_is_said_to_be(x: float, y: float) -> Non
     zoom = with_cross.shape[1] / (2 * WIDTH)
     expected = zoom * np.array([y + 0.5 * HEIGHT, x + 0.5 * WIDTH])
     np.testing.assert_allclose(middle, expected, atol=1.6)
+
+
+@pytest.mark.parametrize("zoom", [1, 3])
+def test_a_mask_is_tinted_where_it_is(zoom: int) -> None:
+    canvas = Canvas.of(np.full((20, 30, 3), 200, np.uint8), 30 * zoom)
+    mask = np.zeros((20, 30), bool)
+    mask[4:9, 11:17] = True
+    draw_mask(canvas, mask, (0, 100, 200))
+    changed = (canvas.image != 200).any(axis=2)
+    np.testing.assert_array_equal(changed, np.kron(mask, np.ones((zoom, zoom), bool)))
+    assert canvas.image[5 * zoom, 12 * zoom].tolist() == [110, 155, 200]
 
 
 def test_truth_is_outlined_outside_the_picture_too() -> None:
