@@ -12,7 +12,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import FILE, FOLDER, ONE_NAME, WORKERS, Files, Names, UsualSeeds, WithModules
+from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, RATE, WORKERS, Files, Names, UsualSeeds, WithModules
 from benchmarks.cli.bench_function import bench, check_suites, stored_seeds
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.printing import trackers_print_to_stderr
@@ -78,6 +78,12 @@ class Bench(WithModules):
         workers: number of worker processes; 0 = run in this process.
         limit_s: most CPU time in seconds for one frame of a tracker, of all its threads; it may wait, e.g. sleep or
             be kept from a core by others, until ten times as many seconds went by.
+        real_time: pictures a second, e.g. 20, that arrive whether a tracker is ready or not, as in VOT's real-time
+            experiment: those that arrive while it works on an earlier one are lost to it, and its last answer stands
+            for them. By the measured wall time of each answer, so run it on an idle machine, with few workers. A folder
+            holds rows of one rate (default: pictures wait; with a rate the folder's name ends with it).
+        repeats: runs of each tracker in each episode, with random numbers of their own (default: 3 of a tracker that no
+            seed makes reproducible, with --quick 1; else 1).
         metric: names of the metrics on the leaderboard, see `frameout list --metrics` (default: the suite's own).
         json: print the summary as JSON instead of tables.
         csv: also write all numbers of the rows as a table, a line for each condition, seed, tracker, event and metric,
@@ -104,6 +110,8 @@ class Bench(WithModules):
     out: Annotated[Path | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
     limit_s: float = 60.0
+    real_time: Annotated[float | None, RATE] = None
+    repeats: Annotated[int | None, COUNT] = None
     metric: Names = ()
     json: bool = False
     csv: Annotated[Path | None, FILE] = None

@@ -59,6 +59,8 @@ def bench(
     out: Path | str | None = None,
     workers: int | None = None,
     limit_s: float = 60.0,
+    real_time: float | None = None,
+    repeats: int | None = None,
     modules: str | Sequence[str] = (),
     data: str | None = None,
     keep_estimates: bool = False,
@@ -78,9 +80,13 @@ def bench(
         link: how commands reach the carrier where controllers are trackers: prompt, delayed or noisy.
         renderer: raster or pybullet.
         quick: small presets, no variants, one repeat.
-        out: folder of the results; None = ``results/SUITE``, ``results/quick``, or ``results/SUITE-real``.
+        out: folder of the results; None = ``results/SUITE``, ``results/quick``, or ``results/SUITE-real``; in real time
+            each with the rate at its end.
         workers: processes; None = one per core, 0 = this process.
         limit_s: most CPU time in seconds for one frame of a tracker; it may wait, e.g. sleep, ten times as long.
+        real_time: pictures a second, which do not wait for a tracker, see ``benchmarks.run.real_time``.
+        repeats: runs an episode of each tracker, with random numbers of their own; None = 3, with ``quick`` 1, of one
+            that no seed makes reproducible, else 1.
         modules: modules of yours to import first, also in the workers; they register trackers, metrics and so on.
         data: folder or URL of a data set with the episodes, whose scenario, preset and renderer are given.
         keep_estimates: whether all answers are kept as tables, see ``benchmarks.data.estimates.block_file``.
@@ -113,8 +119,9 @@ def bench(
     }
     how: dict[str, Any] = {
         "workers": cores(workers),
-        "repeats": 1 if quick else 3,
+        "repeats": 1 if quick and repeats is None else repeats,
         "limit_s": limit_s,
+        "real_time_hz": real_time,
         "modules": own_modules,
     }
     if keep_estimates:
@@ -130,6 +137,8 @@ def bench(
         _refuse("raster with --real, which draws nothing", renderer=renderer != "raster" and renderer)
         _check_steering(wanted, link, None)
         kept = keep_estimates and wanted.on_sequences is None
+        seen = real_time is None or wanted.on_sequences is not None
+        check("real_time", seen, "none with tracks, on which no picture is seen", real_time)
         check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)
         Experiment(wanted, [], {}, **how)  # A number out of range is refused before anything is read.
         episodes, outcome.unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)
@@ -141,7 +150,7 @@ def bench(
         _check_steering(wanted, link, data)
         experiments = _experiments(wanted, names, seeds, link, data, renderer, quick=quick, how=how)
         name = "quick" if quick else wanted.name
-    folder = Path(out or Path("results") / name)
+    folder = Path(out or Path("results") / (name if real_time is None else f"{name}-{real_time:g}hz"))
     for experiment in experiments:
         title = f"{wanted.name}, {counted(len(experiment.trackers), 'tracker')}"
         with progress(title) as report:

@@ -16,7 +16,7 @@ from benchmarks.cli.arguments import ONE_NAME, Names, WithModules, report_ignore
 from benchmarks.contract.metric import Metric
 from benchmarks.contract.rows import REAL, Row, read_rows
 from benchmarks.contract.suite import DEFAULT, EventWords, suite
-from benchmarks.contract.text import interval_text, number_text, unit_sign
+from benchmarks.contract.text import interval_text, number_text, time_in_words, unit_sign
 from benchmarks.show.progress import console_of
 from benchmarks.show.tables import NO_NUMBER
 from benchmarks.statistics.bootstrap import Comparison
@@ -70,7 +70,7 @@ class Compare(WithModules):
         if self.json:
             print(json.dumps([_as_data(words, *each) for each in found], indent=1))
         else:
-            console_of().print(self._table(words, found))
+            console_of().print(self._table(words, found, _times_of(first), _times_of(second)))
         return 0
 
     def _suite_of_both(self, first: list[Row], second: list[Row]) -> str:
@@ -112,8 +112,11 @@ class Compare(WithModules):
         folder, colon, tracker = name.partition(":")
         return (Path(folder), tracker) if colon and not name.startswith(POLICY) else (self.directory, name)
 
-    def _table(self, words: EventWords, found: list[tuple[str, Metric, Comparison, float]]) -> Table:
-        table = Table(title=f"{self.first} minus {self.second}, paired over episodes", box=box.SIMPLE_HEAD)
+    def _table(
+        self, words: EventWords, found: list[tuple[str, Metric, Comparison, float]], first_time: str, second_time: str
+    ) -> Table:
+        title = f"{self.first}{first_time} minus {self.second}{second_time}, paired over episodes"
+        table = Table(title=title, box=box.SIMPLE_HEAD)
         for column in (words.name, "metric", "unit"):
             table.add_column(column, overflow="fold")
         for column in ("difference", "95 % interval", "p (Holm)", "episodes"):
@@ -133,6 +136,12 @@ class Compare(WithModules):
             )
             previous = attribute
         return table
+
+
+def _times_of(rows: list[Row]) -> str:
+    """Return how a tracker had time, in brackets; "" if it was not in real time."""
+    rates_hz = sorted({row["real_time_hz"] for row in rows if "real_time_hz" in row})
+    return f" ({', '.join(map(time_in_words, rates_hz))})" if rates_hz else ""
 
 
 def _as_data(

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import suite
-from benchmarks.contract.text import counted
+from benchmarks.contract.text import counted, time_in_words
 from benchmarks.show import tables
 from benchmarks.show.progress import console_of
 from benchmarks.statistics.summary import condition_of, steering_words
@@ -66,7 +66,8 @@ def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[d
     groups: dict[str, list[dict[str, Any]]] = {}
     for entry in summary:
         steered = f", {steering_words(condition_of(entry))}" if "controller" in entry else ""
-        title = f"{entry['scenario']}, {entry['preset']}, {entry['renderer']}{steered}"
+        timed = f", {time_in_words(entry['real_time_hz'])}" if "real_time_hz" in entry else ""
+        title = f"{entry['scenario']}, {entry['preset']}, {entry['renderer']}{steered}{timed}"
         groups.setdefault(title, []).append(entry)
     yield from groups.items()
 

@@ -18,7 +18,8 @@
 ``blocks``              of recordings of tracks: how many blocks of time the tracker has there
 ``modules``             names or files of users' own modules of the run; only where there were any
 ``recorded``            of recordings: the arguments of ``frameout bench`` that say which, and how they are read
-``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible
+``real_time_hz``        pictures a second that arrived while trackers worked, see ``run.real_time``; only in real time
+``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible, or as many as ``--repeats``
 ``metric``              what ``value`` is, see below
 ``value``               a number; or a list of numbers (a *series*); null = undefined (left out of means)
 ``weight``              how much the value counts in a mean over rows, e.g. the frames it is a mean of

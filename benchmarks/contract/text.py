@@ -61,6 +61,11 @@ def ranges_text(numbers: Iterable[int]) -> str:
     return ", ".join(f"{a:,}" if a == b else f"{a:,}–{b:,}" for a, b in runs)
 
 
+def time_in_words(real_time_hz: float | None) -> str:
+    """Return how trackers had time: ``in real time at 20 Hz``, or ``not in real time`` for None."""
+    return "not in real time" if real_time_hz is None else f"in real time at {real_time_hz:g} Hz"
+
+
 def printable(text: object) -> str:
     r"""Return text or a path with the bytes of names that are not UTF-8 as escapes, e.g. ``M\xe4nn``."""
     return os.fsencode(str(text)).decode(errors="backslashreplace")

@@ -1,4 +1,4 @@
-"""A tracker's speed: rows and metrics, the same in every suite."""
+"""A tracker's speed, and what it missed because of it: rows and metrics, the same in every suite."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from math import inf
 import numpy as np
 
 from benchmarks.contract.judging import Score
-from benchmarks.contract.metric import OWN, Better, Metric, Quantity
+from benchmarks.contract.metric import OWN, Better, Mean, Metric, Quantity
 from benchmarks.statistics.pooling import Median
 
 _UNTIMED_FRAMES = 5
 """The first updates load compiled code from disk and are left out of the timing."""
 MS_PER_FRAME = "ms_per_frame"
+FRAMES_SEEN = "frames_seen"
+_VOT = "real-time experiment of VOT: Kristan et al., The visual object tracking VOT2017 challenge results, 2017"
 
 
 def times(taken: Sequence[tuple[float, float]], revision: tuple[float, float], frame_count: int) -> Iterator[Score]:
@@ -41,12 +43,24 @@ def times(taken: Sequence[tuple[float, float]], revision: tuple[float, float], f
         yield Score("frames_per_s", 1e3 / max(ms_per_frame, 1e-6))
 
 
+def frames_seen(updates: int, pictures: int, failed_at_frame: int | None) -> Score:
+    """Return ``frames_seen``: of the pictures up to a failure, the share that the tracker got.
+
+    Args:
+        updates: number of those that gave an answer; the first picture is got at the start.
+        pictures: number of all in the episode. failed_at_frame: None without a failure, which is of one that was got.
+    """
+    failed = failed_at_frame is not None and 0 < failed_at_frame < pictures
+    last = failed_at_frame if failed_at_frame is not None else pictures - 1
+    return Score(FRAMES_SEEN, (1 + updates + failed) / (1 + min(last, pictures - 1)))
+
+
 def _speed(name: str, summary: str, unit: str = "ms", better: Better = "lower") -> Metric:
     quantity = Quantity(name, 0, inf, "every frame but the tracker's first five", OWN, (times,))
     return Metric(name, summary, unit, better, Median(quantity))
 
 
-SPEED = (
+_TIMED = (
     _speed(MS_PER_FRAME, "time of the tracker per frame: its CPU time or its wall time, whichever is larger"),
     _speed("frames_per_s", "frames a second of the tracker, at the larger of CPU time and wall time", "1/s", "higher"),
     _speed("cpu_ms_per_frame", "CPU time of the tracker per frame, of all its threads and processes"),
@@ -56,5 +70,15 @@ SPEED = (
         "where its waiting for a core is left out: where it is far above the CPU time, measure on an idle one",
     ),
 )
-TIMES = tuple(metric.name for metric in SPEED)
+SPEED = (
+    *_TIMED,
+    Metric(
+        FRAMES_SEEN,
+        "pictures that the tracker saw in real time (--real-time); the others came while it worked on an earlier one",
+        "fraction",
+        "higher",
+        Mean(Quantity(FRAMES_SEEN, 0, 1, "all pictures up to a failure, in real time alone", _VOT, (frames_seen,))),
+    ),
+)
+TIMES = tuple(metric.name for metric in _TIMED)
 """Rows that differ from run to run."""

@@ -6,6 +6,7 @@ import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.editions import Editions
 from benchmarks.run.episodes import EpisodeSpec, editions_of
 from benchmarks.run.failures import earlier, read_failures, write_failures
-from benchmarks.run.jobs import Job, Keeper, key_of
+from benchmarks.run.jobs import Job, Keeper, key_of, run_count
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.result_folder import alone_in, append_block, make_folder, tidy, up_to_date
 from benchmarks.run.workers import results
@@ -32,8 +33,9 @@ class Experiment:
         episodes: in which all trackers run, seed by seed: a worker keeps what it has drawn of the latest world.
         trackers: name in rows → the tracker.
         workers: processes; 0 = this process (then a tracker that ends its process ends the run).
-        repeats: runs per episode of a tracker whose random numbers no seed reaches.
+        repeats: runs of each tracker in an episode, see ``Job``.
         limit_s: of CPU time of a tracker for one frame, see ``time_limit.at_most``.
+        real_time_hz: pictures a second, see ``run.real_time``; None = they wait for the trackers.
         modules: users' own modules, which are imported already; workers import them first.
         keeper: keeps all answers beside the rows; None = they are not kept.
     """
@@ -42,8 +44,9 @@ class Experiment:
     episodes: Sequence[EpisodeSpec]
     trackers: Mapping[str, TrackerSpec]
     workers: int = 1
-    repeats: int = 3
+    repeats: int | None = None
     limit_s: float = 60.0
+    real_time_hz: float | None = None
     modules: tuple[str, ...] = ()
     keeper: Keeper | None = None
 
@@ -51,6 +54,13 @@ class Experiment:
         check("workers", self.workers >= 0, "a whole number >= 0", self.workers)
         good = isinstance(self.limit_s, int | float) and self.limit_s > 0
         check("limit_s", good, "a number of seconds > 0", repr(self.limit_s))
+        good = self.repeats is None or (isinstance(self.repeats, int) and self.repeats > 0)
+        check("repeats", good, "a whole number > 0", repr(self.repeats))
+        alone = self.repeats in (None, 1) or all(each.steering is None for each in self.episodes)
+        check("repeats", alone, "1 where a controller steers, which follows one run of a tracker", repr(self.repeats))
+        rate_hz = self.real_time_hz
+        good = rate_hz is None or (isinstance(rate_hz, int | float) and 0 < rate_hz < inf)
+        check("real_time", good, "pictures a second, a number > 0", repr(rate_hz))
 
     @property
     def block_count(self) -> int:
@@ -78,6 +88,10 @@ class Experiment:
         episode = self._episodes_by_key.get(replace(key, tracker=""))
         return self._editions(episode, key.tracker) if episode is not None and key.tracker in self.trackers else None
 
+    def run_count(self, key: BlockKey) -> int:
+        """Return how often the tracker of one of its blocks runs in the episode."""
+        return run_count(self.trackers[key.tracker], self.repeats)
+
     def jobs(self, out: Path | None = None, have: set[BlockKey] | frozenset[BlockKey] = frozenset()) -> Iterator[Job]:
         """Yield a job for each episode with pictures on a set path, else for each tracker in it, without what there is
         already, ``have``.
@@ -97,6 +111,7 @@ class Experiment:
                         modules=self.modules,
                         repeats=self.repeats,
                         limit_s=self.limit_s,
+                        real_time_hz=self.real_time_hz,
                         out=out,
                         editions={name: self._editions(episode, name) for name in group if out is not None},
                         keeper=self.keeper,
@@ -114,8 +129,8 @@ def run(experiment: Experiment, out: Path, progress: Progress = lambda done, of:
     again, and so are rows without the estimates that are asked for. Except for times, ``workers`` changes no row.
 
     Raises:
-        ValueError: for a folder that holds rows of other seeds, cannot be written, or is written by another run; and if
-            there is no row at the end.
+        ValueError: for a folder that holds rows of other seeds or of another ``real_time_hz``, cannot be written, or is
+            written by another run; and if there is no row at the end.
     """
     make_folder(out)
     with alone_in(out):
@@ -176,7 +191,9 @@ def _kept(experiment: Experiment, out: Path) -> tuple[set[BlockKey], list[str]]:
         return episode is None or row.get("editions", {}).get("scene") != episode.edition
 
     seeds = None if real else {each.seed for each in experiment.episodes}
-    have, moved = up_to_date(out, experiment.made_now, seeds, has_changed)
+    have, moved = up_to_date(
+        out, experiment.made_now, seeds, has_changed, experiment.run_count, experiment.real_time_hz
+    )
     if experiment.keeper is not None:
         have = {key for key in have if experiment.keeper.is_kept(out / ESTIMATES, key, experiment.made_now(key))}
     return have, moved

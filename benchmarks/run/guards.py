@@ -54,7 +54,7 @@ class Guard:
         ends_process_at: int | None = None,
     ) -> None:
         """``note`` is called before each frame. On frame ``ends_process_at`` an earlier attempt ended its process: the
-        component fails there without being called.
+        component fails there, or on the next frame that it gets, without being called.
         """
         self._limit_s, self._note, self._ends_process_at = limit_s, note, ends_process_at
         self._state, self._watch = ProcessState(), Stopwatch()
@@ -71,7 +71,7 @@ class Guard:
             answer: what it makes, in words.
             otherwise: returned if it raises, changes its inputs or takes too long, and after any failure.
         """
-        if frame == self._ends_process_at and self.reason is None:
+        if self.reason is None and self._ends_process_at is not None and frame >= self._ends_process_at:
             self.reason, self.failed_at_frame = ENDED_PROCESS, frame
         self._note(frame)
         if self.reason is not None:
@@ -101,8 +101,8 @@ class GuardedTracker(Guard):
 
     Attributes:
         silent_frames: number of frames without an answer about its one target.
-        taken: time of each update that gave an answer, from frame 1 on; its CPU time with that of other processes, as
-            reported by the tracker. revision: time of the revision at the end.
+        taken: frame, from 1 on → time of the update that gave an answer; its CPU time with that of other processes, as
+            reported by the tracker. took: time of the latest start or update. revision: of the revision at the end.
         decides_at: see ``Ending``.
         gap_method: as it is before the first picture: gaps are cut out of what follows. None if there is none.
     """
@@ -122,8 +122,8 @@ class GuardedTracker(Guard):
         self._silence: Answer = () if many else SILENT
         self._check: Callable[[Any, CameraModel], Answer] = check_tracks if many else check_estimate
         self._frames, self.silent_frames, self._answers = 0, 0, AnswerWatch(needs_depth)
-        self.taken: list[Taken] = []
-        self.revision = Taken(0.0, 0.0)
+        self.taken: dict[int, Taken] = {}
+        self.took = self.revision = Taken(0.0, 0.0)
         self.decides_at = 0.0
         self.gap_method: GapMethod | None = None
         self._tracker: LoopTracker | None = self.call(0, "construction", create, None)
@@ -137,14 +137,25 @@ class GuardedTracker(Guard):
 
         def begun(tracker: LoopTracker, its_frame: Frame) -> Answer:
             answer = tracker.initialise(its_frame, its_start)
+            self.took = self._watch.taken
             check_unchanged(start, its_start, "start")
             return answer
 
-        return self._answered(frame, begun, self._silence if self._many or start.box_xyxy is None else given(start))
+        return self._answered(frame, begun, self.before(start))
+
+    def before(self, start: Start) -> Answer:
+        """Return what is known before the tracker has started: a given box, or nothing."""
+        return self._silence if self._many or start.box_xyxy is None else given(start)
 
     def update(self, frame: Frame) -> Answer:
         """See ``LoopTracker``."""
         answer = self._answered(frame, self._updated, self._silence)
+        if self.reason is None:
+            self.taken[frame.truth.frame] = self.took
+        return self.watched(frame, answer)
+
+    def watched(self, frame: Frame, answer: Answer) -> Answer:
+        """Return an answer on a frame, after a look at whether it is one."""
         self._answers.see(frame, answer)
         if isinstance(answer, Estimate):
             self.silent_frames += bool(np.isnan(answer.position_px).any())
@@ -155,7 +166,7 @@ class GuardedTracker(Guard):
         answer = tracker.update(frame)
         taken = self._watch.taken
         elsewhere_cpu_s = tracker.elsewhere_cpu_s() if isinstance(tracker, OutsourcingLoopTracker) else 0.0
-        self.taken.append(taken._replace(cpu_s=taken.cpu_s + elsewhere_cpu_s))
+        self.took = taken._replace(cpu_s=taken.cpu_s + elsewhere_cpu_s)
         return answer
 
     def _answered(self, frame: Frame, answer: Callable[[LoopTracker, Frame], Answer], otherwise: Answer) -> Answer:
@@ -173,14 +184,16 @@ class GuardedTracker(Guard):
 
     def ending(self) -> Ending:
         """Return what is known of the tracker after the last frame; call once. It revises its answers here."""
-        # On tracks there are no frames: nothing was answered that it could revise.
-        revises = self._many and self._frames > 0
-        revised = self.call(self._frames, "revision", self._revised, None) if revises else None
+        revised = self.call(self._frames, "revision", self._revised, None) if self.revises() else None
         self._follows = self._follows or any(revised or ())
         if self.gap_method is None or self.reason is not None:
             return Ending(self.failed_at_frame, revised, decides_at=self.decides_at)
         bridges = partial(GuardedGapMethod, self.gap_method, self, max(self._frames, 1))
         return Ending(self.failed_at_frame, revised, bridges, self.decides_at)
+
+    def revises(self) -> bool:
+        """Return whether it may revise its answers. On tracks there are no frames: nothing was answered."""
+        return self._many and self._frames > 0
 
     def _revised(self) -> Sequence[Sequence[Track]] | None:
         revised = self._tracker.revised() if isinstance(self._tracker, ManyLoopTracker) else None
@@ -198,7 +211,7 @@ class GuardedTracker(Guard):
         One that follows nothing, and bridges gaps alone, has no times.
         """
         if self._follows:
-            yield from times(self.taken, self.revision, self._frames)
+            yield from times([*self.taken.values()], self.revision, self._frames)
         if self.failed_at_frame is not None:
             yield Score(FAILED_AT, float(self.failed_at_frame))
 

@@ -25,12 +25,14 @@ from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import Guard, GuardedController, GuardedTracker
 from benchmarks.run.outcome import Outcome
+from benchmarks.run.real_time import RealTimeTracker
 from scenarios.loop import Loop, tracker_stream
 from scenarios.scenario import Frame
 from scenarios.truth import Truth, TruthExtent, check_truth
 from sim.checks import check
 
 CONTROLLER_FAILED_AT = "controller_failed_at_frame"
+USUAL_REPEATS = 3
 
 
 class KeepingJudge(Judge, Protocol):
@@ -62,8 +64,10 @@ class Job:
         episode: is opened once. Its controller steers by the (then only) tracker.
         trackers: name in rows → the tracker.
         modules: users' own modules that the run imported.
-        repeats: runs of a tracker whose random numbers no seed reaches.
+        repeats: runs of each tracker, each with random numbers of its own; None = ``USUAL_REPEATS`` of one whose random
+            numbers no seed reaches, else 1.
         limit_s: of CPU time of a tracker for one frame, see ``time_limit.at_most``.
+        real_time_hz: pictures a second, see ``run.real_time``; None = they wait for the trackers.
         out: folder of the rows, where the worker keeps a note that explains a crash, and ``keeper`` all answers; None
             = no note.
         editions: tracker → ``editions`` of its rows, read once for an experiment.
@@ -75,8 +79,9 @@ class Job:
     episode: EpisodeSpec
     trackers: Mapping[str, TrackerSpec]
     modules: tuple[str, ...] = ()
-    repeats: int = 3
+    repeats: int | None = None
     limit_s: float = 60.0
+    real_time_hz: float | None = None
     out: Path | None = None
     editions: Mapping[str, Editions] = field(default_factory=dict)
     keeper: Keeper | None = None
@@ -96,6 +101,11 @@ class Job:
     def key(self, tracker: str) -> BlockKey:
         """Return the key of a tracker's block of rows."""
         return key_of(self.suite, self.episode, tracker)
+
+
+def run_count(tracker: TrackerSpec, repeats: int | None) -> int:
+    """Return how often a tracker runs in an episode, see ``Job.repeats``."""
+    return repeats or (1 if tracker.reproducible else USUAL_REPEATS)
 
 
 def key_of(suite: Suite, episode: EpisodeSpec, tracker: str) -> BlockKey:
@@ -193,6 +203,7 @@ def opened(
     if steering is not None:
         check("tracker", bool(job.trackers), f"a name, as {steering.name!r} steers by one", "none")
         _ = steering.entry  # An unknown name is refused before the episode is built.
+    guarded = partial(RealTimeTracker, rate_hz=job.real_time_hz) if job.real_time_hz else GuardedTracker
     controller: GuardedController | None = None
     runs: list[TrackerRun] = []
     episode = job.episode.open(truth)
@@ -201,10 +212,11 @@ def opened(
             controller = GuardedController(steering.create, **how(steering.name))
         many = job.suite.follows_many and (scenario is not None or episode.frame_count == 0)
         for name, spec in job.trackers.items():
-            for repeat in range(1 if spec.reproducible else job.repeats):
+            for repeat in range(run_count(spec, job.repeats)):
                 rng = tracker_stream(job.episode.seed, spec.name, repeat)
                 create = partial(spec.create, job.episode, episode, rng, many=many)
-                guard = GuardedTracker(create, many=many, needs_depth=job.suite.needs_depth, **how(name))
+                of_suite = {"many": many, "needs_depth": job.suite.needs_depth}
+                guard = guarded(create, **of_suite, **how(name))
                 runs.append(TrackerRun(name, repeat, guard))
         link = job.episode.command_link(episode)
         yield OpenJob(job, Loop(episode, [each.guard for each in runs], link), runs, controller)
@@ -362,6 +374,8 @@ def heading_of(job: Job, tracker: str, controller_role: str | None = None) -> Ro
         "seed": episode.seed,
         **episode.columns,
     }
+    if job.real_time_hz is not None:
+        heading["real_time_hz"] = job.real_time_hz
     if job.modules:
         # The command that repeats the run names them.
         heading["modules"] = list(job.modules)

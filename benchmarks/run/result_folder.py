@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.contract.rows import FILE_NAME, HUMAN, LAST_METRIC, BlockKey, Row, lines_of, read, read_blocks
+from benchmarks.contract.text import time_in_words
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
@@ -90,6 +91,8 @@ def up_to_date(
     made_now: MadeNow,
     seeds: Collection[int] | None,
     is_outdated: Callable[[BlockKey, Row], bool] = lambda key, row: False,
+    run_count: Callable[[BlockKey], int] = lambda key: 1,
+    real_time_hz: float | None = None,
 ) -> tuple[set[BlockKey], list[str]]:
     """Return the blocks of an experiment in a directory that the present editions made, and messages about the others,
     which are moved to another file.
@@ -100,9 +103,11 @@ def up_to_date(
     Args:
         seeds: of the experiment; None = others are no fault.
         is_outdated: takes key and first row of another experiment's block: whether it is moved too.
+        run_count: least number of runs of the tracker of one of the experiment's blocks.
+        real_time_hz: of the experiment.
 
     Raises:
-        ValueError: for a directory that holds rows of other seeds.
+        ValueError: for a directory that holds rows of other seeds, or of another ``real_time_hz``.
     """
     if not (directory / FILE_NAME).is_file():
         return set(), []
@@ -112,15 +117,21 @@ def up_to_date(
         others = [key.seed for key in blocks if key.controller != HUMAN and key.seed not in seeds]
         wanted = f"a folder with no seeds but {min(seeds)}:{max(seeds) + 1}, e.g. an empty one"
         check("out", not others, wanted, f"{str(directory)!r}, which holds seed {min(others, default=None)}")
+    of_times = {rows[0].get("real_time_hz") for rows in blocks.values()}
+    held = ", ".join(sorted(map(time_in_words, of_times - {real_time_hz})))
+    check("out", not held, f"a folder of rows {time_in_words(real_time_hz)}", f"{str(directory)!r}, of rows {held}")
     groups: dict[BlockKey, list[BlockKey]] = {}
     for key, rows in blocks.items():
         groups.setdefault(replace(key, seed=0) if "blocks" in rows[0] else key, []).append(key)
     have, outdated = set[BlockKey](), set[BlockKey]()
     for whole, keys in groups.items():
         now, heads = made_now(whole), [blocks[key][0] for key in keys]
+        runs = 1 + max(row["repeat"] for key in keys for row in blocks[key])
         if now is None:
             outdated.update(key for key, head in zip(keys, heads, strict=True) if is_outdated(whole, head))
-        elif all(head.get("editions") == now and head.get("blocks", 1) == len(keys) for head in heads):
+        elif runs >= run_count(whole) and all(
+            head.get("editions") == now and head.get("blocks", 1) == len(keys) for head in heads
+        ):
             have.add(whole)
         else:
             outdated.update(keys)

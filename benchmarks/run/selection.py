@@ -193,7 +193,8 @@ def job_on(
 def job_of(row: Row, seed: int) -> Job:
     """Return the job that repeats the run of a row, on this ``seed``."""
     steered = {"controller": row["controller"], "link": row.get("link"), "renderer": row["renderer"]}
-    how = {"modules": tuple(row.get("modules", ())), "limit_s": row.get("limit_s", Job.limit_s), "repeats": 1}
+    how: Any = {"modules": tuple(row.get("modules", ())), "real_time_hz": row.get("real_time_hz")}
+    how |= {"limit_s": row.get("limit_s", Job.limit_s), "repeats": 1}
     return job_on(row["suite"], row["scenario"], row["preset"], seed, (row["tracker"],), **steered, **how)
 
 

@@ -12,6 +12,7 @@ from markupsafe import Markup
 
 from benchmarks.contract.rows import REAL, Row, read_rows
 from benchmarks.contract.suite import Condition, Suite, suite
+from benchmarks.contract.text import time_in_words
 from benchmarks.run.blindfold import BLIND_NOTE
 from benchmarks.run.failures import ended_processes
 from benchmarks.show import tables
@@ -191,10 +192,11 @@ def _section(results: _Results, pictures: Entries) -> dict[str, Any]:
     everything = tables.every_metric(scores, summary)
     roles = {line.role for line in everything.lines}
     notes = {"blind": BLIND_NOTE, "oracle": showing.oracles}
-    steering = [] if real else [steering_words(results.condition), renderer]
+    how = [] if real else [steering_words(results.condition), renderer]
+    how += [time_in_words(summary[0]["real_time_hz"])] if "real_time_hz" in summary[0] else []
     return {
         "name": name_of(results.condition),
-        "title": " · ".join([scenario, preset, *steering]),
+        "title": " · ".join([scenario, preset, *how]),
         "is_real": real,
         "about": scores.summary if sequences is None else _ABOUT_SEQUENCES,
         "silence": scores.silence if sequences is None else sequences.silence,

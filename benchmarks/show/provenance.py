@@ -85,6 +85,9 @@ def _command(rows: Sequence[Row], span: str) -> str:
             named = [each or SET_PATH for each in steering if each != HUMAN and (each is not None or not own_path)]
             parts += ["--controllers", *named] if named else []
         parts += ["--trackers", *dict.fromkeys(each["tracker"] for each in rows)]
+        parts += ["--real-time", f"{row['real_time_hz']:g}"] if "real_time_hz" in row else []
+        runs = {each["tracker"]: 1 + each["repeat"] for each in sorted(rows, key=lambda each: each["repeat"])}
+        parts += ["--repeats", str(least)] if (least := min(runs.values())) > 1 else []
         # The shortest of several: a tracker that it ended may not end under a longer one.
         limit_s = min(each.get("limit_s", Job.limit_s) for each in rows)
         parts += ["--limit-s", f"{limit_s:g}"] if limit_s != Job.limit_s else []

@@ -1,11 +1,11 @@
 """The results in a folder, for notebooks and scripts: tables, and plots of the report.
 
 Rows become long tables for pandas: a line for each number, and apart from them a line for each entry of a list. Columns
-of both: ``suite scenario preset renderer controller link tracker role seed sequence repeat``; then what the row is
-about, ``event_kind event_index`` and the event's other attributes, all empty for rows about a whole episode; then
-``metric value weight``. ``benchmarks.contract.rows`` defines metrics and events. Values are floats; an undefined value,
-null in a row, is NaN. A column that no row has is left out, e.g. ``link`` in most suites, and ``sequence`` in simulated
-ones.
+of both: ``suite scenario preset renderer controller link tracker role real_time_hz seed sequence repeat``; then what
+the row is about, ``event_kind event_index`` and the event's other attributes, all empty for rows about a whole episode;
+then ``metric value weight``. ``benchmarks.contract.rows`` defines metrics and events. Values are floats; an undefined
+value, null in a row, is NaN. A column that no row has is left out, e.g. ``link`` in most suites, and ``sequence`` in
+simulated ones.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 _NAMES = (
     *("suite", "scenario", "preset", "renderer", "controller", "link"),
-    *("tracker", "tracker_role", "role", "seed", "sequence", "repeat"),
+    *("tracker", "tracker_role", "role", "real_time_hz", "seed", "sequence", "repeat"),
 )
 
 

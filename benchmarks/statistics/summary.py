@@ -11,6 +11,7 @@ Both files are lists of objects. Those of ``summary.json`` are about one metric 
 ``renderer``            ``raster`` or ``pybullet``; ``real`` for recordings
 ``controller``          name of the one that steered; absent on a set path
 ``link``                suite ``follow`` alone: how commands reach the carrier
+``real_time_hz``        pictures a second, in real time alone, see ``run.real_time``
 ``metric``              name of the metric
 ``unit``                of the numbers; fractions are 0 to 1
 ``better``              ``higher`` or ``lower``
@@ -55,6 +56,7 @@ from trackers.atomic_file import write_atomic
 SUMMARY_FILE_NAME = "summary.json"
 COMPARISONS_FILE_NAME = "comparisons.json"
 
+_WHERE = ("renderer", "controller", "link", "real_time_hz")
 _COMPARED_ROLES = ("ours", "policy")
 _OWN_ROLE = "external"
 """Role of a user's own tracker or controller."""
@@ -130,7 +132,7 @@ def summarise(groups: Groups) -> list[dict[str, Any]]:
             low, high = statistics.bootstrap_interval(pool)
             entries.append(
                 {
-                    **_of(rows[0], "suite", "scenario", "preset", "tracker", "role", "renderer", "controller", "link"),
+                    **_of(rows[0], "suite", "scenario", "preset", "tracker", "role", *_WHERE),
                     "metric": metric.name,
                     "unit": metric.unit,
                     "better": metric.better,
@@ -187,7 +189,7 @@ def _compare_along(
         if (found := paired(own, rows, metric)) is not None:
             entries.append(
                 {
-                    **_of(own[0], "suite", "scenario", "preset", "renderer", "controller", "link"),
+                    **_of(own[0], "suite", "scenario", "preset", *_WHERE),
                     "metric": metric.name,
                     "better": metric.better,
                     "tracker": own[0]["tracker"],

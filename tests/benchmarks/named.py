@@ -27,8 +27,9 @@ class NamedExperiment:
     controllers: tuple[str, ...] | None = None
     link: str = "prompt"
     workers: int = 1
-    repeats: int = 3
+    repeats: int | None = None
     limit_s: float = 60.0
+    real_time_hz: float | None = None
     modules: tuple[str, ...] = ()
     keeper: Keeper | None = None
     stored: Callable[..., Any] | None = None

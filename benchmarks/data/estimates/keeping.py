@@ -16,7 +16,7 @@ from benchmarks.contract.rows import BlockKey, Row
 from benchmarks.contract.suite import suite
 from benchmarks.data.estimates import block_file
 from benchmarks.data.estimates.block_file import AT_ONCE, EXTRAPOLATED, HINDSIGHT, INTERPOLATED, Facts, Run, Values
-from benchmarks.judges.tracker_speed import MS_PER_FRAME
+from benchmarks.judges.tracker_speed import FRAMES_SEEN, MS_PER_FRAME
 from benchmarks.run.guards import GuardedTracker
 from benchmarks.run.jobs import CONTROLLER_FAILED_AT
 from scenarios.scenario import Frame
@@ -64,7 +64,7 @@ class KeepingJudge:
                 controller_failed_at=int(failed[0]) if failed else None,
                 runs=[sheet.run(guard) for sheet, guard in runs],
             )
-            timed = {row["repeat"] for row in block if row["metric"] == MS_PER_FRAME}
+            timed = {row["repeat"] for row in block if row["metric"] in (MS_PER_FRAME, FRAMES_SEEN)}
             rows = [
                 {"repeat": repeat, **row}
                 for repeat, (sheet, guard) in enumerate(runs)
@@ -121,10 +121,9 @@ class _KeepingSheet:
 
     def rows(self, commands: Sequence[Values], timed: GuardedTracker | None) -> Iterator[Values]:
         """Yield the rows of all answers, with the times of ``timed``."""
-        # No time is taken of the first frame.
-        taken = [None, *timed.taken] if timed else []
+        taken = timed.taken if timed else {}
         for frame, (command, tracks) in enumerate(zip(commands, self._answers, strict=True)):
-            seconds = block_file.row_of_time(taken[frame] if frame < len(taken) else None)
+            seconds = block_file.row_of_time(taken.get(frame))
             yield from ({"answer": AT_ONCE, "frame": frame, **row, **command, **seconds} for row in tracks)
         seconds = block_file.row_of_time(timed.revision if timed else None)
         for frame, answer in enumerate(self._ending.revised or ()):

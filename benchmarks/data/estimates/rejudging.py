@@ -24,7 +24,7 @@ from benchmarks.contract.suite import suite
 from benchmarks.data.estimates.block_file import EXTRAPOLATED, INTERPOLATED, Block, Facts, Values, facts_in, read_block
 from benchmarks.data.sets.benchmark import benchmark_of, stored_specs
 from benchmarks.data.sets.request import Request
-from benchmarks.judges.tracker_speed import times
+from benchmarks.judges.tracker_speed import frames_seen, times
 from benchmarks.run.editions import judge_edition, preset_edition
 from benchmarks.run.episodes import simulated
 from benchmarks.run.experiment import Progress
@@ -151,6 +151,8 @@ def _rows(block: Block, sheets: Sequence[ScoreSheet]) -> list[Row]:
         gaps = partial(RecalledGapMethod, iter(answered.gaps)) if run.bridges else None
         ending = Ending(run.failed_at_frame, answered.revised, gaps, run.decides_at)
         own = [*sheet.scores(ending), *times(answered.taken, answered.revision, facts.frame_count)]
+        if "real_time_hz" in facts.heading:
+            own.append(frames_seen(len(answered.taken), facts.frame_count, run.failed_in_the_end))
         if run.failed_in_the_end is not None:
             own.append(Score(FAILED_AT, float(run.failed_in_the_end)))
         scores += [(repeat, score) for score in own]
