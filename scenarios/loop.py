@@ -50,6 +50,19 @@ class OutsourcingLoopTracker(LoopTracker, Protocol):
 
 
 @runtime_checkable
+class ReleasedLoopTracker(LoopTracker, Protocol):
+    """A tracker that holds a process."""
+
+    def release(self, whole: bool) -> list[str]:
+        """Give it back after the last frame, and return what is odd about it, in words.
+
+        Args:
+            whole: whether all went well.
+        """
+        ...
+
+
+@runtime_checkable
 class ManyLoopTracker(LoopTracker, Protocol):
     """A tracker that answers with the tracks of many targets."""
 
@@ -82,8 +95,8 @@ class FromPictures:
         return self._tracker.update(frame.observation)
 
     def elsewhere_cpu_s(self) -> float:
-        """See ``OutsourcingTracker``."""
-        return self._tracker.elsewhere_cpu_s if isinstance(self._tracker, OutsourcingTracker) else 0.0
+        """See ``OutsourcingLoopTracker``."""
+        return _elsewhere_cpu_s(self._tracker)
 
 
 class ManyFromPictures:
@@ -112,6 +125,14 @@ class ManyFromPictures:
     def decides_at(self) -> float:
         """See ``ManyLoopTracker``."""
         return self._tracker.decides_at if isinstance(self._tracker, DecidingTracker) else 0.0
+
+    def elsewhere_cpu_s(self) -> float:
+        """See ``OutsourcingLoopTracker``."""
+        return _elsewhere_cpu_s(self._tracker)
+
+
+def _elsewhere_cpu_s(tracker: Tracker | MultiTracker) -> float:
+    return tracker.elsewhere_cpu_s if isinstance(tracker, OutsourcingTracker) else 0.0
 
 
 def first_box(start: Start) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.estimate_check import check_tracks
-from trackers.protocols import MultiTracker, begin
+from trackers.protocols import MultiTracker, OutsourcingTracker, begin
 from trackers.types import Estimate, Observation, SiteSurvey, Start, Track
 
 _CONFIDENT = 0.5
@@ -87,6 +87,11 @@ class FollowOne:
             self._others.update(each.identity for each in confident)
         track = _of(tracks, self._identity)
         return Estimate(position_px=np.full(2, np.nan)) if track is None else track.estimate
+
+    @property
+    def elsewhere_cpu_s(self) -> float:
+        """See ``OutsourcingTracker``."""
+        return self._tracker.elsewhere_cpu_s if isinstance(self._tracker, OutsourcingTracker) else 0.0
 
     @property
     def _middle_px(self) -> NDArray[np.float64]:

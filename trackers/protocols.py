@@ -26,8 +26,9 @@ class Tracker(Protocol):
 
 
 @runtime_checkable
-class OutsourcingTracker(Tracker, Protocol):
-    """A ``Tracker`` that others work for: processes, or trackers of the same pictures whose results it shares.
+class OutsourcingTracker(Protocol):
+    """A tracker, of one target or of many, that others work for: processes, or trackers of the same pictures whose
+    results it shares.
 
     Attributes:
         elsewhere_cpu_s: CPU time in seconds that they spent for it on the latest picture, >= 0; it counts as its own.

@@ -74,6 +74,9 @@ Names: TypeAlias = Annotated[tuple[str, ...], _DEFAULT_IN_WORDS, _kind(_names, "
 Files: TypeAlias = Annotated[
     tuple[Path, ...], _DEFAULT_IN_WORDS, _kind(lambda words: _some(map(Path, words)), "FILE …", "*", list)
 ]
+Processes: TypeAlias = tyro.conf.UseAppendAction[
+    Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=COMMAND|FILE.toml", help_behavior_hint="")]
+]
 Seeds: TypeAlias = Annotated[range, _seeds_kind(seed_range)]
 UsualSeeds: TypeAlias = Annotated[range | None, _DEFAULT_IN_WORDS, _seeds_kind(seed_range)]
 DevelopmentSeeds: TypeAlias = Annotated[range, _seeds_kind(development_seeds)]

@@ -12,15 +12,29 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, RATE, WORKERS, Files, Names, UsualSeeds, WithModules
-from benchmarks.cli.bench_function import bench, check_suites, stored_seeds
+from benchmarks.cli.arguments import (
+    COUNT,
+    FILE,
+    FOLDER,
+    ONE_NAME,
+    RATE,
+    WORKERS,
+    Files,
+    Names,
+    Processes,
+    UsualSeeds,
+    WithModules,
+)
+from benchmarks.cli.bench_function import bench, check_suites, stored_seeds, with_added
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.printing import trackers_print_to_stderr
 from benchmarks.contract.rows import REAL, read_rows
 from benchmarks.contract.suite import DEFAULT, Suite, check_metrics, suite
 from benchmarks.contract.text import printable
 from benchmarks.run.outcome import Outcome, TrackerWarning
+from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.result_folder import check_file
+from benchmarks.run.selection import added_trackers
 from benchmarks.show.page import write_report
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
@@ -45,6 +59,8 @@ class Bench(WithModules):
         preset: one or more presets of the scenarios (default: standard; with --quick: quick).
         trackers: names of trackers, see `frameout list` (default: all of the suite; with --quick all but variants;
             in the suite follow ours and one other for each scenario).
+        process: a tracker in a process of its own, NAME=COMMAND, or a TOML file with a table for each of several; may
+            be given several times. They run beside the others, or alone if --trackers names them, see CONTRIBUTING.md.
         controllers: names of controllers that steer the camera by the tracker's estimate, see `frameout list`;
             `policy:FILE` is a trained policy; `set-path` moves the camera on a fixed path, so that all trackers get
             the same pictures (default: given by the preset; in the suite follow all controllers of `frameout list`).
@@ -95,6 +111,7 @@ class Bench(WithModules):
     scenario: Names = ()
     preset: Names = ()
     trackers: Names = ()
+    process: Processes = ()
     controllers: Names = ()
     link: str = "prompt"
     seeds: UsualSeeds = None
@@ -124,9 +141,11 @@ class Bench(WithModules):
             check_file(self.csv, "csv")
         if not self.real:
             chosen = {"scenarios": self.scenario, "presets": self.preset}
-            chosen |= {"trackers": self.trackers, "controllers": self.controllers}
+            added = process_trackers(self.process, self.limit_s)
+            chosen |= {"trackers": with_added(self.trackers, added), "controllers": self.controllers}
             suites = map(suite, self.suites)
-            check_suites(suites, chosen, link=self.link, data=self.data, quick=self.quick)
+            with added_trackers(added):
+                check_suites(suites, chosen, link=self.link, data=self.data, quick=self.quick)
         made = [self._run_suite(suite(name)) for name in self.suites]
         if self.csv is not None:
             from benchmarks.show.results import numbers_table

@@ -12,7 +12,7 @@ In a notebook or a script::
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -28,7 +28,8 @@ from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
-from benchmarks.run.selection import Registered, choices, experiment_on, registered, trackers_of
+from benchmarks.run.process_trackers import ProcessTracker, process_trackers
+from benchmarks.run.selection import Registered, added_trackers, choices, experiment_on, registered, trackers_of
 from benchmarks.run.workers import cores
 from benchmarks.show.results import Results
 from sim.checks import check
@@ -52,6 +53,7 @@ def bench(
     scenario: str | Sequence[str] | None = None,
     preset: str | Sequence[str] | None = None,
     trackers: str | Sequence[str] | None = None,
+    process: str | Sequence[str] | Mapping[str, str] = (),
     controllers: str | Sequence[str] | None = None,
     link: str = "prompt",
     renderer: str = "raster",
@@ -77,6 +79,8 @@ def bench(
         seeds: of the episodes, ``range(A, B)``; 0 to 9,999 are for development, 10,000 to 19,999 are the test split.
             They must be given, but for ``real``, which has none: all of it runs.
         scenario, preset, trackers, controllers: a name or several; None = as ``frameout bench --help`` says.
+        process: trackers in processes of their own: name → command, or arguments as ``frameout bench --process`` takes;
+            they run beside the others, or alone if ``trackers`` names them.
         link: how commands reach the carrier where controllers are trackers: prompt, delayed or noisy.
         renderer: raster or pybullet.
         quick: small presets, no variants, one repeat.
@@ -111,10 +115,13 @@ def bench(
     # Summaries look suites up by the name in rows: one that is not registered is refused.
     known = registry.suite(suite if isinstance(suite, str) else suite.name)
     wanted = known if isinstance(suite, str) else suite
+    if isinstance(process, Mapping):
+        process = [f"{name}={command}" for name, command in process.items()]
+    added = process_trackers((process,) if isinstance(process, str) else process, limit_s)
     names = {
         "scenarios": _several("scenario", scenario),
         "presets": _several("preset", preset),
-        "trackers": _several("trackers", trackers),
+        "trackers": with_added(_several("trackers", trackers), added),
         "controllers": _several("controllers", controllers),
     }
     how: dict[str, Any] = {
@@ -142,13 +149,16 @@ def bench(
         check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)
         Experiment(wanted, [], {}, **how)  # A number out of range is refused before anything is read.
         episodes, outcome.unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)
-        experiments = [Experiment(wanted, episodes, _trackers_on_real(wanted, names["trackers"], quick=quick), **how)]
+        with added_trackers(added):
+            chosen = _trackers_on_real(wanted, names["trackers"], quick=quick)
+        experiments = [Experiment(wanted, episodes, chosen, **how)]
         name = f"{wanted.name}-real"
     else:
         check_no_layout(layout, target, rate_hz)
         assert seeds is not None
         _check_steering(wanted, link, data)
-        experiments = _experiments(wanted, names, seeds, link, data, renderer, quick=quick, how=how)
+        with added_trackers(added):
+            experiments = _experiments(wanted, names, seeds, link, data, renderer, quick=quick, how=how)
         name = "quick" if quick else wanted.name
     folder = Path(out or Path("results") / (name if real_time is None else f"{name}-{real_time:g}hz"))
     for experiment in experiments:
@@ -159,6 +169,11 @@ def bench(
     for line in (*outcome.unusable, *outcome.failures_in_words(), *outcome.oddities_in_words(silence)):
         warnings.warn(line, TrackerWarning, stacklevel=2)
     return Results(folder, outcome)
+
+
+def with_added(names: tuple[str, ...], added: Mapping[str, TrackerSpec]) -> tuple[str, ...]:
+    """Return the names of trackers that run: those given, and all that are added unless some of these are given."""
+    return names if not names or not added.keys().isdisjoint(names) else (*names, *added)
 
 
 def check_suites(suites: Iterable[Suite], names: Names, *, link: str, data: str | None, quick: bool) -> None:
@@ -227,13 +242,15 @@ def _experiments(
 
 def _trackers_on_real(wanted: Suite, names: tuple[str, ...], *, quick: bool) -> dict[str, TrackerSpec]:
     """Return the trackers that run on what is real. Raises ValueError for unknown names."""
-    ours = {name: each for name, each in trackers_of(wanted.name).items() if isinstance(each, Registered)}
+    ours = {
+        name: each for name, each in trackers_of(wanted.name).items() if isinstance(each, Registered | ProcessTracker)
+    }
     if wanted.on_sequences is not None:
         ours = {name: each for name, each in ours.items() if each.role not in _NEED_TRUTH}
         for name in names:
             check("trackers", name in ours, f"some of {', '.join(ours)}, which need pictures alone", repr(name))
     able = (name for name, each in ours.items() if not each.missing() and not (quick and each.role == "variant"))
-    chosen: dict[str, TrackerSpec] = {name: registered(entry(name)) for name in names or able}
+    chosen: dict[str, TrackerSpec] = {name: ours.get(name) or registered(entry(name)) for name in names or able}
     _check_usable(chosen.values())
     return chosen
 

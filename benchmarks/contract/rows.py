@@ -17,6 +17,7 @@
 ``sequence``            of real sequences of pictures: the name of the sequence
 ``blocks``              of recordings of tracks: how many blocks of time the tracker has there
 ``modules``             names or files of users' own modules of the run; only where there were any
+``process``             of a tracker in its own process: the argument of ``frameout bench --process`` that names it
 ``recorded``            of recordings: the arguments of ``frameout bench`` that say which, and how they are read
 ``real_time_hz``        pictures a second that arrived while trackers worked, see ``run.real_time``; only in real time
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible, or as many as ``--repeats``

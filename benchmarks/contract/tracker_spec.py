@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from benchmarks.contract.rows import Row
 from scenarios.loop import LoopTracker
 from scenarios.scenario import Episode, Scenario
 
@@ -45,6 +46,7 @@ class TrackerSpec(ABC):
         parameters: its settings.
         module: where it is defined. edition: of its answers, see ``registry.TrackerEntry``.
         reproducible: False if no seed reaches the method's own random numbers; it then runs several times.
+        start_limit_s, frame_limit_s: of its construction and of its work on a frame, see ``Guard``; None = the run's.
     """
 
     name: str
@@ -55,6 +57,13 @@ class TrackerSpec(ABC):
     module: str
     edition: int = 1
     reproducible: bool = True
+    start_limit_s: float | None = None
+    frame_limit_s: float | None = None
+
+    @property
+    def columns(self) -> Row:
+        """Columns of its rows that others do not have."""
+        return {}
 
     @abstractmethod
     def create(

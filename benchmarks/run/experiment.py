@@ -22,6 +22,7 @@ from benchmarks.run.result_folder import alone_in, append_block, make_folder, ti
 from benchmarks.run.workers import results
 from benchmarks.statistics.summary import write_summary
 from sim.checks import check
+from trackers.clients.remote import end_idle
 
 
 @dataclass(frozen=True)
@@ -133,8 +134,11 @@ def run(experiment: Experiment, out: Path, progress: Progress = lambda done, of:
             written by another run; and if there is no row at the end.
     """
     make_folder(out)
-    with alone_in(out):
-        return _run(experiment, out, progress)
+    try:
+        with alone_in(out):
+            return _run(experiment, out, progress)
+    finally:
+        end_idle()
 
 
 def _run(experiment: Experiment, out: Path, progress: Progress) -> Outcome:

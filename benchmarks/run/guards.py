@@ -19,7 +19,7 @@ from benchmarks.run.own_inputs import check_unchanged, own
 from benchmarks.run.own_modules import users_line
 from benchmarks.run.process_state import ProcessState
 from benchmarks.run.time_limit import Stopwatch, Taken, TooSlow, at_most
-from scenarios.loop import LoopTracker, ManyLoopTracker, OutsourcingLoopTracker, given
+from scenarios.loop import LoopTracker, ManyLoopTracker, OutsourcingLoopTracker, ReleasedLoopTracker, given
 from scenarios.scenario import Frame
 from sim.checks import check
 from trackers.estimate_check import check_estimate, check_probability, check_tracks
@@ -64,12 +64,15 @@ class Guard:
         self.place = ""
         self.oddities: list[str] = []
 
-    def call(self, frame: int, answer: str, function: Callable[[], _Made], otherwise: _Made) -> _Made:
+    def call(
+        self, frame: int, answer: str, function: Callable[[], _Made], otherwise: _Made, limit_s: float | None = None
+    ) -> _Made:
         """Return what a function answers on a frame, the number of frames for after the last one.
 
         Args:
             answer: what it makes, in words.
             otherwise: returned if it raises, changes its inputs or takes too long, and after any failure.
+            limit_s: None = that of the guard.
         """
         if self.reason is None and self._ends_process_at is not None and frame >= self._ends_process_at:
             self.reason, self.failed_at_frame = ENDED_PROCESS, frame
@@ -77,7 +80,7 @@ class Guard:
         if self.reason is not None:
             return otherwise
         try:
-            with self._state.applied(), at_most(self._limit_s) as self._watch:
+            with self._state.applied(), at_most(limit_s or self._limit_s) as self._watch:
                 return function()
         except TooSlow as slow:
             self.reason = f"took longer than {slow} over one {answer}"
@@ -114,9 +117,12 @@ class GuardedTracker(Guard):
         *,
         many: bool = False,
         needs_depth: bool = False,
+        start_limit_s: float | None = None,
         **how: Any,
     ) -> None:
-        """``create`` makes it. ``needs_depth``: see ``AnswerWatch``. ``how``: see ``Guard``."""
+        """``create`` makes it, in ``start_limit_s``, None = as for a frame. ``needs_depth``: see ``AnswerWatch``.
+        ``how``: see ``Guard``.
+        """
         super().__init__(limit_s, **how)
         self._many, self._follows = many, not many
         self._silence: Answer = () if many else SILENT
@@ -126,7 +132,7 @@ class GuardedTracker(Guard):
         self.took = self.revision = Taken(0.0, 0.0)
         self.decides_at = 0.0
         self.gap_method: GapMethod | None = None
-        self._tracker: LoopTracker | None = self.call(0, "construction", create, None)
+        self._tracker: LoopTracker | None = self.call(0, "construction", create, None, limit_s=start_limit_s)
         if isinstance(tracker := self._tracker, ManyLoopTracker) and many:
             self.decides_at = self.call(0, "threshold", lambda: _threshold(tracker), 0.0)
             self.gap_method = self.call(0, "gap method", lambda: copy.deepcopy(tracker.gap_method()), None)
@@ -164,10 +170,12 @@ class GuardedTracker(Guard):
 
     def _updated(self, tracker: LoopTracker, frame: Frame) -> Answer:
         answer = tracker.update(frame)
-        taken = self._watch.taken
-        elsewhere_cpu_s = tracker.elsewhere_cpu_s() if isinstance(tracker, OutsourcingLoopTracker) else 0.0
-        self.took = taken._replace(cpu_s=taken.cpu_s + elsewhere_cpu_s)
+        self.took = self._with_elsewhere(self._watch.taken)
         return answer
+
+    def _with_elsewhere(self, taken: Taken) -> Taken:
+        elsewhere = isinstance(self._tracker, OutsourcingLoopTracker) and self._tracker.elsewhere_cpu_s()
+        return taken._replace(cpu_s=taken.cpu_s + elsewhere)
 
     def _answered(self, frame: Frame, answer: Callable[[LoopTracker, Frame], Answer], otherwise: Answer) -> Answer:
         """Return a checked answer to a frame with an observation of the tracker's own."""
@@ -199,7 +207,7 @@ class GuardedTracker(Guard):
         revised = self._tracker.revised() if isinstance(self._tracker, ManyLoopTracker) else None
         if revised is None:
             return None
-        self.revision = self._watch.taken
+        self.revision = self._with_elsewhere(self._watch.taken)
         check("revised", isinstance(revised, Sequence), "a sequence of answers", type(revised).__name__)
         wanted = f"an answer on each of {self._frames} pictures"
         check("revised", len(revised) == self._frames, wanted, len(revised))
@@ -217,9 +225,10 @@ class GuardedTracker(Guard):
 
     def close(self) -> None:
         """See ``Guard``."""
+        held = self._tracker.release(self.reason is None) if isinstance(self._tracker, ReleasedLoopTracker) else []
         self._tracker = self.gap_method = None
         super().close()
-        self.oddities += self._answers.in_words()
+        self.oddities += held + self._answers.in_words()
 
 
 def _threshold(tracker: ManyLoopTracker) -> float:

@@ -215,8 +215,9 @@ def opened(
             for repeat in range(run_count(spec, job.repeats)):
                 rng = tracker_stream(job.episode.seed, spec.name, repeat)
                 create = partial(spec.create, job.episode, episode, rng, many=many)
+                limits = {"start_limit_s": spec.start_limit_s, "limit_s": spec.frame_limit_s or job.limit_s}
                 of_suite = {"many": many, "needs_depth": job.suite.needs_depth}
-                guard = guarded(create, **of_suite, **how(name))
+                guard = guarded(create, **of_suite, **how(name) | limits)
                 runs.append(TrackerRun(name, repeat, guard))
         link = job.episode.command_link(episode)
         yield OpenJob(job, Loop(episode, [each.guard for each in runs], link), runs, controller)
@@ -373,6 +374,7 @@ def heading_of(job: Job, tracker: str, controller_role: str | None = None) -> Ro
         "renderer": episode.renderer,
         "seed": episode.seed,
         **episode.columns,
+        **job.trackers[tracker].columns,
     }
     if job.real_time_hz is not None:
         heading["real_time_hz"] = job.real_time_hz

@@ -28,6 +28,7 @@ import numpy as np
 from joblib.externals.loky.backend import resource_tracker as resource_tracker_of_loky
 
 from benchmarks.contract.text import counted
+from trackers.clients.child import running
 
 _NOTICED_S = 1.0
 Setting = tuple[Callable[[], Any], Callable[[Any], Any]]
@@ -146,7 +147,8 @@ def _end(child: int) -> bool:
 def _children() -> set[int]:
     """Return the processes that this one has started; none where no file lists them (on Linux some do).
 
-    Those that ``multiprocessing`` and joblib's loky start once for all do not count.
+    Those that ``multiprocessing`` and joblib's loky start once for all do not count, nor do trackers' own processes,
+    which serve several episodes.
     """
     found = set[int]()
     with contextlib.suppress(OSError):
@@ -154,4 +156,4 @@ def _children() -> set[int]:
             with contextlib.suppress(OSError), open(f"/proc/self/task/{thread}/children", "rb", 0) as file:
                 found.update(map(int, file.read().split()))
     trackers = (getattr(module, "_resource_tracker", None) for module in (resource_tracker, resource_tracker_of_loky))
-    return found - {getattr(each, "_pid", None) for each in trackers}
+    return found - {getattr(each, "_pid", None) for each in trackers} - running()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, cast, get_args
 
@@ -17,6 +19,7 @@ from benchmarks.run.episodes import Simulated, Steering, simulated
 from benchmarks.run.experiment import Experiment
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_inputs import own
+from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.stale_kernels import forget_stale_kernels
 from scenarios import catalog
 from scenarios.command_link import LINKS
@@ -75,11 +78,37 @@ def registered(entry: registry.TrackerEntry, **values: Any) -> Registered:
     return Registered(**same, **own, module=entry.tracker.__module__, entry=entry)
 
 
+_ADDED: ContextVar[Mapping[str, TrackerSpec]] = ContextVar("added", default={})  # noqa: B039
+
+
+@contextmanager
+def added_trackers(added: Mapping[str, TrackerSpec]) -> Iterator[None]:
+    """Have further trackers known by name in this context, and among those that run by default.
+
+    Raises:
+        ValueError: for a name that a tracker has.
+    """
+    with_name = [name for name in added if registry.entry_or_none(name) is not None or name in _references()]
+    check("process", not with_name, "names that no tracker of `frameout list` has", ", ".join(with_name))
+    before = _ADDED.set({**_ADDED.get(), **added})
+    try:
+        yield
+    finally:
+        _ADDED.reset(before)
+
+
+def _references() -> dict[str, TrackerSpec]:
+    return {ref.name: ref for each in suites().values() for ref in each.references}
+
+
 def trackers_of(*suite_names: str) -> dict[str, TrackerSpec]:
-    """Return all trackers and references, or those of some suites, by name; trackers in order of registration."""
+    """Return all trackers and references, or those of some suites, by name: in order of registration, references,
+    ``added_trackers``.
+    """
     known = (
         *map(registered, registry.entries().values()),
-        *(ref for each in suites().values() for ref in each.references),
+        *_references().values(),
+        *_ADDED.get().values(),
     )
     return {each.name: each for each in known if not suite_names or not set(suite_names).isdisjoint(each.suites)}
 
@@ -195,7 +224,8 @@ def job_of(row: Row, seed: int) -> Job:
     steered = {"controller": row["controller"], "link": row.get("link"), "renderer": row["renderer"]}
     how: Any = {"modules": tuple(row.get("modules", ())), "real_time_hz": row.get("real_time_hz")}
     how |= {"limit_s": row.get("limit_s", Job.limit_s), "repeats": 1}
-    return job_on(row["suite"], row["scenario"], row["preset"], seed, (row["tracker"],), **steered, **how)
+    with added_trackers(process_trackers([row["process"]] if "process" in row else [], how["limit_s"])):
+        return job_on(row["suite"], row["scenario"], row["preset"], seed, (row["tracker"],), **steered, **how)
 
 
 def _check_controller(suite: Suite, scenario: Scenario, name: str) -> None:
@@ -298,9 +328,11 @@ def choices(
         scenario = catalog.scenario(scene.scenario)
         if suite.judges_controllers:
             its_controllers = its_controllers or default_controllers(scenario, variants=variants)
+        added = tuple(name for name in _ADDED.get() if name in trackers_in(suite, scene))
+        usual = (*scene.trackers, *added) if scene.trackers else ()
         its_trackers = (
             its_trackers
-            or scene.trackers
+            or usual
             or tuple(
                 name
                 for name, each in trackers_in(suite, scene).items()

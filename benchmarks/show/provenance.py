@@ -85,6 +85,8 @@ def _command(rows: Sequence[Row], span: str) -> str:
             named = [each or SET_PATH for each in steering if each != HUMAN and (each is not None or not own_path)]
             parts += ["--controllers", *named] if named else []
         parts += ["--trackers", *dict.fromkeys(each["tracker"] for each in rows)]
+        for argument in dict.fromkeys(each["process"] for each in rows if "process" in each):
+            parts += ["--process", argument]
         parts += ["--real-time", f"{row['real_time_hz']:g}"] if "real_time_hz" in row else []
         runs = {each["tracker"]: 1 + each["repeat"] for each in sorted(rows, key=lambda each: each["repeat"])}
         parts += ["--repeats", str(least)] if (least := min(runs.values())) > 1 else []

@@ -1,0 +1,240 @@
+"""Trackers in processes of their own: what ``frameout bench --process`` names.
+
+An argument is ``NAME=COMMAND``, or a TOML file with a table for each tracker::
+
+    [mine]
+    command = "python my_tracker.py --weights small.npz"
+    suites = ["frame-out", "stereo"]
+
+======================================  ================================================================================
+key                                     meaning
+======================================  ================================================================================
+``command``                             its words, with quotes as in a shell; files and folders are found from where the
+                                        TOML file lies
+``suites``                              suites that it is entered for; without it all
+``summary``                             one line
+``parameters``                          a table, for the tracker's ``parameters``
+``environment``                         a table of further variables of its environment
+``files``                               what its answers depend on beside the files that ``command`` names
+``reproducible``                        false for a tracker that draws random numbers without the generator that it is
+                                        given
+``start_limit_s``                       longest wait for its greeting, with imports and weights, in seconds
+``frame_limit_s``                       longest wait for an answer; without it ten times ``--limit-s``, which limits the
+                                        CPU time of all its processes for an answer
+``memory_limit_gb``                     most memory of all its processes; without it half of the machine's
+======================================  ================================================================================
+
+Rows have a digest of the files that a command names, of those under ``files`` and of the other keys.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shlex
+import shutil
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.contract.rows import Row
+from benchmarks.contract.suite import suites
+from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
+from benchmarks.run.own_inputs import own
+from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
+from scenarios.scenario import Episode
+from sim.checks import check, check_choice
+from trackers.clients.child import Limits
+from trackers.clients.remote import Program, RemoteMultiTracker, RemoteTracker, remote_tracker
+from trackers.follow_one import FollowOne
+from trackers.protocols import MultiTracker, Tracker
+
+_NAME = re.compile(r"[A-Za-z_][\w.-]*")
+_SUMMARY = "in a process of its own"
+_WALL = 10.0
+"""Limit of wall time over that of CPU time, as in ``time_limit``."""
+
+
+@dataclass(frozen=True)
+class Served:
+    """What the answers of a process depend on.
+
+    Attributes:
+        command: as it is written. contents: digest of the files.
+        parameters, environment: see the module's docstring.
+    """
+
+    command: tuple[str, ...]
+    contents: str
+    parameters: Mapping[str, Any]
+    environment: Mapping[str, str]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ProcessTracker(TrackerSpec):
+    """A tracker in a process of its own.
+
+    Attributes:
+        program: what is started. argument: of ``--process``, that names it.
+    """
+
+    parameters: Served
+    program: Program
+    argument: str
+
+    @property
+    def columns(self) -> Row:
+        """See ``TrackerSpec``."""
+        return {"process": self.argument}
+
+    def create(
+        self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False
+    ) -> LoopTracker:
+        """See ``TrackerSpec``."""
+        remote = remote_tracker(self.program, self.parameters.parameters, rng)
+        if isinstance(remote, RemoteMultiTracker):
+            if many:
+                return _ManyFromProcess(remote, remote)
+            start = own(episode.start)
+            return _FromProcess(FollowOne(remote, start.background, start.site), remote)
+        if many:
+            remote.release(whole=False)
+            raise ValueError("tracker: expected one of many targets, with a method start, got one of a single target")
+        return _FromProcess(remote, remote)
+
+
+class _FromProcess(FromPictures):
+    def __init__(self, tracker: Tracker, remote: RemoteTracker | RemoteMultiTracker) -> None:
+        super().__init__(tracker)
+        self._remote = remote
+
+    def release(self, whole: bool) -> list[str]:
+        """See ``ReleasedLoopTracker``."""
+        return _released(self._remote, whole)
+
+
+class _ManyFromProcess(ManyFromPictures):
+    def __init__(self, tracker: MultiTracker, remote: RemoteMultiTracker) -> None:
+        super().__init__(tracker)
+        self._remote = remote
+
+    def release(self, whole: bool) -> list[str]:
+        """See ``ReleasedLoopTracker``."""
+        return _released(self._remote, whole)
+
+
+def _released(remote: RemoteTracker | RemoteMultiTracker, whole: bool) -> list[str]:
+    return ["left processes alone that it had started; they were ended with it"] if remote.release(whole) else []
+
+
+def process_trackers(arguments: Iterable[str], limit_s: float) -> dict[str, TrackerSpec]:
+    """Return trackers by name, as arguments of ``--process`` name them.
+
+    Args:
+        limit_s: of CPU time for one answer.
+
+    Raises:
+        ValueError: for what is no such argument; names the key, what was expected and what came.
+    """
+    found: dict[str, TrackerSpec] = {}
+    for argument in arguments:
+        name, is_command, command = argument.partition("=")
+        if is_command and _NAME.fullmatch(name):
+            tables: Mapping[str, Any] = {name: {"command": command}}
+            folder = Path.cwd()
+        else:
+            check("process", argument.endswith(".toml"), "NAME=COMMAND, or a TOML file", repr(argument))
+            tables, folder = _tables_in(Path(argument)), Path(argument).absolute().parent
+        for each, table in tables.items():
+            check("process", each not in found, "each name once", f"{each!r} twice")
+            check("process", _NAME.fullmatch(each) is not None, "names of letters, digits, _, - and .", repr(each))
+            found[each] = _tracker(each, table, folder, argument, limit_s)
+    return found
+
+
+def _tables_in(file: Path) -> Mapping[str, Any]:
+    try:
+        return tomllib.loads(file.read_text())
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        wanted = "a TOML file with a table for each tracker"
+        raise ValueError(f"process: expected {wanted}, got {str(file)!r}: {error}") from None
+
+
+_KINDS: Mapping[str, tuple[type | tuple[type, ...], str]] = {
+    "command": (str, "a command, in quotes"),
+    "suites": (list, "a list of suites"),
+    "summary": (str, "a line of text"),
+    "parameters": (dict, "a table"),
+    "environment": (dict, "a table of texts"),
+    "files": (list, "a list of files"),
+    "reproducible": (bool, "true or false"),
+    **dict.fromkeys(("start_limit_s", "frame_limit_s", "memory_limit_gb"), ((int, float), "a number > 0")),
+}
+
+
+def _tracker(name: str, table: Any, folder: Path, argument: str, limit_s: float) -> ProcessTracker:
+    check("process", isinstance(table, Mapping), f"a table [{name}]", repr(table))
+    for key, value in table.items():
+        check_choice(f"process {name}", key, _KINDS)
+        kind, words = _KINDS[key]
+        good = isinstance(value, kind) and (kind is bool or not isinstance(value, bool))
+        good = good and (not key.endswith(("_s", "_gb")) or value > 0)
+        good = good and (key != "environment" or all(isinstance(each, str) for each in value.values()))
+        check(f"process {name}: {key}", good, words, repr(value))
+    check(f"process {name}", bool(table.get("command", "").strip()), "a command", "none")
+    try:
+        written = tuple(shlex.split(table["command"]))
+    except ValueError as error:
+        raise ValueError(f"process {name}: expected a command with closed quotes, got {error}") from None
+    command = [_found(word, folder) for word in written]
+    program = shutil.which(command[0])
+    check(f"process {name}", program is not None, "a program that exists", repr(written[0]))
+    assert program is not None
+    files = [Path(word.partition("=")[2] if word.startswith("-") else word) for word in command]
+    files += [folder / each for each in table.get("files", ())]
+    for each in files[len(command) :]:
+        check(f"process {name}: files", each.is_file(), "files that exist", repr(str(each)))
+    wanted = tuple(table.get("suites", ()))
+    for each in wanted:
+        check_choice(f"process {name}: suites", each, suites())
+    environment = table.get("environment", {})
+    defaults = Limits(frame_s=_WALL * limit_s, frame_cpu_s=limit_s)
+    limits = replace(
+        defaults,
+        start_s=float(table.get("start_limit_s", defaults.start_s)),
+        frame_s=float(table.get("frame_limit_s", defaults.frame_s)),
+        memory_gb=table.get("memory_limit_gb"),
+    )
+    return ProcessTracker(
+        name=name,
+        role="external",
+        summary=table.get("summary", _SUMMARY),
+        suites=wanted or tuple(suites()),
+        parameters=Served(written, _digest(files), table.get("parameters", {}), environment),
+        module="",
+        reproducible=table.get("reproducible", True),
+        start_limit_s=limits.start_s,
+        frame_limit_s=limits.frame_s,
+        program=Program((str(Path(program).absolute()), *command[1:]), tuple(environment.items()), limits),
+        argument=argument,
+    )
+
+
+def _found(word: str, folder: Path) -> str:
+    """Return a word of a command with the whole path of a file or folder, as the process runs in another one."""
+    option, is_set, value = word.partition("=") if word.startswith("-") else ("", "", word)
+    exists = value != "" and len(value) < 1000 and (folder / value).exists()
+    return f"{option}{is_set}{folder / value}" if exists else word
+
+
+def _digest(files: Iterable[Path]) -> str:
+    digest = hashlib.sha256()
+    for file in files:
+        if file.is_file():
+            with file.open("rb") as content:
+                digest.update(hashlib.file_digest(content, "sha256").digest())
+    return digest.hexdigest()[:16]

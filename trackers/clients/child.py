@@ -1,0 +1,316 @@
+"""A tracker's process: its start, its limits, its CPU time, its end, and what it says besides its answers.
+
+It runs in an empty folder of its own, with the variables of the environment that ``_PASSED`` names, and inherits no
+file but the ends of its pipes. What it prints is read and dropped, but for the last words. It and all that it starts
+are ended together; a mark in their environment tells those that have left its group and session.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import uuid
+import weakref
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from io import RawIOBase
+from typing import IO
+
+import psutil
+
+_MARK = "FRAMEOUT_TRACKER"
+_PASSED = re.compile(
+    "PATH|HOME|USER|LOGNAME|SHELL|LANG|LANGUAGE|TZ|TMPDIR|DISPLAY|LD_LIBRARY_PATH|DYLD_LIBRARY_PATH|"
+    "(LC|XDG|SSL|CUDA|NVIDIA|HIP|ROCR|HF|TORCH|KERAS|NPY|NUMBA|OPENCV|OPENBLAS|OMP|MKL|KMP|UV|PIP)_.*"
+)
+"""Names of variables that a process gets; no ``PYTHONPATH``, which leads another Python to our packages."""
+_TICK_S = 0.05
+"""How often limits are looked at while a process works."""
+_SEARCH_S = 1.0
+"""How often all processes of the machine are searched for those that it has started."""
+_ENDING_S = 1.0
+"""Longest wait for the end of a process whose pipe is closed."""
+_LAST_WORDS = 4096
+_LONGEST_ANSWER = 1 << 30
+_PIECE = 1 << 16
+
+
+_RUNNING: weakref.WeakSet[Child] = weakref.WeakSet()
+
+
+def running() -> set[int]:
+    """Return the ids of the processes of trackers that this process has started."""
+    return {child.pid for child in _RUNNING}
+
+
+class ProcessError(RuntimeError):
+    """A tracker's process ended, did what it must not, or went beyond a limit."""
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a tracker's process may take.
+
+    Attributes:
+        start_s: wall time from its start to its greeting, for imports and weights.
+        frame_s: wall time for one answer. frame_cpu_s: CPU time for it, of all its processes.
+        memory_gb: resident memory of all its processes; None = half of the machine's.
+    """
+
+    start_s: float = 300.0
+    frame_s: float = 600.0
+    frame_cpu_s: float = 60.0
+    memory_gb: float | None = None
+
+    @property
+    def memory_bytes(self) -> float:
+        """Resident memory in bytes."""
+        return 0.5 * psutil.virtual_memory().total if self.memory_gb is None else 1e9 * self.memory_gb
+
+
+class Child:
+    """A running process. Whoever meets an error in it calls ``kill``.
+
+    Attributes:
+        spent_cpu_s: CPU time of all its processes on the latest exchange, with what they have spent since the one
+            before.
+        pid: of the process itself.
+    """
+
+    def __init__(
+        self, command: Sequence[str], limits: Limits, environment: Mapping[str, str], files: Sequence[int] = ()
+    ) -> None:
+        """Start ``command``, with variables ``environment`` beside those of ``_PASSED``; it inherits ``files``.
+
+        Raises:
+            ProcessError: if it cannot be started.
+        """
+        if not hasattr(select, "poll"):
+            raise ProcessError(f"a tracker in its own process needs Linux or macOS, got {sys.platform}")
+        self.limits, self.spent_cpu_s = limits, 0.0
+        self._mark = uuid.uuid4().hex
+        passed = {name: value for name, value in os.environ.items() if _PASSED.fullmatch(name)}
+        with ExitStack() as made:
+            folder = made.enter_context(tempfile.TemporaryDirectory(prefix="tracker-", ignore_cleanup_errors=True))
+            try:
+                process = subprocess.Popen(
+                    command,
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                    bufsize=0,
+                    cwd=folder,
+                    env={**passed, **environment, _MARK: self._mark},
+                    pass_fds=files,
+                    start_new_session=True,
+                )
+            except OSError as error:
+                raise ProcessError(f"it cannot be started: {error}") from None
+            self._made = made.pop_all()
+        self._close = weakref.finalize(self, _end, os.getpid(), process, self._mark, self._made)
+        assert process.stdin is not None
+        assert process.stdout is not None
+        assert process.stderr is not None
+        self._process, self.pid, self._inputs = process, process.pid, list[IO[bytes] | RawIOBase]([process.stdin])
+        _RUNNING.add(self)
+        self.stdin, self.stdout = process.stdin.fileno(), process.stdout.fileno()
+        self._stderr = process.stderr.fileno()
+        os.set_blocking(self.stdin, False)
+        self._said, self._ended = {self.stdout: b"", self._stderr: b""}, set[int]()
+        self._poll = select.poll()
+        for stream in self._said:
+            self._poll.register(stream, select.POLLIN)
+        self._known: dict[int, float] = {self.pid: 0.0}
+        self._searched_s = self._looked_s = time.monotonic()
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether it has not been ended by ``kill``, and runs."""
+        return self._close.alive and self._process.poll() is None
+
+    def take_ends(self, requests: RawIOBase, replies: RawIOBase) -> None:
+        """Read answers from the pipe ``replies`` too; both pipes are closed with the process."""
+        self._inputs.append(requests)
+        os.set_blocking(requests.fileno(), False)
+        self._said[replies.fileno()] = b""
+        self._poll.register(replies, select.POLLIN)
+        for pipe in (requests, replies):
+            self._made.callback(pipe.close)
+
+    def exchange(
+        self, sent: bytes, into: int, answer: Callable[[int, bytes], int | None], limit_s: float, of: Sequence[int]
+    ) -> tuple[int, bytes]:
+        """Send bytes and return the file and the bytes of the answer.
+
+        Args:
+            sent: maybe none. into: the file that takes them.
+            answer: returns how many of the bytes that a file has said so far are a whole answer; None until then.
+            limit_s: of wall time.
+            of: files that an answer may come from.
+
+        Raises:
+            ProcessError: if the process ends, closes a file or goes beyond a limit.
+        """
+        if not self._close.alive:
+            raise ProcessError("it has been ended")
+        began_s, unsent = time.monotonic(), memoryview(sent)
+        if unsent:
+            self._poll.register(into, select.POLLOUT)
+        while True:
+            for file in of:
+                if (length := answer(file, self._said[file])) is not None:
+                    whole, self._said[file] = self._said[file][:length], self._said[file][length:]
+                    self._account()
+                    return file, whole
+            ready = self._poll.poll(1000.0 * _TICK_S)
+            for file, _ in ready:
+                if file == into and unsent:
+                    unsent = unsent[self._write(file, unsent) :]
+                    if not unsent:
+                        self._poll.unregister(file)
+                else:
+                    self._read(file, of)
+            if not ready and self._process.poll() is not None:
+                raise ProcessError(self._ending())
+            if time.monotonic() - max(self._looked_s, began_s) > _TICK_S:
+                self._look(began_s, limit_s)
+
+    def strays(self) -> set[int]:
+        """Return the processes that it has started and that are not below it any more."""
+        if not self._close.alive:
+            return set()
+        own = {self.pid}
+        with contextlib.suppress(psutil.Error):
+            own.update(each.pid for each in psutil.Process(self.pid).children(recursive=True))
+        return set(_marked(self._mark)) - own
+
+    def kill(self) -> None:
+        """End it and all that it has started; a second call does nothing."""
+        self._close()
+
+    def close(self) -> None:
+        """Let it end by itself, as all that it reads is at its end, then ``kill`` it."""
+        if self._close.alive:
+            for pipe in self._inputs:
+                pipe.close()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(_ENDING_S)
+        self.kill()
+
+    def _write(self, file: int, unsent: memoryview) -> int:
+        try:
+            return os.write(file, unsent[:_PIECE])
+        except BlockingIOError:
+            return 0
+        except BrokenPipeError:
+            raise ProcessError(self._ending()) from None
+
+    def _read(self, file: int, of: Sequence[int]) -> None:
+        """Read what a file has; raise ProcessError at the end of the last one ``of`` which an answer may come."""
+        piece = os.read(file, _PIECE)
+        if not piece:
+            self._poll.unregister(file)
+            self._ended.add(file)
+            if self._ended.issuperset(of):
+                raise ProcessError(self._ending())
+        said = self._said[file] + piece
+        if len(said) > _LONGEST_ANSWER:
+            raise ProcessError(f"it says more than {_LONGEST_ANSWER:,} bytes that are no whole answer")
+        self._said[file] = said if file in of else said[-_LAST_WORDS:]
+
+    def _look(self, began_s: float, limit_s: float) -> None:
+        """Raise ProcessError for a process that has ended or is beyond a limit."""
+        self._looked_s = now_s = time.monotonic()
+        if now_s - self._searched_s > _SEARCH_S:
+            self._searched_s = now_s
+            self._known.update({pid: 0.0 for pid in _marked(self._mark) if pid not in self._known})
+        if now_s - began_s > limit_s:
+            raise ProcessError(f"it did not answer within {limit_s:g} s")
+        if (used := sum(map(_resident_bytes, self._known))) > self.limits.memory_bytes:
+            limit = f"{1e-9 * self.limits.memory_bytes:.3g} GB"
+            raise ProcessError(f"it takes {1e-9 * used:.3g} GB of memory, more than its limit of {limit}")
+        if self._cpu_s() - sum(self._known.values()) > self.limits.frame_cpu_s:
+            raise ProcessError(f"it took longer than {self.limits.frame_cpu_s:g} s of CPU time over one answer")
+
+    def _cpu_s(self) -> float:
+        return sum(max(_cpu_s(pid), before) for pid, before in self._known.items())
+
+    def _account(self) -> None:
+        now = {pid: max(_cpu_s(pid), before) for pid, before in self._known.items()}
+        self.spent_cpu_s = sum(now.values()) - sum(self._known.values())
+        self._known = now
+
+    def _drain(self) -> None:
+        """Read what is left in its streams."""
+        for file in (self.stdout, self._stderr):
+            os.set_blocking(file, False)
+            with contextlib.suppress(OSError):
+                while piece := os.read(file, _PIECE):
+                    self._said[file] = (self._said[file] + piece)[-_LAST_WORDS:]
+
+    def _ending(self) -> str:
+        """Return what became of a process that has closed a file, with its last words after a colon."""
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            self._process.wait(_ENDING_S)
+        self._drain()
+        code = self._process.returncode
+        fate = "it closed its pipe and runs on" if code is None else f"it ended with exit status {code}"
+        if code is not None and code < 0:
+            fate = f"it was ended by {signal.Signals(-code).name}"
+        said = (self._said[self._stderr] or self._said[self.stdout]).decode(errors="replace").strip().splitlines()
+        return f"{fate}: {said[-1][:200]}" if said else f"{fate}, without a word"
+
+
+def _cpu_s(pid: int) -> float:
+    """Return the CPU time of a process in seconds, of all its threads; 0 if there is none."""
+    with contextlib.suppress(OSError, psutil.Error):
+        if sys.platform == "linux":
+            # The clock of another process, as clock_getcpuclockid(3) returns it.
+            return time.clock_gettime((~pid << 3) | 2)
+        times = psutil.Process(pid).cpu_times()
+        return times.user + times.system
+    return 0.0
+
+
+def _resident_bytes(pid: int) -> int:
+    with contextlib.suppress(psutil.Error):
+        return int(psutil.Process(pid).memory_info().rss)
+    return 0
+
+
+def _marked(mark: str) -> list[int]:
+    """Return the processes with a mark in their environment."""
+    found = []
+    for pid in psutil.pids():
+        with contextlib.suppress(psutil.Error, OSError):
+            if psutil.Process(pid).environ().get(_MARK) == mark:
+                found.append(pid)
+    return found
+
+
+def _end(starter: int, process: subprocess.Popen[bytes], mark: str, made: ExitStack) -> None:
+    """End a process and all that it has started, also those that go on starting others; close its files."""
+    if os.getpid() != starter:  # A fork has no children of its own.
+        return
+    with contextlib.suppress(OSError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    for _ in range(100):
+        left = _marked(mark)
+        for pid in left:
+            with contextlib.suppress(OSError):
+                os.kill(pid, signal.SIGKILL)
+        if not left:
+            break
+    for stream in (process.stdin, process.stdout, process.stderr):
+        if stream is not None:
+            stream.close()
+    made.close()
