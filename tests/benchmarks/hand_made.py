@@ -65,6 +65,7 @@ def estimate_at(
         has_posterior=np.zeros(count, dtype=bool),
         credible_level=np.full(count, np.nan),
         nees=np.full(count, np.nan),
+        has_box=np.ones(count, dtype=bool),
     )
 
 

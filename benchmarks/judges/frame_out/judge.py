@@ -152,6 +152,7 @@ class FrameOutSheet:
         height_m = float(truth.T_world_object[target, 2, 3] + 0.5 * truth.size_m[target, 2])
         position_px = np.array(estimate.position_px, dtype=float)
         box_xyxy, probability = estimate.box_xyxy, estimate.in_view_probability
+        has_box = box_xyxy is not None
         if box_xyxy is None:
             half_px = 0.5 * (self._judge.first_box_xyxy[2:] - self._judge.first_box_xyxy[:2])
             box_xyxy = np.concatenate([position_px - half_px, position_px + half_px])
@@ -165,6 +166,7 @@ class FrameOutSheet:
                 float("nan") if probability is None else float(probability),
                 estimate.particles_px is not None or estimate.covariance_px is not None,
                 *(calibration(estimate, truth, target, frame.camera) if outside else NO_POSTERIOR),
+                has_box,
             )
         )
 

@@ -2,7 +2,8 @@
 
 The scores are those of simulated episodes, as far as boxes define them. A frame with a box is in view, also where the
 border cuts it or files say that a part of it is hidden: the data sets score it too. A tracker is on the target where
-its box and the true one have an IoU of at least 0.5. Nothing is known of metres, of roads and of other cars. In means
+its box and the true one have an IoU of at least 0.5, or, if it gives a point alone, where that lies in the middle half
+of the true box's width and height. Nothing is known of metres, of roads and of other cars. In means
 over sequences each one counts the same in the scores of OTB, as there.
 
 A run of frames on which the target is outside the picture, or has no box without a file that says why, is a frame-out;
@@ -30,6 +31,8 @@ from scenarios.scenario import Episode
 
 _EACH_SEQUENCE = ("centre_error_px", "precision_20_px", "success_auc", "success_curve")
 """Scores of OTB."""
+_MIDDLE_HALF = 0.25
+"""Farthest from the middle of a box, in its width or height."""
 
 
 class SequenceJudge(FrameOutJudge):
@@ -60,7 +63,10 @@ def score_sequence(truth: TruthSeries, estimate: EstimateSeries, failed_at_frame
         failed_at_frame: see ``episode_scores.score_episode``.
     """
     box_xyxy = truth.box_xyxy[:, truth.target]
-    on_target = box_iou(estimate.box_xyxy, box_xyxy) >= ON_CAR_IOU
+    overlaps = box_iou(estimate.box_xyxy, box_xyxy) >= ON_CAR_IOU
+    off_px = np.abs(estimate.position_px - 0.5 * (box_xyxy[:, :2] + box_xyxy[:, 2:]))
+    near = (off_px <= _MIDDLE_HALF * (box_xyxy[:, 2:] - box_xyxy[:, :2])).all(axis=1)
+    on_target = np.where(estimate.has_box, overlaps, near)
     scores: list[Score] = []
     for absence in find_frame_outs(truth):
         if (truth.state[max(absence.exit_frame - 1, 0) : absence.watch_end_frame] != "unlabelled").all():

@@ -49,7 +49,8 @@ class EstimateSeries:
     Attributes:
         position_px: (F, 2), NaN without an answer.
         position_m: (F, 2), the same on the ground, through the true camera; NaN also above the horizon.
-        box_xyxy: (F, 4); one of the first frame's size about the position if the estimate has none.
+        box_xyxy: (F, 4); one of the first frame's size about the position if the estimate has none, for scores of
+            overlap. has_box: (F,) bool, it is the estimate's own.
         in_view_probability: (F,), NaN if the estimate has none.
         has_posterior: (F,) bool.
         credible_level: (F,) level of the posterior's smallest region that holds the truth; NaN without a posterior,
@@ -64,6 +65,7 @@ class EstimateSeries:
     has_posterior: NDArray[np.bool_]
     credible_level: NDArray[np.float64]
     nees: NDArray[np.float64]
+    has_box: NDArray[np.bool_]
 
     def inside(self, size_px: tuple[int, int]) -> NDArray[np.bool_]:
         """(F,) the position is inside the picture."""

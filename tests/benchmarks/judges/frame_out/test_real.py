@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -41,7 +43,8 @@ def answers_of(box_xyxy: NDArray[np.float64], probability: NDArray[np.float64]) 
     unknown = np.full(frames, np.nan)
     position_px = 0.5 * (box_xyxy[:, :2] + box_xyxy[:, 2:])
     none = np.zeros(frames, bool)
-    return EstimateSeries(position_px, np.full((frames, 2), np.nan), box_xyxy, probability, none, unknown, unknown)
+    nowhere = np.full((frames, 2), np.nan)
+    return EstimateSeries(position_px, nowhere, box_xyxy, probability, none, unknown, unknown, ~none)
 
 
 def values(scores: list[Score]) -> dict[str, float | list[float] | None]:
@@ -105,6 +108,17 @@ def test_scores_are_those_of_a_loop_over_frames(
         total = sum(iou[k] for k in said)
         assert got["precision_curve"][t] == pytest.approx(total / len(said) if said else 1.0)  # type: ignore[index]
         assert got["recall_curve"][t] == pytest.approx(total / len(seen))  # type: ignore[index]
+
+
+def test_a_point_alone_is_on_the_target_in_the_middle_half_of_its_box_however_large_that_has_grown() -> None:
+    truth = np.array([[10.0, 10.0, 20.0, 20.0], [10.0, 10.0, 50.0, 30.0], [10.0, 10.0, 50.0, 30.0], [np.nan] * 4])
+    small = np.array([[10.0, 10.0, 20.0, 20.0], [34.0, 20.0, 44.0, 30.0], [37.0, 16.0, 47.0, 26.0], [np.nan] * 4])
+    boxes = answers_of(small, np.full(4, np.nan))
+    points = replace(boxes, has_box=np.zeros(4, bool))
+    with_boxes, with_points = (values(score_sequence(truth_of_boxes(truth), each, None)) for each in (boxes, points))
+    assert with_boxes["in_view_tpr"] == pytest.approx(1 / 3)
+    assert with_points["in_view_tpr"] == pytest.approx(2 / 3)
+    assert with_points["precision_20_px"] == 1.0
 
 
 def test_nothing_in_metres_and_nothing_about_other_cars_is_scored() -> None:
