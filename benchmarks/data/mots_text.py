@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,7 @@ class MotsRows:
     frame: NDArray[np.int64]
     identity: NDArray[np.int64]
     kind: NDArray[np.int64]
-    runs: list[dict[str, object]]
+    runs: list[dict[str, Any]]
     line: NDArray[np.int64]
 
     def mask(self, row: int) -> NDArray[np.bool_]:
@@ -60,7 +61,8 @@ def read_mots(path: Path) -> MotsRows:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:
         raise ValueError(f"{where}: expected text of MOTS, got bytes that are none") from None
-    numbers, runs, line = [], [], []
+    numbers, line = [], []
+    runs = list[dict[str, Any]]()
     known = set[tuple[int, int]]()
     for k, text in enumerate(lines, start=1):
         cells = text.split()
