@@ -78,14 +78,14 @@ class Bench(WithModules):
             cut out of the tracks and bridged, and pieces of tracks linked; intervals are over blocks of time. For the
             suite frame-out folders of pictures with the boxes of one target, see --layout: each folder, of one sequence
             or many, gets a leaderboard, in pixels alone; intervals are over its sequences.
-        layout: of the folders of --real, which is recognised unless you choose it. otb: NAME/img/0001.jpg … and
-            NAME/groundtruth_rect.txt, as `frameout export --format otb` writes it; uav123: data_seq/UAV123/NAME/ and
-            anno/UAV123/NAME.txt, or one of either; uavdt: NAME/img000001.jpg … and anno/NAME_gt.txt, or
-            GT/NAME_gt_whole.txt with many targets. Boxes are left,top,width,height in pixels. Where the target is
-            outside the picture or hidden they are NaN, infinite, -1,-1,-1,-1 or of no width or height, or the line is
-            empty; trackers start on the first picture that shows it.
-        target: with --layout uavdt, id of the target to follow in files of many (default: the one seen most).
-        rate_hz: frames a second of the pictures of --real, which no layout has.
+        layout: of the folders of --real, which is recognised unless you choose it: coco, got10k, kitti (tracking),
+            lasot, mot (DanceTrack too), otb, oxuva, tao (TAO-Amodal too), trackingnet, uav123, uavdt or vot (VOTS too);
+            `frameout list` says what each looks for. A folder is a data set's, or a part or one sequence of it, or
+            what `frameout export` writes. Trackers start on the first picture that shows the target. A picture with
+            a box counts as in view, one that files call outside, or that has no box, as a frame-out; one that they
+            call hidden is no frame-out, and one without a label is shown and counts in no score.
+        target: id or name of the target to follow in files of many (default: the one with most labels).
+        rate_hz: frames a second of the pictures of --real (default: as files say, else 30).
         beside: with --real, folder of results in simulated episodes: also prints both orders of the trackers and
             their rank correlation, Kendall's tau.
         quick: run a few small, short episodes as a trial.

@@ -115,6 +115,8 @@ def _kept() -> dict[str, Any]:
 
 def _everything() -> dict[str, list[dict[str, Any]]]:
     """Return all that there is, by kind."""
+    from benchmarks.data.layouts.layout import layouts  # It imports the readers of all layouts.
+
     contents = _kept()
     scenarios = [catalog.scenario(name) for name in catalog.names()]
     return {
@@ -151,6 +153,7 @@ def _everything() -> dict[str, list[dict[str, Any]]]:
         "papers": [
             {"name": each.name, "summary": each.about, "reference": each.reference()} for each in PAPERS.values()
         ],
+        "layouts of bench --real": [{"name": each.name, "looks for": each.looks_for} for each in layouts().values()],
         "envs": [
             {"name": name, "scenario": scenario, "tracker": tracker, "preset": catalog.env_preset(scenario)}
             for name, (scenario, tracker) in catalog.envs().items()

@@ -1,4 +1,4 @@
-"""Text files of boxes: one line a frame, or one line a frame and target.
+"""Text files of boxes, one line a frame, or one line a frame and target; and of flags and properties.
 
 A line is ``left top width height``, separated by comma, tab or spaces. Data sets say in several ways that the target is
 not seen, which all mean the same here: an empty line, a width or a height of 0, ``-1,-1,-1,-1``, and four numbers that
@@ -62,6 +62,48 @@ def read_boxes(path: Path, frames: int = 0) -> tuple[NDArray[np.float64], NDArra
     rows = np.array(read)
     keys, box_xywh = (rows[:, :0], rows) if rows.shape[1] == 4 else (rows[:, :2], rows[:, 2:6])
     return keys, known_boxes(box_xywh, path)
+
+
+def read_flags(path: Path, count: int, *, most: int = 1, usual: int = 0) -> NDArray[np.int64]:
+    """Return the whole numbers (``count``,) from 0 to ``most`` of a file, one a picture; the usual one without a file.
+
+    They stand in lines, or in one line (LaSOT), with commas or spaces between them.
+
+    Raises:
+        ValueError: for another number of them, and for what is no such number; names file and line.
+    """
+    if not path.is_file():
+        return np.full(count, usual)
+    wanted = "0 or 1, one a picture" if most == 1 else f"whole numbers from 0 to {most}, one a picture"
+    found: list[float] = []
+    for number, line in enumerate(text_lines(path), start=1):
+        numbers = numbers_of(line) if line.strip() else []
+        good = all(each in range(most + 1) for each in numbers) and bool(numbers or not line.strip())
+        check(f"{short(path)}, line {number}", good, wanted, repr(line[:80]))
+        found += numbers
+    check(short(path), len(found) == count, f"{count} numbers, one a picture", len(found))
+    return np.array(found, np.int64)
+
+
+def read_properties(path: Path) -> dict[str, str]:
+    """Return the lines ``name=value`` or ``name: value`` of a file, without headings in brackets; none without a file.
+
+    Raises:
+        ValueError: for a line that is none; names file and line.
+    """
+    found: dict[str, str] = {}
+    for number, line in enumerate(text_lines(path) if path.is_file() else [], start=1):
+        if line.strip() and not line.startswith("["):
+            parts = re.split(r"\s*[=:]\s*", line.strip(), maxsplit=1)
+            check(f"{short(path)}, line {number}", len(parts) == 2, "name=value", repr(line[:80]))
+            found[parts[0]] = parts[1]
+    return found
+
+
+def rate_of(text: str) -> float:
+    """Return the frames a second that a file tells, e.g. ``30`` or ``10Hz``; 0 for none."""
+    match = re.match(r"\d+(\.\d+)?", text)
+    return float(match[0]) if match else 0.0
 
 
 def known_boxes(box_xywh: NDArray[np.float64], path: Path, lines: Sequence[int] | None = None) -> NDArray[np.float64]:

@@ -90,8 +90,7 @@ class Labelled:
         name: of the sequence.
         file: that the boxes are from.
         pictures: (F,) files, in order of time.
-        box_xywh: (F, 4) left, top, width, height in pixels; NaN where there is none.
-        first: coordinate of the top left corner of the picture.
+        box_xyxy: (F, 4) pixels, from the top left corner of the picture; NaN where there is none.
         tags: (F,) what else is said: ``partial``, ``occluded``, ``out``, ``unlabelled``; "" where nothing is. A box of
             an ``out`` or ``unlabelled`` picture does not count.
         whole: whether boxes reach beyond the border where it cuts the target, which is then ``partial``.
@@ -103,8 +102,7 @@ class Labelled:
     name: str
     file: Path
     pictures: Sequence[Path]
-    box_xywh: NDArray[np.float64]
-    first: float = 0.0
+    box_xyxy: NDArray[np.float64]
     tags: NDArray[np.str_] | None = None
     whole: bool = False
     rate_hz: float = 0.0
@@ -122,17 +120,15 @@ def boxed_sequence(labelled: Labelled) -> BoxedSequence:
         ValueError: if there are not as many boxes as pictures, no box at all, or boxes in other units than pixels; or
             if the first picture cannot be read.
     """
-    name, pictures, box_xywh, where = labelled.name, labelled.pictures, labelled.box_xywh, short(labelled.file)
-    check(where, len(box_xywh) == len(pictures), f"{len(pictures)} boxes, one a picture", len(box_xywh))
+    name, pictures, box_xyxy, where = labelled.name, labelled.pictures, labelled.box_xyxy, short(labelled.file)
+    check(where, len(box_xyxy) == len(pictures), f"{len(pictures)} boxes, one a picture", len(box_xyxy))
     tags = np.full(len(pictures), "") if labelled.tags is None else labelled.tags
-    box_xywh = np.where(np.isin(tags, (OUT, UNLABELLED))[:, None], np.nan, box_xywh)
-    given = ~np.isnan(box_xywh[:, 0])
+    box_xyxy = np.where(np.isin(tags, (OUT, UNLABELLED))[:, None], np.nan, box_xyxy)
+    given = ~np.isnan(box_xyxy[:, 0])
     check(where, bool(given.any()), "a box in at least one picture", "none")
-    corner = box_xywh[:, :2] - labelled.first
-    box_xyxy = np.concatenate([corner, corner + box_xywh[:, 2:]], axis=1)
     height, width = read_picture(pictures[0]).shape[:2]
-    size = f"the picture of {width} x {height}"
-    small = np.nanmax(np.abs(box_xywh)) <= 1.0
+    size, corner_px, size_px = f"the picture of {width} x {height}", box_xyxy[:, :2], box_xyxy[:, 2:] - box_xyxy[:, :2]
+    small = np.nanmax(np.abs(np.concatenate([corner_px, size_px]))) <= 1.0
     check(where, not small, f"boxes in pixels of {size}", "numbers of at most 1, as of shares of it")
     seen = np.all((box_xyxy[:, :2] < (width, height)) & (box_xyxy[:, 2:] > 0), axis=1)
     check(where, bool(seen.any()), f"a box that meets {size}", "none")
@@ -142,16 +138,18 @@ def boxed_sequence(labelled: Labelled) -> BoxedSequence:
         notes.append(
             f"{name}: {count} of {len(given)} boxes lie wholly outside {size}, the first of picture {first}: not seen"
         )
-    low, high, limit = box_xywh[seen, :2], box_xywh[seen, 2:], np.array((width, height)) + labelled.first
-    if (high > low).all() and (high <= limit).all() and (low - labelled.first + high > limit).any():
+    low, high, limit = corner_px[seen], size_px[seen], (width + 1, height + 1)
+    if (high > low + 1).all() and (high <= limit).all() and (low + high > limit).any():
         reach = "reach outside the picture as left,top,width,height, and would fit as left,top,right,bottom"
         notes.append(f"{name}: the boxes {reach}")
     if begin:
         notes.append(f"{name}: the target is first seen in picture {begin + 1} of {len(given)}, where trackers start")
-    is_cut = ((box_xyxy < 0) | (box_xyxy > (width, height, width, height))).any(axis=1) & seen & labelled.whole
+    is_cut = labelled.whole & seen & ((box_xyxy < 0) | (box_xyxy > (width, height, width, height))).any(axis=1)
     tags = np.where((tags == PARTIAL) & ~seen, "", tags)
-    state = np.select([tags != "", outside & labelled.whole, ~seen, is_cut], [tags, OUT, UNSEEN, PARTIAL], IN)
-    end = len(state) - int(np.argmax(state[::-1] != UNLABELLED))
+    state = np.select([is_cut, tags != "", outside & labelled.whole, ~seen], [PARTIAL, tags, OUT, UNSEEN], IN)
+    known = state != UNLABELLED
+    check(where, len(pictures) == 1 or known.sum() > 1, "labels of at least two pictures", int(known.sum()))
+    end = len(state) - int(np.argmax(known[::-1]))
     return BoxedSequence(
         name,
         tuple(pictures[begin:end]),
@@ -161,6 +159,16 @@ def boxed_sequence(labelled: Labelled) -> BoxedSequence:
         state=state[begin:end],
         place=np.empty(0, np.int64) if labelled.place is None else (labelled.place - labelled.place[begin])[begin:end],
     )
+
+
+def corners_of(box_xywh: NDArray[np.float64], first: float) -> NDArray[np.float64]:
+    """Return boxes (F, 4) as x_min, y_min, x_max, y_max from left, top, width, height.
+
+    Args:
+        first: coordinate of the top left corner of the picture.
+    """
+    corner = box_xywh[:, :2] - first
+    return np.concatenate([corner, corner + box_xywh[:, 2:]], axis=1)
 
 
 class SequenceEpisode:

@@ -15,6 +15,9 @@ from benchmarks.data.layouts.layout import Find, Source, Target, layouts
 from benchmarks.data.sequences import BoxedSequence, boxed_sequence
 from sim.checks import check
 
+_LEVELS = 5
+"""How far above a sequence's files its data set's folder may be."""
+
 
 @dataclass(frozen=True)
 class Collection:
@@ -85,5 +88,5 @@ def _inside(path: Path, find: Find) -> list[Source]:
 
 def _around(path: Path, find: Find) -> list[Source]:
     """Return the sequences of the data set around a path that have it among their places."""
-    held = ([each for each in find(root) if path in each.places] for root in path.parents[:3])
+    held = ([each for each in find(root) if path in each.places] for root in path.parents[:_LEVELS])
     return next(filter(None, held), [])

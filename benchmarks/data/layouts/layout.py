@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.data.pictures import visible
 from benchmarks.data.sequences import Labelled
 from sim.checks import check
 
@@ -77,6 +78,12 @@ def layouts() -> dict[str, Layout]:
     for module in pkgutil.iter_modules([str(Path(__file__).parent)]):
         importlib.import_module(f"{__package__}.{module.name}")
     return dict(sorted(_LAYOUTS.items()))
+
+
+def folders_with(path: Path, file: str) -> Iterator[Path]:
+    """Yield the folders that hold a file of a name or pattern: the path, and those one and two levels below."""
+    for depth in ("", "*/", "*/*/"):
+        yield from dict.fromkeys(each.parent for each in visible(path, depth + file))
 
 
 def check_one_target(target: Target) -> None:

@@ -119,10 +119,12 @@ def _describe(frame_outs: Sequence[dict[str, Any]]) -> str:
     if not frame_outs:
         return "no frame-outs"
     lengths = [each["length_frames"] for each in frame_outs]
-    if all(each["kind"] == "unseen" for each in frame_outs):
-        return f"{counted(len(frame_outs), 'absence')} of {lengths_text(lengths)}"
+    kinds = {each["kind"] for each in frame_outs}
+    if "unseen" in kinds:
+        what = ("absence",) if kinds == {"unseen"} else ("frame-out or absence", "frame-outs or absences")
+        return f"{counted(len(frame_outs), *what)} of {lengths_text(lengths)}"
     words = f"{counted(len(frame_outs), 'frame-out')} of {lengths_text(lengths)}"
-    if all(each["kind"] == "outside" for each in frame_outs):
+    if kinds == {"outside"}:
         return words
     turned = sum(bool(each["turned"]) for each in frame_outs)
     excursions = sum(each["kind"] == "excursion" for each in frame_outs)

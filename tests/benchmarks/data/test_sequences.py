@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.data import sequences
 from benchmarks.data.layouts.collection import read_collections
-from benchmarks.data.sequences import SequenceEpisode
+from benchmarks.data.sequences import BoxedSequence, SequenceEpisode
 from scenarios.truth import check_truth
 from tests.benchmarks.data.written_sequences import (
     AWAY,
@@ -44,6 +44,32 @@ def test_frames_are_the_pictures_with_their_boxes(tmp_path: Path) -> None:
         red = (frame.observation.image_rgb == (220, 20, 20)).all(axis=2)
         assert red.sum() == (0 if k in AWAY else 12 * 8)
         assert k in AWAY or red[int(box[1]), int(box[0])]
+
+
+def test_truth_has_the_states_that_files_tell(tmp_path: Path) -> None:
+    pictures = tuple(sorted((write_otb(tmp_path / "Car1", true_boxes(8)) / "img").iterdir()))
+    state = np.array(["in", "unlabelled", "occluded", "out", "unseen", "partial", "occluded", "in"])
+    boxes = np.where((np.isin(np.arange(8), (0, 5, 6, 7)))[:, None], true_boxes(8), np.nan)
+    sequence = BoxedSequence("a", pictures, boxes, 10.0, state=state, place=np.array([0, 1, 2, 4, 5, 6, 7, 9]))
+    episode = SequenceEpisode(sequence)
+    frames = [episode.step() for _ in range(8)]
+    truths = [frame.truth for frame in frames]
+    for truth in truths:
+        check_truth(truth)
+    words = ["in", "unlabelled", "occluded", "out", "out", "partial", "occluded", "in"]
+    assert [truth.state[0] for truth in truths] == words
+    assert [bool(truth.outside[0]) for truth in truths] == [k == 3 for k in range(8)]
+    assert [truth.frames_since_exit[0] for truth in truths] == [-1, -1, -1, 0, 1, -1, -1, -1]
+    shares = [truth.visible_fraction[0] for truth in truths]
+    np.testing.assert_array_equal(shares, [np.nan, np.nan, 0, 0, 0, np.nan, np.nan, np.nan])
+    assert [frame.observation.time_s for frame in frames] == [0.0, 0.1, 0.2, 0.4, 0.5, 0.6, 0.7, 0.9]
+
+
+def test_other_states_and_places_are_another_recording(tmp_path: Path) -> None:
+    pictures = tuple(sorted((write_otb(tmp_path / "Car1", true_boxes(3)) / "img").iterdir()))
+    state, place = np.array(["in", "partial", "in"]), np.array([0, 1, 3])
+    named = ({}, {"state": state}, {"place": place}, {"state": state, "place": place})
+    assert len({BoxedSequence("a", pictures, true_boxes(3), **given).fingerprint for given in named}) == 4
 
 
 def test_pictures_are_read_when_their_turn_comes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

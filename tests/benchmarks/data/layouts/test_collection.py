@@ -219,9 +219,14 @@ def test_what_is_wrong_with_boxes_is_named(tmp_path: Path, lines: list[str], mes
         ("empty", "uav123", None, "real: expected anno/UAV123/NAME.txt, got "),
         ("empty", "tom", None, f"layout: expected one of {NAMES}, got 'tom'"),
         ("Car1", "", 3, "target: expected none but for files of several targets, got 3"),
-        ("many", "", 5, "target: expected an id in GT/M0101_gt_whole.txt: 3, 8, got 5"),
-        ("broken", "", None, "GT/M0101_gt_whole.txt: expected frames from 1 to 6, of which there are pictures, got 9"),
-        ("doubled", "", None, "GT/M0101_gt_whole.txt: expected one line a frame of id 3, got two of one frame"),
+        ("many", "", 5, "target: expected one in GT/M0101_gt_whole.txt: 3, 8, got 5"),
+        (
+            "broken",
+            "",
+            None,
+            "GT/M0101_gt_whole.txt, line 2: expected frames from 1 to 6, of which there are pictures",
+        ),
+        ("doubled", "", None, "GT/M0101_gt_whole.txt: expected one label a frame of a target, got two of frame 1"),
     ],
 )
 def test_what_is_wrong_with_a_folder_is_named(

@@ -184,3 +184,73 @@ def test_twenty_pixels_are_still_precise() -> None:
     boxes = np.tile([10.0, 10.0, 30.0, 20.0], (4, 1))
     answer = answers_of(boxes + np.array([[0.0], [12.0], [12.01], [300.0]]) * [1, 4 / 3, 1, 4 / 3], np.full(4, np.nan))
     assert values(score_sequence(truth_of_boxes(boxes), answer, None))["precision_20_px"] == 0.5
+
+
+def told(box_xyxy: NDArray[np.float64], state: NDArray[np.str_], outside: NDArray[np.bool_]) -> TruthSeries:
+    """Return what files tell, as ``SequenceTruth`` says."""
+    seen = ~np.isnan(box_xyxy).any(axis=1)
+    fraction = np.where(seen | (state == "unlabelled"), np.nan, 0.0)
+    return replace(truth_of_boxes(box_xyxy), state=state, outside=outside, visible_fraction=fraction)
+
+
+@settings(deadline=None, max_examples=60)
+@given(runs(), st.integers(0, 2**20))
+def test_a_frame_without_a_label_counts_in_no_score(
+    run: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], seed: int
+) -> None:
+    """The scores of single frames are those of a sequence that lacks them."""
+    truth, answer, probability = run
+    rng = np.random.default_rng(seed)
+    hides = np.where(rng.random(len(truth)) < 0.5, "out", "occluded")
+    state = np.where(np.isnan(truth[:, 0]), hides, np.where(rng.random(len(truth)) < 0.2, "partial", "in"))
+    outside = (state == "out") & (rng.random(len(truth)) < 0.5)
+    known = rng.random(len(truth)) < 0.6
+    known[0] = True
+    blank = np.where(known[:, None], truth, np.nan)
+    scores = [
+        score_sequence(told(boxes, words, tagged), answers_of(mine, sure), None)
+        for boxes, words, tagged, mine, sure in (
+            (blank, np.where(known, state, "unlabelled"), outside & known, answer, probability),
+            (truth[known], state[known], outside[known], answer[known], probability[known]),
+        )
+    ]
+    left, right = ({name: value for name, value in values(each).items() if name not in _OF_EVENTS} for each in scores)
+    assert left.keys() == right.keys()
+    for name, value in left.items():
+        assert value == pytest.approx(right[name], nan_ok=True, abs=1e-12), name
+
+
+_OF_EVENTS = ("run_kept", "silent_frames")
+
+
+def test_frame_outs_of_tags_are_outside_and_what_is_hidden_is_none() -> None:
+    boxes = np.tile([10.0, 10.0, 30.0, 20.0], (60, 1))
+    state = np.full(60, "in", "<U10")
+    state[5:8], state[12:15], state[20:23], state[23:26] = "occluded", "out", "out", "partial"
+    boxes[[*range(5, 8), *range(12, 15), *range(20, 23)]] = np.nan
+    outside = np.arange(60) >= 20
+    found = find_frame_outs(told(boxes, state, outside & (state == "out")))
+    assert [(each.kind, each.exit_frame, each.length_frames, each.back_frame) for each in found] == [
+        ("unseen", 12, 3, 15),
+        ("outside", 20, 3, 26),
+    ]
+    assert FRAME_OUT.events.describe([each.attributes() for each in found]) == "2 frame-outs or absences of 3 frames"
+    assert FRAME_OUT.events.describe([found[1].attributes()]) == "1 frame-out of 3 frames"
+    got = {
+        s.metric: s.weight
+        for s in score_sequence(told(boxes, state, outside), answers_of(boxes, np.full(60, np.nan)), None)
+        if s.event is None
+    }
+    assert (got["in_view_tpr"], got["in_view_tnr"]) == (51.0, 9.0)
+
+
+@pytest.mark.parametrize(("blank", "judged"), [(11, [1]), (16, [1]), (19, [1]), (40, [0]), (None, [0, 1])])
+def test_a_frame_out_beside_frames_without_a_label_is_not_judged(blank: int | None, judged: list[int]) -> None:
+    """Their exit, return or recovery may lie there."""
+    boxes = np.tile([10.0, 10.0, 30.0, 20.0], (60, 1))
+    boxes[[*range(12, 15), *range(30, 33)]] = np.nan
+    state = np.where(np.isnan(boxes[:, 0]), "out", "in").astype("<U10")
+    if blank is not None:
+        state[blank], boxes[blank] = "unlabelled", np.nan
+    scores = score_sequence(told(boxes, state, state == "out"), answers_of(boxes, np.full(60, np.nan)), None)
+    assert [s.event.attributes()["index"] for s in scores if s.metric == "recovered" and s.event] == judged

@@ -1,0 +1,34 @@
+"""COCO of sequences: ``annotations/instances.json`` and ``images/NAME/000000.png …``, those of our export.
+
+https://cocodataset.org/#format-data. See ``layouts.annotated``. COCO has no sequences and tracks: a folder of pictures
+is a sequence here, in the order of their names, and targets are known by ``track_id`` or by the ``name`` in their
+``attributes``. The box is that of the pixels that are seen; without one the target is not seen, and no file says why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from benchmarks.data.layouts.annotated import Annotations, Entry, labelled, read_annotations
+from benchmarks.data.layouts.layout import Source, layout
+from benchmarks.data.pictures import visible
+
+
+@layout("coco", "annotations/*.json without videos, whose boxes have names or track_id, beside images/")
+def find_coco(path: Path) -> Iterator[Source]:
+    """See ``Find``."""
+    root = path / "images"
+    for file in visible(path / "annotations", "*.json") if root.is_dir() else ():
+        said = read_annotations(file)
+        if said is not None and not said.videos:
+            yield from _sequences(root, file, said)
+
+
+def _sequences(root: Path, file: Path, said: Annotations) -> Iterator[Source]:
+    sequences: dict[str, list[Entry]] = {}
+    for each in said.images:
+        sequences.setdefault(Path(each["file_name"]).parent.as_posix(), []).append(each)
+    for name, images in sequences.items():
+        yield Source(name, (root / name, file), partial(labelled, name, root, said, images, 0.0))

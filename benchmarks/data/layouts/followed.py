@@ -1,0 +1,62 @@
+"""One target of a file of many: which one is followed, and its labels in the pictures of a sequence.
+
+Once for all layouts: the target of an id or name that the user gives, else the one with a label in most pictures; where
+it has none it is not seen, and no file says why.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.data.layouts.layout import Target
+from benchmarks.data.pictures import short
+from sim.checks import check
+
+
+def followed(target: Target, file: Path, ids: Sequence[Any]) -> tuple[str, NDArray[np.int64]]:
+    """Return the target that is followed, and which of the labels (R,) of a file are its own.
+
+    Args:
+        ids: (R,) target of each label, maybe with a name in place of a number.
+
+    Raises:
+        ValueError: for a file without labels and an unknown target.
+    """
+    check(short(file), len(ids) > 0, "labels of at least one target", "none")
+    known, lines = np.unique(np.array(ids), return_counts=True)
+    names = [str(each) if isinstance(each, str) else f"{each:.0f}" for each in known]
+    chosen = names[int(np.argmax(lines))] if target is None else str(target)
+    check("target", chosen in names, f"one in {short(file)}: {', '.join(names[:10])}", target)
+    return chosen, np.flatnonzero(np.array(ids) == known[names.index(chosen)])
+
+
+def in_pictures(
+    file: Path, frames: NDArray[Any], pictures: Sequence[int], lines: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[str, ...]]:
+    """Return which labels (L,) of a target have a picture, and their places in the sequence (L,); and notes.
+
+    Args:
+        frames: (R,) numbers of the pictures of the labels. pictures: (F,) numbers of those that there are, in order;
+            where one is missing between others its label is left out.
+        lines: (R,) numbers in the file, for messages.
+
+    Raises:
+        ValueError: for a frame before the first picture or after the last one, and two labels of one frame.
+    """
+    numbers = np.array(pictures)
+    beyond = (frames < numbers[0]) | (frames > numbers[-1])
+    wanted = f"frames from {numbers[0]} to {numbers[-1]}, of which there are pictures"
+    first = int(np.argmax(beyond))
+    check(f"{short(file)}, line {lines[first]}", not beyond.any(), wanted, f"{frames[first]:g}")
+    _, firsts, counts = np.unique(frames, return_index=True, return_counts=True)
+    again = int(np.argmax(counts))
+    check(short(file), counts[again] == 1, "one label a frame of a target", f"two of frame {frames[firsts[again]]:g}")
+    held = np.flatnonzero(np.isin(frames, numbers))
+    gone = len(frames) - len(held)
+    notes = (f"{short(file)}: {gone} labels of frames without a picture are left out",) if gone else ()
+    return held, np.searchsorted(numbers, frames[held]), notes

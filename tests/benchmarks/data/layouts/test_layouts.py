@@ -1,0 +1,238 @@
+"""Each layout as it is published: recognised, chosen, taken for no other, and read with all that it tells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.data.layouts.collection import read_collections
+from benchmarks.data.layouts.layout import Source, layout, layouts
+from benchmarks.data.sequences import BoxedSequence, Labelled
+from tests.benchmarks.data.layouts.test_collection import write_uav123, write_uavdt
+from tests.benchmarks.data.layouts.written_layouts import (
+    CLIPPED_XYXY,
+    FRAMES,
+    LAYOUTS,
+    SEEN_XYXY,
+    STATES,
+    write_coco,
+    write_got10k,
+    write_kitti,
+    write_lasot,
+    write_mot,
+    write_oxuva,
+    write_tao,
+    write_tao_amodal,
+    write_trackingnet,
+    write_vot,
+)
+from tests.benchmarks.data.written_sequences import lines_of, write_lines, write_otb
+
+OLDER: dict[str, Callable[[Path], Path]] = {
+    "otb": lambda root: write_otb(root / "Car1").parent,
+    "uavdt": write_uavdt,
+    "uav123": write_uav123,
+}
+WRITERS = OLDER | {name: write for name, (write, _) in LAYOUTS.items()}
+
+
+def read_one(path: Path, **how: object) -> BoxedSequence:
+    (sequence,) = read_collections([path], **how)[0].sequences  # type: ignore[arg-type]
+    return sequence
+
+
+def test_there_is_a_small_data_set_of_every_layout() -> None:
+    assert WRITERS.keys() == layouts().keys()
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_a_layout_is_taken_for_no_other(tmp_path: Path, name: str) -> None:
+    root = WRITERS[name](tmp_path / "set")
+    assert [each for each, found in layouts().items() if list(found.find(root))] == [name]
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_a_layout_is_recognised_and_chosen(tmp_path: Path, name: str) -> None:
+    write, sequence = LAYOUTS[name]
+    root = write(tmp_path / "set")
+    assert read_one(root).name == read_one(root, layout=name).name == sequence
+
+
+@pytest.mark.parametrize("name", LAYOUTS)
+def test_a_sequence_is_found_by_each_of_its_places(tmp_path: Path, name: str) -> None:
+    write, sequence = LAYOUTS[name]
+    (source,) = layouts()[name].find(write(tmp_path / "set"))
+    for place in source.places:
+        assert place.exists()
+        assert read_one(place).name == sequence
+
+
+@pytest.mark.parametrize(
+    ("write", "boxes", "states", "rate_hz"),
+    [
+        (write_lasot, CLIPPED_XYXY, ("in", "in", "occluded", "out", "out", "in", "in", "in"), 30.0),
+        (write_got10k, CLIPPED_XYXY, ("in", "in", "occluded", "unseen", "unseen", "partial", "occluded", "in"), 10.0),
+        (write_trackingnet, np.where(np.isnan(CLIPPED_XYXY), CLIPPED_XYXY[1], CLIPPED_XYXY), ("in",) * FRAMES, 30.0),
+        (write_vot, SEEN_XYXY, STATES, 25.0),
+        (write_mot, SEEN_XYXY, ("in", "in", "occluded", "unseen", "unseen", "partial", "occluded", "in"), 14.0),
+        (write_tao_amodal, SEEN_XYXY, STATES, 7.5),
+        (write_coco, CLIPPED_XYXY, ("in", "in", "unseen", "unseen", "unseen", "in", "in", "in"), 30.0),
+    ],
+)
+def test_boxes_and_states_are_what_files_tell(
+    tmp_path: Path, write: Callable[[Path], Path], boxes: np.ndarray, states: tuple[str, ...], rate_hz: float
+) -> None:
+    read = read_one(write(tmp_path / "set"))
+    np.testing.assert_allclose(read.box_xyxy, boxes, atol=1e-9)
+    assert tuple(read.state) == states
+    assert read.rate_hz == rate_hz
+    assert len(read.pictures) == FRAMES
+    assert not np.diff(read.place, n=2).any()
+
+
+def test_a_picture_that_is_missing_leaves_a_gap_in_time(tmp_path: Path) -> None:
+    read = read_one(write_kitti(tmp_path / "set"))
+    left = [k for k in range(FRAMES) if k != 1]
+    np.testing.assert_allclose(read.box_xyxy, CLIPPED_XYXY[left], atol=1e-6)
+    assert tuple(read.state) == ("in", "unseen", "unseen", "unseen", "partial", "occluded", "in")
+    assert (read.place.tolist(), read.rate_hz) == (left, 10.0)
+    assert read.notes == ("label_02/0001.txt: 1 labels of frames without a picture are left out",)
+
+
+@pytest.mark.parametrize("write", [write_oxuva, write_tao])
+def test_pictures_without_a_label_are_shown(tmp_path: Path, write: Callable[[Path], Path]) -> None:
+    """From the first label to the last."""
+    read = read_one(write(tmp_path / "set"))
+    words = ("in", "unlabelled", "unseen", "unlabelled", "unseen", "unlabelled", "in")
+    assert tuple(read.state) == words
+    expected = np.where((np.arange(FRAMES - 1) % 2 == 0)[:, None], CLIPPED_XYXY[:7], np.nan)
+    np.testing.assert_allclose(read.box_xyxy, expected, atol=1e-6)
+    assert len(read.pictures) == FRAMES - 1
+
+
+def test_each_target_of_vots_is_a_sequence(tmp_path: Path) -> None:
+    folder = write_vot(tmp_path / "set") / "car1"
+    one = (folder / "groundtruth.txt").read_text()
+    (folder / "groundtruth.txt").unlink()
+    for name in ("car", "zebra"):
+        (folder / f"groundtruth_{name}.txt").write_text(one)
+    found = read_collections([tmp_path / "set"])[0].sequences
+    assert [each.name for each in found] == ["car1-car", "car1-zebra"]
+
+
+def test_vot_of_before_2018_has_pictures_beside_its_polygons(tmp_path: Path) -> None:
+    folder = write_vot(tmp_path / "set") / "car1"
+    for picture in (folder / "color").iterdir():
+        picture.rename(folder / picture.name)
+    (folder / "color").rmdir()
+    (folder / "sequence").unlink()
+    (folder / "occlusion.tag").rename(folder / "occlusion.label")
+    read = read_one(tmp_path / "set")
+    assert (tuple(read.state), read.rate_hz) == (STATES, 30.0)
+
+
+def test_regions_of_vot_that_are_missing_at_the_end_are_unknown(tmp_path: Path) -> None:
+    file = write_vot(tmp_path / "set") / "car1" / "groundtruth.txt"
+    write_lines(file, file.read_text().splitlines()[:2])
+    assert tuple(read_one(tmp_path / "set").state) == ("in", "in")
+    write_lines(file, file.read_text().splitlines()[:1])
+    with pytest.raises(ValueError, match=r"^car1/groundtruth.txt: expected labels of at least two pictures, got 1$"):
+        read_one(tmp_path / "set")
+
+
+def test_a_target_is_chosen_by_id_or_name(tmp_path: Path) -> None:
+    root = write_mot(tmp_path / "mot")
+    assert read_one(root, target=2).name == read_one(root, target="2").name == "MOT17-02-FRCNN-2"
+    root = write_tao_amodal(tmp_path / "tao")
+    assert [read_one(root, target=each).name for each in (None, 7, "target")] == ["town-7", "town-7", "town-target"]
+
+
+def test_a_rate_that_is_given_goes_before_the_file_s(tmp_path: Path) -> None:
+    assert read_one(write_vot(tmp_path / "set"), rate_hz=30.0).rate_hz == 30.0
+
+
+BROKEN = {
+    "lasot, no number": (write_lasot, "car/car-7/groundtruth.txt", 2, "1,2,x,4", "car-7/groundtruth.txt, line 2"),
+    "lasot, no flag": (write_lasot, "car/car-7/out_of_view.txt", 1, "0,1,2", "car-7/out_of_view.txt, line 1"),
+    "got10k, no level": (write_got10k, "val/GOT-10k_Val_000001/cover.label", 3, "9", "1/cover.label, line 3"),
+    "got10k, no box": (
+        write_got10k,
+        "val/GOT-10k_Val_000001/groundtruth.txt",
+        2,
+        "1,2,-3,4",
+        "groundtruth.txt, line 2",
+    ),
+    "trackingnet": (write_trackingnet, "TRAIN_3/anno/abc_0.txt", 4, "1,2,3", "anno/abc_0.txt, line 4"),
+    "vot, no region": (write_vot, "car1/groundtruth.txt", 6, "1,2,3", "car1/groundtruth.txt, line 6"),
+    "vot, no property": (write_vot, "car1/sequence", 2, "hello", "car1/sequence, line 2"),
+    "mot": (write_mot, "train/MOT17-02-FRCNN/gt/gt.txt", 3, "1,2,3", "gt/gt.txt, line 3"),
+    "mot, no picture": (write_mot, "train/MOT17-02-FRCNN/gt/gt.txt", 14, "99,7,1,1,2,2,1,1,1", "gt/gt.txt, line 14"),
+    "kitti": (write_kitti, "training/label_02/0001.txt", 1, "0 7 Car 0 0", "label_02/0001.txt, line 1"),
+    "oxuva": (write_oxuva, "annotations/dev.csv", 2, "vid0042,obj0001,2", "annotations/dev.csv, line 2"),
+    "oxuva, pixels": (
+        write_oxuva,
+        "annotations/dev.csv",
+        1,
+        "vid0042,obj0001,2,car,false,false,90,present,10,22,20,28",
+        "annotations/dev.csv, line 1",
+    ),
+    "tao": (write_tao, "annotations/validation.json", 1, '{"images": [}', "annotations/validation.json, line 1"),
+    "tao, no picture": (
+        write_tao,
+        "annotations/validation.json",
+        1,
+        '{"videos": [], "images": [{"id": 1}]}',
+        "annotations/validation.json, images, entry 1",
+    ),
+    "coco, no box": (
+        write_coco,
+        "annotations/instances.json",
+        1,
+        '{"images": [{"id": 1, "file_name": "town-000003/000000.png"}], "annotations": [{"image_id": 1}]}',
+        "annotations/instances.json, annotations, entry 1",
+    ),
+}
+
+
+@pytest.mark.parametrize(("write", "place", "number", "text", "named"), BROKEN.values(), ids=BROKEN)
+def test_what_is_broken_is_named_with_file_and_line(
+    tmp_path: Path, write: Callable[[Path], Path], place: str, number: int, text: str, named: str
+) -> None:
+    file = write(tmp_path / "set") / place
+    lines = file.read_text().splitlines()
+    lines[number - 1] = text
+    write_lines(file, lines)
+    with pytest.raises(ValueError, match="expected") as raised:
+        read_collections([tmp_path / "set"])
+    assert named in str(raised.value)
+    assert "\n" not in str(raised.value)
+
+
+def test_a_layout_of_a_user_s_own_is_recognised(tmp_path: Path) -> None:
+    from benchmarks.data.layouts import layout as registry
+
+    def find(path: Path):  # type: ignore[no-untyped-def]
+        for file in path.glob("*/mine.txt"):
+            yield Source("mine", (file,), partial(read, file))
+
+    def read(file: Path, target: object) -> Labelled:
+        return Labelled("mine", file, sorted((file.parent / "img").iterdir()), SEEN_XYXY)
+
+    write_pictures_of(tmp_path / "set" / "a")
+    layout("mine", "NAME/mine.txt")(find)
+    try:
+        assert read_one(tmp_path / "set").name == "mine"
+        with pytest.raises(ValueError, match=r"^layout: expected a name that no layout has, got 'otb'$"):
+            layout("otb", "again")(find)
+    finally:
+        del registry._LAYOUTS["mine"]
+
+
+def write_pictures_of(folder: Path) -> None:
+    write_otb(folder, SEEN_XYXY)
+    (folder / "groundtruth_rect.txt").rename(folder / "mine.txt")
+    write_lines(folder / "mine.txt", lines_of(SEEN_XYXY))
