@@ -95,8 +95,9 @@ class WithModules:
     modules: Names = ()
 
 
-def report_ignored_rows(directory: Path) -> None:
-    """Report on stderr how many lines of a folder's rows belong to no whole block, if any.
+def report_ignored_rows(directory: Path, modules: Sequence[str]) -> None:
+    """Report on stderr how many lines of a folder's rows belong to no whole block, if any; and which modules the rows
+    name that are none of ``modules``: the metrics that they define are unknown.
 
     Raises:
         ValueError: if the directory holds no records.
@@ -106,3 +107,7 @@ def report_ignored_rows(directory: Path) -> None:
     if broken or replaced:
         which = f"{broken} that are no rows, {replaced} of episodes that were cut off or made again later"
         print(f"note: ignored {broken + replaced} lines of {directory / FILE_NAME}: {which}", file=sys.stderr)
+    named = dict.fromkeys(name for rows in contents.blocks.values() for name in rows[0].get("modules", ()))
+    if unnamed := [name for name in named if name not in modules]:
+        why = "metrics, suites and scenes that they define are known with --modules " + " ".join(unnamed)
+        print(f"note: the rows of {directory} were made with {', '.join(unnamed)}; {why}", file=sys.stderr)

@@ -35,7 +35,7 @@ from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.result_folder import check_file
 from benchmarks.run.selection import added_trackers
-from benchmarks.show.page import write_report
+from benchmarks.show.page import REPORT_FILE_NAME, is_current, write_report
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
 from benchmarks.statistics.rank_agreement import rank_agreement
@@ -165,10 +165,14 @@ class Bench(WithModules):
         summary = [entry for entry in outcome.summary if entry["suite"] == wanted.name]
         if not self.json:
             print_leaderboard(summary, self.metric)
-        what = "the report" if self.real else "the report, whose pictures take another run of a tracker"
-        print(f"making {what} …", file=sys.stderr)
-        with trackers_print_to_stderr():
-            report = write_report(out, self.metric)
+        report = out / REPORT_FILE_NAME
+        if is_current(out, self.metric):
+            print("nothing new: the report stays as it is", file=sys.stderr)
+        else:
+            what = "the report" if self.real else "the report, whose pictures take another run of a tracker"
+            print(f"making {what} …", file=sys.stderr)
+            with trackers_print_to_stderr():
+                write_report(out, self.metric)
         if self.json:
             document = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
             print(json.dumps(document, indent=1))

@@ -56,7 +56,7 @@ class Compare(WithModules):
     def run(self) -> int:
         """Print it; return the exit status."""
         for directory in dict.fromkeys(self._place_of(name)[0] for name in (self.first, self.second)):
-            report_ignored_rows(directory)
+            report_ignored_rows(directory, self.modules)
         first, second = (self._rows(name) for name in (self.first, self.second))
         judged = self._suite_of_both(first, second)
         first, second = ([row for row in rows if row["suite"] == judged] for rows in (first, second))

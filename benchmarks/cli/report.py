@@ -52,9 +52,9 @@ class Report(WithModules):
         check("data", self.data is None or self.from_estimates, "none without --from-estimates", repr(self.data))
         if self.from_estimates:
             self._rejudge()
+        report_ignored_rows(self.directory, self.modules)
         summary = write_summary(self.directory)
         check_metrics(self.metric, sorted({entry["suite"] for entry in summary}))
-        report_ignored_rows(self.directory)
         if self.markdown:
             print_leaderboard(summary, self.metric, markdown=True)
         print(write_report(self.directory, self.metric))

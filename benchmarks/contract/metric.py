@@ -25,7 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.rows import Row, event_of
-from sim.checks import check, check_choice
+from sim.checks import check_choice
 
 Better = Literal["higher", "lower"]
 OWN = "Frameout"
@@ -212,6 +212,10 @@ def collected(seeds: NDArray[np.int64], parts: Sequence[Parts], finish: Finish) 
     return PooledRatios(seeds, np.hstack(sums[0]), np.hstack(sums[1]), finish)
 
 
+class BrokenMetric(ValueError):
+    """The function of a metric raised what is the cause, or returned what is no value of it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Metric:
     """One metric of a suite, as it stands in ``summary.json``.
@@ -244,13 +248,17 @@ class Metric:
         """Return ``value`` of an episode; NaN where it is undefined.
 
         Raises:
-            ValueError: for what is no number in the range of the metric's quantity.
+            BrokenMetric: if the function raises, and for what is no number in the range of the metric's quantity.
         """
         assert self.value is not None
-        value = self.value(*episode)
         own = next(each for each in self.statistic.of if each.name == self.name)
-        good = np.ndim(value) == 0 and (np.isnan(value) or own.low <= value <= own.high)
-        check(f"value of metric {self.name}", good, f"a number from {own.low:g} to {own.high:g}, or NaN", repr(value))
+        wanted = f"value of metric {self.name}: expected a number from {own.low:g} to {own.high:g}, or NaN"
+        try:
+            value = self.value(*episode)
+        except Exception as error:
+            raise BrokenMetric(f"{wanted}, got {type(error).__name__}: {error}") from error
+        if np.ndim(value) or not (np.isnan(value) or own.low <= value <= own.high):
+            raise BrokenMetric(f"{wanted}, got {value!r}")
         return float(value)
 
     @property

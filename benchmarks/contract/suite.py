@@ -260,7 +260,8 @@ def add_metric(suite_name: str, metric: Metric, *, headline: bool = False, compa
     check("metric", not taken, "a new name", f"{metric.name!r}, which the suite has")
     new = replace(old, metrics=(*old.metrics, metric))
     if headline:
-        new = replace(new, headline=(*old.headline, metric.name))
+        # After the one that ranks: a narrow terminal leaves out the last columns.
+        new = replace(new, headline=(*old.headline[:1], metric.name, *old.headline[1:]))
     if compared:
         new = replace(new, compared=(*old.compared, metric.name))
         if old.events.tests or old.events.episodes:

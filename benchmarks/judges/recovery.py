@@ -14,7 +14,7 @@ from benchmarks.contract.judging import Event, Score
 from benchmarks.contract.metric import Quantity
 
 RECOVERY_WINDOW_FRAMES = 5
-"""A tracker has recovered if it is on the car on ``back_frame`` or within this number of frames after it."""
+"""A tracker has recovered if it is on the target on ``back_frame`` or within this number of frames after it."""
 
 
 class Absence(Event, Protocol):

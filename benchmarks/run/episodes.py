@@ -84,6 +84,12 @@ class EpisodeSpec(ABC):
         return ""
 
     @property
+    def in_words(self) -> str:
+        """Which one it is, e.g. ``road-town-v2 quick, seed 0``."""
+        which = f"sequence {self.sequence}" if self.sequence else f"seed {self.seed}"
+        return f"{self.scenario_id} {self.preset}, {which}"
+
+    @property
     @abstractmethod
     def edition(self) -> str:
         """``scene`` of ``editions``; "" for what cannot be read."""

@@ -17,6 +17,7 @@ import cv2
 import numba
 
 from benchmarks.contract.judging import Judge, Score, ScoreSheet, TimeBlock, UnreadableSequence
+from benchmarks.contract.metric import BrokenMetric
 from benchmarks.contract.rows import ESTIMATES, LAST_METRIC, BlockKey, Row, rounded
 from benchmarks.contract.suite import Suite
 from benchmarks.contract.tracker_spec import TrackerSpec
@@ -25,6 +26,7 @@ from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.failures import Failure
 from benchmarks.run.guards import Guard, GuardedController, GuardedTracker
 from benchmarks.run.outcome import Outcome
+from benchmarks.run.own_modules import users_line
 from benchmarks.run.real_time import RealTimeTracker
 from scenarios.loop import Loop, tracker_stream
 from scenarios.scenario import Frame
@@ -253,7 +255,11 @@ def read_note(file: Path | None) -> tuple[str, int] | None:
 
 
 def run_job(job: Job) -> JobResult:
-    """Run the job's episode and return the rows of all its trackers. Deterministic except for times."""
+    """Run the job's episode and return the rows of all its trackers. Deterministic except for times.
+
+    Raises:
+        ValueError: for a metric whose function raises or returns no value of it; names the episode and its line.
+    """
     # Times are of one core.
     cv2.setNumThreads(1)
     numba.set_num_threads(1)
@@ -273,6 +279,10 @@ def run_job(job: Job) -> JobResult:
             result = _result(live, sheets, seconds)
             if keeping is not None and job.out is not None:
                 keeping.write(job.out / ESTIMATES, result.blocks, [(each.name, each.guard) for each in live.runs])
+    except BrokenMetric as error:
+        line = users_line(error.__cause__) if error.__cause__ else None
+        place = f" ({Path(line[0]).name}, line {line[1]})" if line else ""
+        raise ValueError(f"{error}{place}, in {job.episode.in_words}") from None
     except UnreadableSequence as error:
         return JobResult(name=job.name, episodes=len(job.trackers), unusable=[str(error)])
     # Of several runs of a tracker each oddity counts once.

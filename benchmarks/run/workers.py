@@ -81,11 +81,8 @@ def _alone(job: Job) -> JobResult:
         except BrokenProcessPool:
             note = read_note(job.note_file)
             if note is None or note[0] in job.deadly:
-                at = job.episode
-                episode = f"sequence {at.sequence}" if at.sequence else f"seed {at.seed}"
-                raise ChildProcessError(
-                    f"{at.scenario_id} {at.preset}, {episode}: its process ends outside of any tracker"
-                ) from None
+                words = f"{job.episode.in_words}: its process ends outside of any tracker"
+                raise ChildProcessError(words) from None
             job = replace(job, deadly={**job.deadly, note[0]: note[1]})
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
-from benchmarks.contract.rows import REAL, Row, read_rows
-from benchmarks.contract.suite import Condition, Suite, suite
+from benchmarks.contract.rows import FILE_NAME, REAL, Row, read_rows
+from benchmarks.contract.suite import Condition, Suite, suite, suites
 from benchmarks.contract.text import time_in_words
 from benchmarks.run.blindfold import BLIND_NOTE
+from benchmarks.run.editions import judge_edition
 from benchmarks.run.failures import ended_processes
 from benchmarks.show import tables
 from benchmarks.show.charts import Chart
@@ -41,6 +44,7 @@ if TYPE_CHECKING:
     from benchmarks.show.plots import ShownFigure
 
 REPORT_FILE_NAME = "report.html"
+_CODE = (".py", ".jinja", ".css", ".mplstyle")
 _DRAWN_ROLES = (*tables.RANKED_ROLES, *tables.UNRANKED_ROLES)
 _ABOUT_SEQUENCES = "Real sequences of pictures, with boxes of one target as truth."
 
@@ -99,6 +103,7 @@ def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
     Raises:
         ValueError: if the folder holds no results.
     """
+    made_from = _made_from(directory, metrics)
     rows = read_rows(directory)
     check("directory", bool(rows), "one that holds results", f"no whole episode in {str(directory)!r}")
     summary, comparisons = (read_entries(directory, name) for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME))
@@ -112,6 +117,7 @@ def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
     page = page_environment(__file__).get_template("page.html.jinja")
     text = page.render(
         heading=" · ".join(dict.fromkeys(headings)),
+        made_from=made_from,
         sections=sections,
         definitions={name: metric_definitions(judged) for name, judged in suites.items()},
         references_heading=tables.REFERENCES,
@@ -119,6 +125,26 @@ def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
     )
     write_atomic(path, text)
     return path
+
+
+def is_current(directory: Path, metrics: Sequence[str] = ()) -> bool:
+    """Return whether the report of a folder is what ``write_report`` would make of its rows now."""
+    report = directory / REPORT_FILE_NAME
+    return report.is_file() and f'content="{_made_from(directory, metrics)}"' in report.read_text()
+
+
+def _made_from(directory: Path, metrics: Sequence[str]) -> str:
+    """Return a digest of a folder's rows, of the metrics that are shown and of the code that makes pages of them."""
+    rows = directory / FILE_NAME
+    own = [judge_edition(judging) for judging in suites().values()]
+    parts = [rows.read_bytes() if rows.is_file() else b"", repr((own, *metrics)).encode(), _digest_of_code().encode()]
+    return hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts)).hexdigest()
+
+
+@cache
+def _digest_of_code() -> str:
+    files = (file for file in Path(__file__).parents[1].rglob("*") if file.suffix in _CODE)
+    return hashlib.sha256(b"".join(file.read_bytes() for file in sorted(files))).hexdigest()
 
 
 def figures_of(rows: Sequence[Row], summary: Entries) -> list[ShownFigure]:

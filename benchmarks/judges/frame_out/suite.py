@@ -1,4 +1,4 @@
-"""The suite ``frame-out``: where is the car while it is outside the picture, and is it found again?"""
+"""The suite ``frame-out``: where is the target while it is outside the picture, and is it found again?"""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ from benchmarks.judges.view_time import LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SE
 from benchmarks.statistics import long_term
 from benchmarks.statistics.pooling import BestF, BestPrecision, BestRecall, Median, RestrictedMean
 
-_ON_CAR = "on the car: IoU of the boxes at least 0.5, or centre within half a car's length on the ground"
+_ON_TARGET = "on the target: IoU of the boxes at least 0.5, or centre within half its length on the ground"
 _JUDGED = (
-    "frame-outs with at least 5 frames and a second of the episode after the whole car is back; in closed loop after "
-    f"it left; {_ON_CAR}"
+    "frame-outs with at least 5 frames and a second of the episode after the whole target is back; in closed loop "
+    f"after it left; {_ON_TARGET}"
 )
-_OUT = "frames with the car wholly outside the picture"
+_OUT = "frames with the target wholly outside the picture"
 _POSTERIOR = f"{_OUT}, of trackers that give a posterior in the episode"
-_SEEN = "frames with the whole car in the picture, at least half of it seen"
+_SEEN = "frames with the whole target in the picture, at least half of it seen"
 _OTB = "OTB: Wu, Lim and Yang, Online object tracking: a benchmark, CVPR 2013"
 _VOT_LT = "VOT-LT: Lukezic et al., Now you see me: evaluating performance in long-term visual tracking, 2018"
 _NEES = "Bar-Shalom, Li and Kirubarajan, Estimation with applications to tracking and navigation, 2001; cap: Frameout"
@@ -46,7 +46,7 @@ _RECOVERED, _KEPT, _WRONG_CAR = (
     for name in ("recovered", "kept", "locked_on_wrong_car")
 )
 _RUN_KEPT = _quantity("run_kept", "episodes with such a frame-out", FrameOut, Recovery, judge_recovery)
-_AT_EXIT = f"the last frame before each exit and the first one outside; {_ON_CAR}"
+_AT_EXIT = f"the last frame before each exit and the first one outside; {_ON_TARGET}"
 _HAD = _quantity("had", _AT_EXIT, errors_while_out, localisation.on_object)
 _CAR_LENGTHS = _quantity("offscreen_error_car_lengths", _OUT, localisation.ground_error_m, offscreen_scores, high=inf)
 _NEES_OUT = _quantity("nees", _POSTERIOR, offscreen_scores, posterior.Calibration, high=NEES_CAP, source=_NEES)
@@ -54,7 +54,7 @@ _CURVES = [
     _quantity(f"{name}_curve", conditions, long_term.precision_recall_curves, source=_VOT_LT)
     for name, conditions in (
         ("precision", "frames with an answer inside the picture"),
-        ("recall", "frames with the car at least partly seen"),
+        ("recall", "frames with the target at least partly seen"),
     )
 ]
 
@@ -78,7 +78,7 @@ def _coverage(share: float) -> Metric:
 
 
 def _errors_outside() -> Iterator[Metric]:
-    """Yield mean and median of the errors outside, of all frame-outs and of those at whose exit the car was had."""
+    """Yield mean and median of the errors outside, of all frame-outs and of those at whose exit the target was had."""
     whens = {"": ("error on all frames outside", _OUT)} | {
         f"_{n}": (
             f"error {n} frames after the exit, of frame-outs that last longer",
@@ -86,7 +86,7 @@ def _errors_outside() -> Iterator[Metric]:
         )
         for n in (30, 100)
     }
-    for ending, condition in (("", ""), ("_if_had", ", where the tracker had the car at the exit")):
+    for ending, condition in (("", ""), ("_if_had", ", where the tracker had the target at the exit")):
         for when, (summary, frames) in whens.items():
             name, words = f"offscreen_error{when}{ending}", f"{summary}{condition}"
             of = _outside(f"{name}_m", frames + condition)
@@ -136,29 +136,32 @@ def _describe(frame_outs: Sequence[dict[str, Any]]) -> str:
 FRAME_OUT = Suite(
     name="frame-out",
     edition=2,
-    summary="a car seen from a helicopter: where is it while outside the picture, and is it found again?",
+    summary="a target leaves the picture, as a car seen from a helicopter: where is it then, and is it found again?",
     scenes=(Scene("road-town", tuned_on=TuningEpisodes(seeds=range(300, 308), fresh=16)),),
     preset="standard",
     quick_preset="quick",
     judge=FrameOutJudge,
     metrics=(
-        _rate("recovery_rate", "frame-outs after which the tracker is on the car within 5 frames", _RECOVERED),
+        _rate("recovery_rate", "frame-outs after which the tracker is on the target within 5 frames", _RECOVERED),
         _rate("excursion_recovery_rate", "the same, of those with a way off the road", _RECOVERED, "excursion"),
-        _rate("kept_rate", "frame-outs recovered and still on the car one second later", _KEPT),
+        _rate("kept_rate", "frame-outs recovered and still on the target one second later", _KEPT),
         _rate("road_kept_rate", "the same, of frame-outs on the road", _KEPT, "road"),
         _rate("excursion_kept_rate", "the same, of those with a way off the road", _KEPT, "excursion"),
         _rate("kept_run_rate", "episodes with all judged frame-outs kept", _RUN_KEPT),
         _rate(
-            "wrong_car_rate", "frame-outs after which the tracker is locked on another car", _WRONG_CAR, better="lower"
+            "wrong_car_rate",
+            "frame-outs after which the tracker is locked on another object",
+            _WRONG_CAR,
+            better="lower",
         ),
         Metric(
             "time_to_recover_frames",
-            "mean time from back in full to on the car, never = 60 (Kaplan-Meier, restricted)",
+            "mean time from back in full to on the target, never = 60 (Kaplan-Meier, restricted)",
             "frames",
             "lower",
-            RestrictedMean(60, *recovery_times("frame-outs after which the car is back", FrameOut, Recovery)),
+            RestrictedMean(60, *recovery_times("frame-outs after which the target is back", FrameOut, Recovery)),
         ),
-        _rate("had_rate", "frame-outs at whose exit the tracker had the car", _HAD),
+        _rate("had_rate", "frame-outs at whose exit the tracker had the target", _HAD),
         *_errors_outside(),
         Metric(
             "long_offscreen_error_m",
@@ -169,7 +172,7 @@ FRAME_OUT = Suite(
         ),
         Metric(
             _CAR_LENGTHS.name,
-            "error on all frames outside, in lengths of the car",
+            "error on all frames outside, in lengths of the target",
             "car lengths",
             "lower",
             Mean(_CAR_LENGTHS),
@@ -244,7 +247,7 @@ FRAME_OUT = Suite(
         },
         describe=_describe,
         compared=(
-            _rate("recovered", "on the car within 5 frames", _RECOVERED),
+            _rate("recovered", "on the target within 5 frames", _RECOVERED),
             _rate("kept", "and still one second later", _KEPT),
             Metric("reentry_error_m", "error on the last frame outside", "m", "lower", Mean(_REENTRY)),
         ),

@@ -13,12 +13,12 @@ from benchmarks.show.video.drawing import InLargerView
 
 _CAR_LENGTH_M = 4.5
 _LENGTHS = range(25, 91)
-"""Lengths of a frame-out to show: long enough to lose a car, short enough to see where it went."""
+"""Lengths of a frame-out to show: long enough to lose a target, short enough to see where it went."""
 _CELL_PX = 600
 _CAPTION = (
     "the first frame-out of 25 to 90 frames, just before, in its middle, at its end, and five frames after the whole "
-    "car is back. White: the camera's picture; its surroundings are not shown to trackers. Blue: the car. Orange: the "
-    "estimate. Yellow: the particles."
+    "target is back. White: the camera's picture; its surroundings are not shown to trackers. Blue: the target. "
+    "Orange: the estimate. Yellow: the particles."
 )
 
 
@@ -26,11 +26,11 @@ def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
     """Return the error while outside and the time to recover."""
     return [
         Chart(
-            title="Where is the car while outside the picture?",
+            title="Where is the target while outside the picture?",
             words="Mean error over all frame-outs of at least this length; a lost or silent tracker counts with the "
             "capped worst error.",
             curves=curves_of(drawn, lambda rows: series_mean(rows, "offscreen_error_by_frame_m", fewest=FEWEST)),
-            x_label="frames since the car left the picture",
+            x_label="frames since the target left the picture",
             x_scale="frames",
             y_label="error on the ground, m",
             y_scale="log",
@@ -38,9 +38,9 @@ def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
         ),
         Chart(
             title="How soon is it found again?",
-            words="Kaplan–Meier: a car that is never found counts as lost for as long as it was watched.",
+            words="Kaplan–Meier: a target that is never found counts as lost for as long as it was watched.",
             curves=curves_of(drawn, recovery),
-            x_label="frames since the car was back in full",
+            x_label="frames since the target was back in full",
             x_scale="frames",
             y_label="found again",
             steps=True,
@@ -64,6 +64,6 @@ SHOWING = Showing(
     heading="What happens outside the picture",
     charts=charts,
     event_picture=EventPicture(first_frame_out, lambda episode: InLargerView(_CELL_PX), _CELL_PX, scale=2.5),
-    oracles="Oracles know the map and the car's state at the exit, and get no picture until the car is back: "
+    oracles="Oracles know the map and the target's state at the exit, and get no picture until it is back: "
     "what they miss is hardly predictable.",
 )

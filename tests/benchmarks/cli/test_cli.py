@@ -67,6 +67,40 @@ def test_report_is_made_again_from_rows_alone(tmp_path: Path, capsys: pytest.Cap
     assert capsys.readouterr().out.endswith(f"{tmp_path / 'report.html'}\n")
 
 
+def test_a_report_stays_until_rows_metrics_or_code_are_new(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bench(tmp_path)
+    page = tmp_path / "report.html"
+    first, made = page.read_bytes(), page.stat().st_mtime_ns
+    capsys.readouterr()
+    assert bench(tmp_path) == 0
+    assert "nothing new: the report stays as it is" in capsys.readouterr().err
+    assert page.stat().st_mtime_ns == made
+    page.unlink()
+    assert bench(tmp_path) == 0
+    assert page.read_bytes() == first
+    bench(tmp_path, "--metric", "kept_rate")
+    assert page.read_bytes() != first
+    monkeypatch.setattr("benchmarks.show.page._digest_of_code", lambda: "another")
+    capsys.readouterr()
+    bench(tmp_path, "--metric", "kept_rate")
+    assert "making the report" in capsys.readouterr().err
+
+
+def test_compare_and_report_name_modules_that_they_were_not_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bench(tmp_path, "--modules", "tests.fakes_scenario")
+    told = f"note: the rows of {tmp_path} were made with tests.fakes_scenario; metrics, suites and scenes"
+    for words in (["report", str(tmp_path)], ["compare", *FAKES.split(","), "--directory", str(tmp_path)]):
+        capsys.readouterr()
+        assert main(words) == 0
+        assert told in capsys.readouterr().err
+        assert main([*words, "--modules", "tests.fakes_scenario"]) == 0
+        assert told not in capsys.readouterr().err
+
+
 @pytest.mark.heavy
 def test_report_and_compare_say_which_lines_they_ignore(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bench(tmp_path)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,10 @@ import pytest
 
 from benchmarks.contract import suite as registry
 from benchmarks.contract.metric import Mean, Metric, Quantity
+from benchmarks.run.jobs import run_job
+from benchmarks.run.selection import job_on
 from scenarios import catalog
+from tests.fakes_scenario import FAKE_TOWN
 
 
 @pytest.fixture(autouse=True)
@@ -46,6 +50,10 @@ def metric(value: Any = lambda truth, estimate: 0.5, name: str = "near", statist
             lambda: metric(lambda *of: np.zeros(3)).value_of(1, 2),
             "value of metric near: expected a number .* got array",
         ),
+        (
+            lambda: metric(lambda *of: {}["none"]).value_of(1, 2),
+            "value of metric near: expected a number .* got KeyError: 'none'",
+        ),
     ],
 )
 def test_what_is_wrong_is_named(wrong: Callable[[], Any], message: str) -> None:
@@ -70,3 +78,21 @@ def test_a_copied_suite_has_the_functions_of_its_own_metrics() -> None:
     judge: Any = registry.suite("mine").judge_of(scenario.episode("quick", 0), scenario)
     assert [each.name for each in judge.functions] == ["near"]
     assert registry.suite("frame-out").judge_of(scenario.episode("quick", 0), scenario).functions == ()  # type: ignore[attr-defined]
+
+
+def test_a_metric_that_raises_is_named_with_the_episode_and_the_line(tmp_path: Path) -> None:
+    file = tmp_path / "wild.py"
+    file.write_text("def wild(truth, estimate):\n    return 1 / 0\n")
+    names: dict[str, Any] = {}
+    exec(compile(file.read_text(), str(file), "exec"), names)
+    registry.add_metric("frame-out", metric(names["wild"]))
+    told = r"value of metric near: .* got ZeroDivisionError: .* \(wild.py, line 2\), in fake-town-v1 tiny, seed 1$"
+    job = job_on("frame-out", FAKE_TOWN.id, "tiny", 1, ("hold",))
+    with pytest.raises(ValueError, match=told):
+        run_job(job)
+
+
+def test_a_metric_of_a_user_stands_beside_the_one_that_ranks() -> None:
+    before = registry.suite("frame-out").headline
+    registry.add_metric("frame-out", metric(), headline=True)
+    assert registry.suite("frame-out").headline == (before[0], "near", *before[1:])

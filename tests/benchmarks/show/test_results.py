@@ -120,7 +120,7 @@ def test_trackers_of_several_conditions_are_told_apart(results: Results) -> None
 def test_plots_of_the_report_are_pictures_that_stand_alone(results: Results) -> None:
     figures = results.figures()
     titles = [figure.get_suptitle() for figure in figures]
-    assert titles[:2] == ["Where is the car while outside the picture?", "How soon is it found again?"]
+    assert titles[:2] == ["Where is the target while outside the picture?", "How soon is it found again?"]
     for figure in figures:
         assert figure._repr_png_().startswith(b"\x89PNG")
     # Variants are no lines of plots, nor entries of the legend.
