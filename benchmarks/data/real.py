@@ -45,6 +45,11 @@ class RealEpisode(EpisodeSpec):
         """See ``EpisodeSpec``."""
         return self.content.name if isinstance(self.content, BoxedSequence) else ""
 
+    @property
+    def has_one_target(self) -> bool:
+        """See ``EpisodeSpec``."""
+        return isinstance(self.content, BoxedSequence)
+
     @cached_property
     def edition(self) -> str:
         """See ``EpisodeSpec``: name and content; "" of a sequence that lacks a picture, which gets no row."""

@@ -90,6 +90,11 @@ class EpisodeSpec(ABC):
         return f"{self.scenario_id} {self.preset}, {which}"
 
     @property
+    def has_one_target(self) -> bool:
+        """Whether one target is given and known, so that trackers of many follow it in suites of many too."""
+        return False
+
+    @property
     @abstractmethod
     def edition(self) -> str:
         """``scene`` of ``editions``; "" for what cannot be read."""

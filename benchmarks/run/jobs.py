@@ -160,10 +160,9 @@ class OpenJob:
         return self.loop.frames(self.controller, count)
 
     def targets(self, truth: Truth) -> tuple[int, ...]:
-        """Return which objects are targets in the job's suite."""
+        """Return which objects are targets in the job's suite; of what is real all whose truth is known."""
         scenario = self.job.episode.scenario
-        assert scenario is not None
-        return self.job.suite.targets(scenario, truth)
+        return tuple(range(len(truth.names))) if scenario is None else self.job.suite.targets(scenario, truth)
 
     def guards(self) -> list[tuple[str, Guard]]:
         """Return the guards of controller and trackers, with the names of these."""
@@ -201,7 +200,7 @@ def opened(
     def how(name: str) -> dict[str, Any]:
         return {"limit_s": job.limit_s, "note": partial(note, name), "ends_process_at": job.deadly.get(name)}
 
-    steering, scenario = job.episode.steering, job.episode.scenario
+    steering = job.episode.steering
     if steering is not None:
         check("tracker", bool(job.trackers), f"a name, as {steering.name!r} steers by one", "none")
         _ = steering.entry  # An unknown name is refused before the episode is built.
@@ -212,7 +211,7 @@ def opened(
     try:
         if steering is not None:
             controller = GuardedController(steering.create, **how(steering.name))
-        many = job.suite.follows_many and (scenario is not None or episode.frame_count == 0)
+        many = job.suite.follows_many and not job.episode.has_one_target
         for name, spec in job.trackers.items():
             for repeat in range(run_count(spec, job.repeats)):
                 rng = tracker_stream(job.episode.seed, spec.name, repeat)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Self
 
 import cv2
@@ -48,6 +48,8 @@ class Instant:
         answer: the tracker's estimate, or its tracks of many targets; None without a tracker.
         larger_view_rgb: (H, W, 3) uint8, the observed frame in its middle.
         decides_at: confidence from which on tracks are the tracker's decision.
+        zoom: pixels of the larger view over those of the observed frame.
+        paths: (K, 2) places of earlier estimates in this picture, oldest first, by identity ('' of one target).
     """
 
     frame: Frame
@@ -55,6 +57,8 @@ class Instant:
     answer: Answer | None
     larger_view_rgb: NDArray[np.uint8]
     decides_at: float = 0.0
+    zoom: float = 1.0
+    paths: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
     @property
     def target(self) -> int:
@@ -88,13 +92,18 @@ class Canvas:
     corner_px: NDArray[np.float64]
 
     @classmethod
-    def of(cls, image_rgb: NDArray[np.uint8], width_px: int, corner: ArrayLike = (0.0, 0.0)) -> Self:
-        """Return a canvas with a picture at another width; points are relative to a ``corner`` in the picture."""
+    def of(
+        cls, image_rgb: NDArray[np.uint8], width_px: int, corner: ArrayLike = (0.0, 0.0), scale: float = 1.0
+    ) -> Self:
+        """Return a canvas with a picture at another width.
+
+        Points are relative to a ``corner`` in the picture; ``scale``: its pixels over theirs.
+        """
         zoom = width_px / image_rgb.shape[1]
         how = cv2.INTER_AREA if zoom < 1 else cv2.INTER_CUBIC
         size = width_px, round(image_rgb.shape[0] * zoom)
         image = np.array(cv2.resize(image_rgb, size, interpolation=how), dtype=np.uint8)
-        return cls(image, zoom * np.eye(2), zoom * np.asarray(corner))
+        return cls(image, zoom * scale * np.eye(2), zoom * np.asarray(corner))
 
     def at(self, points: ArrayLike) -> NDArray[np.float64]:
         """Return points (..., 2 or more) of the scene in the picture (..., 2)."""
@@ -107,12 +116,14 @@ class Canvas:
     @property
     def stroke_px(self) -> int:
         """Width of the lines on the target, thin enough not to hide it."""
-        return 2 if self.turn[0, 0] >= 1 else 1
+        return 2 if self.turn[0, 0] >= 1 or self.image.shape[1] >= _NARROWEST_PX else 1
 
 
 def draw_instant(canvas: Canvas, instant: Instant) -> None:
-    """Draw the view of a steered camera, posteriors, the targets' true boxes, and estimates."""
+    """Draw the view of a steered camera, paths, posteriors, the targets' true boxes, and estimates."""
     draw_steered(canvas, instant.frame)
+    for identity, path in instant.paths.items():
+        marks.draw_path(canvas.image, canvas.at(path), _colour_of(identity))
     for _, estimate in instant.estimates:
         draw_posterior(canvas, estimate)
     truth = instant.frame.truth
@@ -120,7 +131,11 @@ def draw_instant(canvas: Canvas, instant: Instant) -> None:
         marks.draw_box(canvas.image, canvas.box(truth.box_xyxy[target]), marks.TRUTH, canvas.stroke_px)
         marks.draw_pointer(canvas.image, canvas.at(truth.position_px[target]), marks.TRUTH)
     for identity, estimate in instant.estimates:
-        draw_estimate(canvas, estimate, identity)
+        draw_estimate(canvas, estimate, identity, _colour_of(identity))
+
+
+def _colour_of(identity: str) -> marks.Rgb:
+    return marks.colour_of(int(identity)) if identity else marks.ESTIMATE
 
 
 def draw_steered(canvas: Canvas, frame: Frame) -> None:
@@ -144,20 +159,20 @@ def draw_posterior(canvas: Canvas, estimate: Estimate, colour: marks.Rgb = marks
         marks.draw_ellipse(canvas.image, canvas.at(estimate.position_px), covariance, colour)
 
 
-def draw_estimate(canvas: Canvas, estimate: Estimate, name: str = "") -> None:
+def draw_estimate(canvas: Canvas, estimate: Estimate, name: str = "", colour: marks.Rgb = marks.ESTIMATE) -> None:
     """Draw the mask of an estimate, its box by its corners, a cross, and its name; nothing of one that is no answer."""
     if not np.isfinite(estimate.position_px).all():
         return
     if estimate.mask is not None:
-        draw_mask(canvas, estimate.mask, marks.ESTIMATE)
+        draw_mask(canvas, estimate.mask, colour)
     position = corner = canvas.at(estimate.position_px)
     if estimate.box_xyxy is not None:
         box = canvas.box(estimate.box_xyxy)
-        marks.draw_corners(canvas.image, box, marks.ESTIMATE, canvas.stroke_px)
+        marks.draw_corners(canvas.image, box, colour, canvas.stroke_px)
         corner = box[2:]
-    marks.draw_cross(canvas.image, position, marks.ESTIMATE, stroke_px=canvas.stroke_px)
-    marks.draw_pointer(canvas.image, position, marks.ESTIMATE)
-    draw_name(canvas, corner, name, marks.ESTIMATE)
+    marks.draw_cross(canvas.image, position, colour, stroke_px=canvas.stroke_px)
+    marks.draw_pointer(canvas.image, position, colour)
+    draw_name(canvas, corner, name, colour)
 
 
 def draw_mask(canvas: Canvas, mask: NDArray[np.bool_], colour: marks.Rgb) -> None:
@@ -210,7 +225,10 @@ class InLargerView(Drawing):
         "truth": marks.TRUTH,
         "out of view": _SHADE["out"],
     }
-    answers: Mapping[str, marks.Rgb] = {**Drawing.answers, "particles or 95 % ellipse": marks.PARTICLE}
+    answers: Mapping[str, marks.Rgb] = {
+        "estimate, its path, probability of being in view": marks.ESTIMATE,
+        "particles or 95 % ellipse": marks.PARTICLE,
+    }
 
     def __init__(self, width_px: int | None = None) -> None:
         """``width_px``: of the picture; None enlarges small views by a whole factor."""
@@ -219,13 +237,17 @@ class InLargerView(Drawing):
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
         """See ``Drawing``."""
         view, observed = instant.larger_view_rgb, instant.frame.observation.image_rgb
+        seen_px = np.array(observed.shape[:2])
+        if instant.zoom != 1.0:
+            height, width = np.round(seen_px * instant.zoom).astype(int)
+            observed = np.asarray(cv2.resize(observed, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
         height, width = observed.shape[:2]
         row, column = ((np.array(view.shape[:2]) - observed.shape[:2]) / 2).astype(int)
         image = (view * np.float32(_DIMMED)).astype(np.uint8)
         image[row : row + height, column : column + width] = observed
         width_px = self._width_px or view.shape[1] * max(1, -(-_NARROWEST_PX // view.shape[1]))
-        canvas = Canvas.of(image, width_px, (column, row))
-        marks.draw_box(canvas.image, canvas.box([0, 0, width, height]), marks.OBSERVED)
+        canvas = Canvas.of(image, width_px, (column, row), instant.zoom)
+        marks.draw_box(canvas.image, canvas.box([0, 0, *seen_px[::-1]]), marks.OBSERVED)
         draw_instant(canvas, instant)
         return canvas.image
 
@@ -238,13 +260,41 @@ class InLargerView(Drawing):
         state = str(truth.state[target])
         if state == "out":
             frames = counted(int(truth.frames_since_exit[target]) + 1, "frame")
-            return f"out of view for {frames}, over the {truth.side[target]} edge"
+            over = f", over the {truth.side[target]} edge" if truth.side[target] else ""
+            return f"out of view for {frames}{over}"
         return {"in": "in view", "partial": "cut by the border", "occluded": "hidden", "absent": "absent"}[state]
 
     def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
         """See ``Drawing``."""
         one = len(instant.targets) == 1
         return (_SHADE[str(instant.frame.judged[0].state[instant.target])] if one else marks.CALM,)
+
+
+class OfFootage(InLargerView):
+    """Shows footage, of which no truth is known: what is said of an instant is the tracker's opinion."""
+
+    signs: Mapping[str, marks.Rgb] = {"the picture": marks.OBSERVED, "estimate outside it": _SHADE["out"]}
+
+    def describe(self, instant: Instant) -> str:
+        """See ``Drawing``: ``estimate over the left edge``; of a tracker of many how many tracks there are."""
+        if instant.estimate is None:
+            return counted(len(instant.estimates), "track")
+        beyond = _beyond(instant)
+        return f"estimate over the {beyond} edge" if beyond else ""
+
+    def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
+        """See ``Drawing``."""
+        return (_SHADE["out"] if _beyond(instant) else marks.CALM,)
+
+
+def _beyond(instant: Instant) -> str:
+    """Return the edge of the picture beyond which the estimate of the one target lies; "" if it is inside or none."""
+    if instant.estimate is None:
+        return ""
+    (x, y), camera = instant.estimate.position_px, instant.frame.camera
+    past_px = {"left": -x, "top": -y, "right": x - camera.width_px, "bottom": y - camera.height_px}
+    edge = max(past_px, key=lambda name: past_px[name])
+    return edge if past_px[edge] > 0 else ""
 
 
 def picture_sheet(

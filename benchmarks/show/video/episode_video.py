@@ -20,12 +20,17 @@ from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
 from benchmarks.show.video import marks
 from benchmarks.show.video.drawing import Drawing, Instant
+from benchmarks.show.video.surroundings import surrounded
 from sim.checks import check
 
 LARGEST_SCALE = 8
 """Limit of a larger view, whose buffers and encoder then take 2 GB."""
 HEIGHT_PX = 116
 _TRACK_TOP, _TRACK_BOTTOM = 78, 106
+_USUAL_COUNT = 256
+"""Length of a time line to begin with, if the number of frames is not known."""
+_TICKS_HZ = 90_000
+"""Resolution of times of pictures that do not come at an even rate, that of MPEG."""
 
 
 def render_episode(
@@ -66,7 +71,10 @@ def render_episode(
         def instants() -> Iterator[Instant]:
             # A frame is reported when the next one is requested, since it is then written.
             progress(0, count)
-            for done, instant in enumerate(replay(live, scale=shown_scale, wanted=range(count), frame_count=count), 1):
+            shown = replay(live, scale=shown_scale, wanted=range(count), frame_count=count)
+            if drawing.uses_larger_view:
+                shown = surrounded(shown, episode.rate_hz)
+            for done, instant in enumerate(shown, 1):
                 yield instant
                 progress(done, count)
 
@@ -79,18 +87,21 @@ def write_video(
 ) -> None:
     """Write instants as an MP4, under each a caption with ``title`` and a time line of ``frame_count``."""
     caption = Caption(drawing, title, frame_count)
-    write_mp4(out, (caption.below(drawing.picture(instant), instant) for instant in instants), rate_hz)
+    drawn = (caption.below(drawing.picture(each), each) for each in instants)
+    write_mp4(out, ((picture, index / rate_hz) for index, picture in enumerate(drawn)), rate_hz)
 
 
 class Caption:
     """Draws a strip below the pictures, frame by frame, with a time line of all frames so far."""
 
-    def __init__(self, drawing: Drawing, title: str, frame_count: int) -> None:
+    def __init__(self, drawing: Drawing, title: str, frame_count: int | None) -> None:
+        """``frame_count``: of the time line, which becomes twice as long where it does not suffice; None = unknown."""
         self._drawing = drawing
         self._title = title
-        self._frame_count = frame_count
+        self._frame_count = frame_count or _USUAL_COUNT
         self._shades: list[tuple[marks.Rgb, ...]] = []
         self._probabilities: list[float] = []
+        self._bands: NDArray[np.uint8] | None = None
 
     def below(self, picture: NDArray[np.uint8], instant: Instant) -> NDArray[np.uint8]:
         """Return the picture (H, W, 3) of the next instant with the strip below it: (H + HEIGHT_PX, W, 3)."""
@@ -103,11 +114,12 @@ class Caption:
         marks.draw_text(strip, (130, 28), f"{truth.time_s:.1f} s", marks.QUIET)
         end = marks.draw_text(strip, (200, 28), self._drawing.describe(instant), marks.INK)
         if estimate is not None and np.isnan(estimate.position_px).any():
-            marks.draw_text(strip, (end + 28, 28), "tracker: no answer", marks.ESTIMATE)
+            end = marks.draw_text(strip, (end + 28, 28), "tracker: no answer", marks.ESTIMATE)
         elif probability is not None:
-            marks.draw_text(strip, (end + 28, 28), f"tracker: {probability:.0%} in view", marks.ESTIMATE)
-        left = picture.shape[1] - 16 - marks.text_width_px(self._title, size=14)
-        marks.draw_text(strip, (left, 27), self._title, marks.QUIET, size=14)
+            end = marks.draw_text(strip, (end + 28, 28), f"tracker: {probability:.0%} in view", marks.ESTIMATE)
+        title = marks.shortened(self._title, strip.shape[1] - 48 - end, size=14)
+        left = picture.shape[1] - 16 - marks.text_width_px(title, size=14)
+        marks.draw_text(strip, (left, 27), title, marks.QUIET, size=14)
         self._draw_legend(strip, instant)
         self._draw_time_line(strip)
         return np.concatenate([picture, strip])
@@ -123,13 +135,20 @@ class Caption:
 
     def _draw_time_line(self, strip: NDArray[np.uint8]) -> None:
         left, right = 16, strip.shape[1] - 16
+        drawn = len(self._shades) - 1
+        if self._bands is None or len(self._shades) > self._frame_count:
+            self._frame_count *= 1 if len(self._shades) <= self._frame_count else 2
+            self._bands = np.full((_TRACK_BOTTOM - _TRACK_TOP, strip.shape[1], 3), (36, 39, 45), np.uint8)
+            drawn = 0
         edges = np.linspace(left, right, self._frame_count + 1)
-        strip[_TRACK_TOP:_TRACK_BOTTOM, left:right] = (36, 39, 45)
-        for k, shades in enumerate(self._shades):
-            rows = np.linspace(_TRACK_TOP, _TRACK_BOTTOM, len(shades) + 1).round().astype(int)
+        for k, shades in enumerate(self._shades[drawn:], start=drawn):
+            rows = np.linspace(0, len(self._bands), len(shades) + 1).round().astype(int)
             for top, bottom, shade in zip(rows[:-1], rows[1:], shades, strict=True):
-                strip[top:bottom, round(edges[k]) : round(edges[k + 1])] = shade
-        known = np.flatnonzero(np.isfinite(self._probabilities))
+                self._bands[top:bottom, round(edges[k]) : round(edges[k + 1])] = shade
+        strip[_TRACK_TOP:_TRACK_BOTTOM, left:right] = self._bands[:, left:right]
+        # More points than this are not told apart.
+        step = max(1, self._frame_count // (4 * strip.shape[1]))
+        known = np.flatnonzero(np.isfinite(self._probabilities))[::step]
         if len(known) > 1:
             share = np.array(self._probabilities)[known]
             y = _TRACK_BOTTOM - 3 - share * (_TRACK_BOTTOM - _TRACK_TOP - 6)
@@ -139,15 +158,19 @@ class Caption:
         marks.draw_lines(strip, [[(now, _TRACK_TOP - 4.0), (now, _TRACK_BOTTOM + 4.0)]], marks.INK, 1)
 
 
-def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], rate_hz: float) -> None:
-    """Write pictures (H, W, 3), at least one, all of one size, as H.264 in MP4.
+def write_mp4(
+    path: Path, pictures: Iterable[tuple[NDArray[np.uint8], float]], rate_hz: float, *, is_even: bool = True
+) -> None:
+    """Write pictures, at least one, as H.264 in MP4.
 
     The file is written as ``.part`` and renamed at the end; after an error nothing is left. One encoding thread and no
     time stamps: the same pictures make the same bytes. An odd last row or column is left out: yuv420p has even sizes
     only.
 
     Args:
+        pictures: (H, W, 3), all of one size, with their times in seconds, which increase.
         rate_hz: frames a second, > 0.
+        is_even: whether they come at this rate; else each is shown at its own time, the first one at once.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(path.name + ".part")
@@ -155,14 +178,21 @@ def write_mp4(path: Path, pictures: Iterable[NDArray[np.uint8]], rate_hz: float)
         with av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as file:
             file.flags |= cast(int, av.container.Flags.bitexact.value)
             options = {"crf": "20", "preset": "veryfast", "threads": "1", "tune": "animation"}
-            stream = file.add_stream("libx264", rate=Fraction(rate_hz).limit_denominator(1001), options=options)
+            rate = Fraction(rate_hz).limit_denominator(1001)
+            stream = file.add_stream("libx264", rate=rate, options=options)
             stream.pix_fmt = "yuv420p"
-            for index, image_rgb in enumerate(pictures):
+            ticks_hz = rate if is_even else Fraction(_TICKS_HZ)
+            stream.codec_context.time_base = 1 / ticks_hz
+            last = -1
+            for index, (image_rgb, time_s) in enumerate(pictures):
                 height, width = (side & ~1 for side in image_rgb.shape[:2])
                 if index == 0:
                     stream.height, stream.width = height, width
                 even = np.ascontiguousarray(image_rgb[:height, :width])
-                file.mux(stream.encode(av.VideoFrame.from_ndarray(even, format="rgb24")))
+                frame = av.VideoFrame.from_ndarray(even, format="rgb24")
+                frame.pts = last = max(round(time_s * float(ticks_hz)), last + 1)
+                frame.time_base = 1 / ticks_hz
+                file.mux(stream.encode(frame))
             file.mux(stream.encode())
         part.replace(path)
     finally:

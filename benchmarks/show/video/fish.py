@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import colorsys
 from collections import deque
 from collections.abc import Mapping
 
@@ -20,21 +19,14 @@ _WIDTH_PX = 960
 _TRAIL_FRAMES = 45
 _NAMED_AT_MOST = 30
 """Names of more tracks than this would hide the picture."""
-_GOLDEN_TURN = 0.618034
 _CROSSING = (130, 84, 118)
-
-
-def colour_of(identity: int) -> marks.Rgb:
-    """Return the colour of an identity; those of neighbouring numbers differ most."""
-    red, green, blue = colorsys.hls_to_rgb((identity * _GOLDEN_TURN) % 1.0, 0.6, 0.95)
-    return int(255 * red), int(255 * green), int(255 * blue)
 
 
 class FishDrawing(Drawing):
     """See ``Drawing``."""
 
     signs: Mapping[str, marks.Rgb] = {"true centre line": marks.TRUTH, "a fish hides another": _CROSSING}
-    answers: Mapping[str, marks.Rgb] = {"tracks, a colour for each identity; 95 % regions": colour_of(0)}
+    answers: Mapping[str, marks.Rgb] = {"tracks, a colour for each identity; 95 % regions": marks.colour_of(0)}
 
     def __init__(self, episode: Episode) -> None:
         self._trails: deque[dict[int, NDArray[np.float64]]] = deque(maxlen=_TRAIL_FRAMES)
@@ -49,7 +41,7 @@ class FishDrawing(Drawing):
         estimates = {int(name or 0): each for name, each in instant.estimates if np.isfinite(each.position_px).all()}
         self._trails.append({name: canvas.at(each.position_px) for name, each in estimates.items()})
         for name, estimate in estimates.items():
-            colour = colour_of(name)
+            colour = marks.colour_of(name)
             trail = marks.fixed_point([places[name] for places in self._trails if name in places])
             cv2.polylines(canvas.image, [trail], False, colour, 1, cv2.LINE_AA, 4)
             if estimate.mask is not None:

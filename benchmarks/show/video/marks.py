@@ -6,6 +6,7 @@ those of Okabe and Ito for colour-blind people.
 
 from __future__ import annotations
 
+import colorsys
 import functools
 
 import cv2
@@ -31,6 +32,13 @@ _LABEL_GROUND = 0.7
 """Opacity of the ground of a label."""
 _SHIFT = 4
 """OpenCV draws at 1/16 pixel."""
+_GOLDEN_TURN = 0.618034
+
+
+def colour_of(identity: int) -> Rgb:
+    """Return the colour of an identity; those of neighbouring numbers differ most."""
+    red, green, blue = colorsys.hls_to_rgb((identity * _GOLDEN_TURN) % 1.0, 0.6, 0.95)
+    return int(255 * red), int(255 * green), int(255 * blue)
 
 
 def fixed_point(points_px: ArrayLike) -> NDArray[np.int32]:
@@ -45,6 +53,15 @@ def draw_lines(image: Image, lines_px: ArrayLike, colour: Rgb, stroke_px: int = 
     halo_px = stroke_px + (2 if stroke_px > 1 else 1)
     cv2.polylines(image, lines, False, HALO, halo_px, cv2.LINE_AA, _SHIFT)
     cv2.polylines(image, lines, False, colour, stroke_px, cv2.LINE_AA, _SHIFT)
+
+
+def draw_path(image: Image, places_px: NDArray[np.float64], colour: Rgb) -> None:
+    """Draw the way through places (K, 2) by a thin line; it is broken where they are not finite."""
+    known = np.isfinite(places_px).all(axis=1)
+    for piece in np.split(places_px, np.flatnonzero(~known)):
+        line = piece[np.isfinite(piece).all(axis=1)]
+        if len(line) > 1:
+            draw_lines(image, [line], colour, 1)
 
 
 def draw_box(image: Image, box_xyxy: NDArray[np.float64], colour: Rgb, stroke_px: int = 2) -> None:
@@ -140,3 +157,13 @@ def draw_label(
 def text_width_px(text: str, *, size: int = 16, weight: int = 400) -> int:
     """Return the width of the text of ``draw_text``."""
     return int(cv2.getTextSize((0, 0), text, (0, 0), _font(), size, weight)[2])
+
+
+def shortened(text: str, width_px: float, *, size: int = 16, weight: int = 400) -> str:
+    """Return the text with a gap in its middle, if it is wider than ``width_px``."""
+    kept = len(text)
+    shown = text
+    while kept > 1 and text_width_px(shown, size=size, weight=weight) > width_px:
+        kept -= 1
+        shown = f"{text[: (kept + 1) // 2]}…{text[len(text) - kept // 2 :]}"
+    return shown

@@ -212,7 +212,7 @@ def test_a_video_that_finds_no_room_is_told_in_one_line(
     def render(scenario: str, out: Path, **_: object) -> Path:
         pictures = np.random.default_rng(0).integers(0, 255, (30, 64, 64, 3), dtype=np.uint8)
         with no_room(1000):
-            write_mp4(out, pictures, 15.0)
+            write_mp4(out, ((picture, index / 15.0) for index, picture in enumerate(pictures)), 15.0)
         return out
 
     monkeypatch.setattr("benchmarks.cli.render.render_episode", render)

@@ -81,15 +81,15 @@ def test_the_same_pictures_make_the_same_bytes(tmp_path: Path) -> None:
 @given(height=st.integers(16, 51), width=st.integers(16, 51))
 def test_odd_sizes_are_cut_to_even_ones(tmp_path_factory: pytest.TempPathFactory, height: int, width: int) -> None:
     out = tmp_path_factory.mktemp("odd") / "x.mp4"
-    write_mp4(out, [np.full((height, width, 3), (10, 200, 90), dtype=np.uint8)], 15.0)
+    write_mp4(out, [(np.full((height, width, 3), (10, 200, 90), dtype=np.uint8), 0.0)], 15.0)
     (picture,) = decode(out)
     assert picture.shape == (height // 2 * 2, width // 2 * 2, 3)
     assert np.abs(picture.astype(int) - (10, 200, 90)).max() < 8
 
 
 def test_a_video_cut_short_leaves_nothing(tmp_path: Path) -> None:
-    def one_and_stop() -> Iterator[np.ndarray]:
-        yield np.zeros((32, 32, 3), dtype=np.uint8)
+    def one_and_stop() -> Iterator[tuple[np.ndarray, float]]:
+        yield np.zeros((32, 32, 3), dtype=np.uint8), 0.0
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

@@ -1,0 +1,142 @@
+"""What a camera saw before and where estimates were, carried along with its motion, for drawing around its picture.
+
+The motion is measured from picture to picture: the homography of ``picture_motion``, by corners and RANSAC. It is that
+of a flat scene, or of a camera that turns in place; what stands out of the scene shifts. There are no metres in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.show.video import marks
+from benchmarks.show.video.drawing import Instant
+from trackers.baselines.ground_view import picture_motion
+from trackers.kernels.ground_camera import apply_homography
+from trackers.types import Estimate
+
+_LONGEST_PX, _NARROWEST_PX = 1920, 960
+"""Longest side of a view, and least width of one that is shrunk: the words below need it."""
+_MEASURED_PX = 480
+"""Longest side of the pictures that a motion is measured on."""
+_PATH_S = 4.0
+"""Time over which a path is drawn."""
+_CENTRES = np.array([[1.0, 0.0, -0.5], [0.0, 1.0, -0.5], [0.0, 0.0, 1.0]])
+_MOVED = 0.1
+"""Motion, in widths of the picture, after which the mosaic is made anew with the latest picture."""
+
+
+class CameraMotion:
+    """Measures how the picture moves."""
+
+    def __init__(self) -> None:
+        self._before: NDArray[np.uint8] | None = None
+
+    def until(self, image_rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
+        """Return the homography (3, 3) from pixels of the picture before to those of this one (H, W, 3).
+
+        It is the identity for the first picture, and where ``picture_motion`` finds none.
+        """
+        height, width = image_rgb.shape[:2]
+        shrunk = min(1.0, _MEASURED_PX / max(height, width))
+        size = max(round(width * shrunk), 1), max(round(height * shrunk), 1)
+        small = cv2.resize(image_rgb, size, interpolation=cv2.INTER_AREA)
+        before, self._before = self._before, cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
+        if before is None:
+            return np.eye(3)
+        scale = np.array([size[0] / width, size[1] / height, 1.0])
+        return picture_motion(before, self._before) * scale / scale[:, None]
+
+
+class Paths:
+    """Where the estimates of the last seconds are in the present picture, by the camera's motion since."""
+
+    def __init__(self, rate_hz: float) -> None:
+        self._most = max(round(_PATH_S * rate_hz), 2)
+        self._paths: dict[str, NDArray[np.float64]] = {}
+
+    def extended(
+        self, motion: NDArray[np.float64], estimates: Iterable[tuple[str, Estimate]]
+    ) -> Mapping[str, NDArray[np.float64]]:
+        """Return the paths (K, 2) in the present picture, oldest place first, by identity; NaN without an answer.
+
+        Args:
+            motion: (3, 3) from the picture before to this one.
+            estimates: of this picture with their identities.
+        """
+        answered = {name: each.position_px for name, each in estimates}
+        longer = {}
+        for name in self._paths.keys() | answered.keys():
+            carried = apply_homography(motion, self._paths.get(name, np.empty((0, 2))))
+            path = np.vstack([carried, answered.get(name, np.full(2, np.nan))])[-self._most :]
+            if np.isfinite(path).any():
+                longer[name] = path
+        self._paths = longer
+        return longer
+
+
+class Mosaic:
+    """A view around the picture, with earlier pictures where they were seen.
+
+    Attributes:
+        zoom: pixels of the view over those of the picture, at most 1.
+    """
+
+    def __init__(self, image_rgb: NDArray[np.uint8], scale: float) -> None:
+        """``image_rgb``: (H, W, 3), one of the pictures. ``scale``: size of the view over that of the picture."""
+        height, width = image_rgb.shape[:2]
+        self.zoom = min(1.0, _LONGEST_PX / (scale * max(height, width)))
+        self._inner = round(width * self.zoom), round(height * self.zoom)
+        wide, high = (round(scale * side) for side in self._inner)
+        if self.zoom < 1.0:
+            wide = max(wide, _NARROWEST_PX)
+        column, row = (wide - self._inner[0]) // 2, (high - self._inner[1]) // 2
+        self._middle = slice(row, row + self._inner[1]), slice(column, column + self._inner[0])
+        self._to_view = np.array([[self.zoom, 0.0, column], [0.0, self.zoom, row], [0.0, 0.0, 1.0]])
+        self._size = wide, high
+        self._kept: NDArray[np.uint8] | None = None
+        self._motion = np.eye(3)
+
+    def with_picture(self, image_rgb: NDArray[np.uint8], motion: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """Return the view (H, W, 3) with the next picture in its middle; ``motion``: from the picture before."""
+        self._motion = motion @ self._motion
+        away_px = self._motion_px(image_rgb.shape[1], image_rgb.shape[0])
+        if self._kept is None or not np.isfinite(away_px):
+            view = np.full((*self._size[::-1], 3), marks.GROUND, np.uint8)
+        else:
+            # OpenCV counts pixel centres as whole numbers.
+            to_centres = _CENTRES @ self._to_view
+            H = to_centres @ self._motion @ np.linalg.inv(to_centres)
+            view = cv2.warpPerspective(self._kept, H, self._size, borderValue=marks.GROUND).astype(np.uint8)
+        view[self._middle] = cv2.resize(image_rgb, self._inner, interpolation=cv2.INTER_AREA)
+        # Each view is interpolated once from the kept one, so it does not blur while the camera hardly moves.
+        if self._kept is None or not away_px < _MOVED * image_rgb.shape[1]:
+            self._kept, self._motion = view, np.eye(3)
+        return view
+
+    def _motion_px(self, width: int, height: int) -> float:
+        """Return how far the picture's farthest corner has moved since the kept view; NaN if behind the camera."""
+        corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
+        return float(np.linalg.norm(apply_homography(self._motion, corners) - corners, axis=1).max())
+
+
+def surrounded(instants: Iterable[Instant], rate_hz: float, scale: float | None = None) -> Iterator[Instant]:
+    """Yield consecutive instants with the paths of their estimates.
+
+    Args:
+        rate_hz: instants a second.
+        scale: of the larger view, a ``Mosaic`` of what was seen before; None leaves the one that they have.
+    """
+    motion, paths, mosaic = CameraMotion(), Paths(rate_hz), None
+    for instant in instants:
+        image_rgb = instant.frame.observation.image_rgb
+        moved = motion.until(image_rgb)
+        instant = replace(instant, paths=paths.extended(moved, instant.estimates))
+        if scale is not None:
+            mosaic = mosaic or Mosaic(image_rgb, scale)
+            instant = replace(instant, larger_view_rgb=mosaic.with_picture(image_rgb, moved), zoom=mosaic.zoom)
+        yield instant
