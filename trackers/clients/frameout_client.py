@@ -31,7 +31,7 @@ def _record(name, fields, *bases):
 
 _POSTERIOR = "particles_px weights covariance_px"
 Estimate = _record(
-    "Estimate", "position_px box_xyxy heading_rad in_view_probability " + _POSTERIOR + " depth_m centre_line_px"
+    "Estimate", "position_px box_xyxy heading_rad in_view_probability " + _POSTERIOR + " depth_m centre_line_px mask"
 )
 Track = _record("Track", "identity estimate kind size_m confidence")
 Bridge = _record("Bridge", "position_px covariance_px")

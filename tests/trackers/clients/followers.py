@@ -53,6 +53,7 @@ class One:
             in_view_probability=np.float32(inside),
             particles_px=cloud,
             depth_m=1.5 + 0.1 * (change % 9),
+            mask=observation.image_rgb[..., 0] > 128,
         )
 
 

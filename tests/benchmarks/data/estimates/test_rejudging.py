@@ -16,7 +16,7 @@ import pytest
 from benchmarks.contract.rows import FILE_NAME
 from benchmarks.data.estimates.keeping import Estimates
 from benchmarks.data.estimates.rejudging import Rejudged
-from tests.benchmarks.data.estimates import odd_fish
+from tests.benchmarks.data.estimates import masked, odd_fish
 from tests.benchmarks.data.estimates.runs import TOWN, judged_again, rows_in
 from tests.benchmarks.named import NamedExperiment as Experiment
 from tests.benchmarks.named import run_named as run
@@ -182,3 +182,14 @@ def test_a_data_set_of_other_seeds_or_of_a_set_path_is_refused(town: str, tmp_pa
     run(steered, tmp_path / "steered")
     with pytest.raises(ValueError, match="expected a set path, as of stored pictures, got one steered by centre"):
         judged_again(tmp_path / "steered", town)
+
+
+def test_masks_are_judged_again_as_they_were(brief: None, tmp_path: Path) -> None:
+    run(replace(TOWN, trackers=("fake_masked", "fake_still"), modules=(*TOWN.modules, masked.__name__)), tmp_path)
+    before = rows_in(tmp_path)
+    scored = {(row["tracker"], row["metric"]): row["value"] for row in before}
+    assert 0 < scored["fake_masked", "j_and_f"] < 1
+    assert ("fake_still", "j_and_f") not in scored
+    (tmp_path / FILE_NAME).unlink()
+    judged_again(tmp_path)
+    assert rows_in(tmp_path) == before
