@@ -1,0 +1,169 @@
+"""The filter against brute-force correlation, and how it moves with pictures that move."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy import signal
+
+from tests.trackers.correlation_filter.textures import picture
+from trackers.correlation_filter.features import cell_features
+from trackers.correlation_filter.filter import CorrelationFilter
+from trackers.correlation_filter.patch import patch_around
+
+SIZE = (26.0, 18.0)
+
+
+def _box(centre_px: tuple[float, float], size_px: tuple[float, float] = SIZE) -> NDArray[np.float64]:
+    half = 0.5 * np.array(size_px)
+    return np.concatenate([centre_px - half, centre_px + half])
+
+
+def _brute_force(
+    first_rgb: NDArray[np.uint8], later_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Return the whole-pixel displacement of a box of the first picture in the later one, by correlation of grey."""
+    left, top, right, bottom = np.rint(box_xyxy).astype(int)
+    template = first_rgb.mean(-1)[top:bottom, left:right]
+    template = template - template.mean()
+    grey = later_rgb.mean(-1)
+    scores = signal.correlate(grey, template, mode="valid")
+    energy = signal.correlate(grey**2, np.ones_like(template), mode="valid")
+    mean = signal.correlate(grey, np.ones_like(template), mode="valid") / template.size
+    scores = scores / np.sqrt(np.maximum(energy - template.size * mean**2, 1e-9))
+    row, column = np.unravel_index(np.argmax(scores), scores.shape)
+    return np.array([column - left, row - top])
+
+
+@settings(max_examples=8, deadline=None)
+@given(st.integers(0, 200), st.floats(-12, 12), st.floats(-12, 12))
+def test_a_moved_target_is_found_to_a_fraction_of_a_pixel(seed: int, dx: float, dy: float) -> None:
+    first, later = picture((100, 80), SIZE, seed=seed), picture((100 + dx, 80 + dy), SIZE, seed=seed)
+    match = CorrelationFilter(first, _box((100, 80))).locate(later, np.array([100.0, 80.0]))
+    moved_px = match.position_px - (100, 80)
+    assert np.abs(moved_px - (dx, dy)).max() < 0.6
+    assert np.abs(moved_px - _brute_force(first, later, _box((100, 80)))).max() < 1.2
+    assert match.scale == pytest.approx(1.0, abs=0.03)
+
+
+def test_the_response_is_that_of_a_correlation_in_space() -> None:
+    """The filter's answer, made in the frequency domain, by sums over the features of the region."""
+    first, later = picture((100, 80), SIZE), picture((104, 78), SIZE)
+    found = CorrelationFilter(first, _box((100, 80)))
+    place_px, search = np.array([100.0, 80.0]), 1.25
+    match = found.locate(later, place_px, search=search)
+    cells = len(match.response.values)
+    patch = patch_around(later, place_px, np.full(2, match.response.cell_px / 4), (4 * cells, 4 * cells))
+    features = cell_features(patch)
+    assert found._weights is not None
+    parts = [
+        signal.correlate2d(np.pad(x, ((24, 23), (24, 23)), mode="wrap"), w, mode="valid")
+        for x, w in zip(features, found._weights, strict=True)
+    ]
+    by_sums = np.sum(parts, axis=0)
+    row, column = np.unravel_index(np.argmax(match.response.values), match.response.values.shape)
+    assert by_sums[row, column] == pytest.approx(match.peak, abs=1e-3)
+
+
+@settings(max_examples=6, deadline=None)
+@given(st.integers(0, 200), st.integers(-30, 30), st.integers(-30, 30))
+def test_a_picture_moved_by_whole_pixels_moves_the_answer_as_much(seed: int, dx: int, dy: int) -> None:
+    whole = picture((150, 120), SIZE, seed=seed, shape=(240, 300))
+    later = picture((153.3, 118.4), SIZE, seed=seed, shape=(240, 300))
+    answers = []
+    for x, y in ((40, 40), (40 + dx, 40 + dy)):
+        first_rgb, later_rgb = (each[y : y + 160, x : x + 220] for each in (whole, later))
+        found = CorrelationFilter(first_rgb, _box((150 - x, 120 - y)))
+        match = found.locate(later_rgb, np.array([150.0 - x, 120.0 - y]))
+        answers.append(match.position_px + np.array([x, y]))
+    assert np.abs(answers[0] - answers[1]).max() < 0.1
+
+
+@pytest.mark.parametrize("size_px", [(26.0, 18.0), (90.0, 70.0)])
+def test_a_target_grows_and_shrinks(size_px: tuple[float, float]) -> None:
+    centre = (100.0, 80.0)
+    found = CorrelationFilter(picture(centre, size_px), _box(centre, size_px))
+    for scale in (1.06, 1.0, 0.95):
+        match = found.locate(picture(centre, size_px, scale=scale), np.array(centre))
+        assert match.scale == pytest.approx(scale, rel=0.02)
+
+
+def test_a_hidden_target_has_a_low_peak() -> None:
+    found = CorrelationFilter(picture((100, 80), SIZE), _box((100, 80)))
+    place_px = np.array([100.0, 80.0])
+    seen = found.locate(picture((102, 81), SIZE), place_px)
+    hidden = found.locate(picture((102, 81), SIZE, is_hidden=True), place_px)
+    assert seen.peak > 2 * hidden.peak
+    assert seen.sharpness > 1.5 * hidden.sharpness
+
+
+def test_a_larger_search_finds_what_lies_outside_the_usual_region() -> None:
+    centre, away = (60.0, 50.0), (250.0, 190.0)
+    first, later = (picture(place, SIZE, shape=(240, 320)) for place in (centre, away))
+    found = CorrelationFilter(first, _box(centre))
+    near, far = found.locate(later, np.array(centre)), found.locate(later, np.array([160.0, 120.0]), search=3.2)
+    assert np.abs(far.position_px - away).max() < 1.0
+    assert far.peak > 2 * near.peak
+    points_px = np.array([away, centre, (1e4, 0.0), (160.0, 120.0)])
+    at = far.response.at(points_px)
+    assert at[0] == pytest.approx(far.response.values.max(), rel=0.3)
+    assert at[2] == 0.0, "outside the region"
+    middle = len(far.response.values) // 2
+    assert at[3] == pytest.approx(far.response.values[middle, middle])
+
+
+def test_learning_follows_a_target_that_changes() -> None:
+    place_px = np.array([100.0, 80.0])
+    old, new = picture((100, 80), SIZE, seed=3), picture((100, 80), SIZE, seed=4)
+    found = CorrelationFilter(old, _box((100, 80)))
+    before = found.locate(new, place_px).peak
+    for _ in range(15):
+        found.update(new, _box((100, 80)))
+    assert found.locate(new, place_px).peak > before + 0.2
+
+
+def test_equal_calls_give_equal_answers() -> None:
+    first, later = picture((100, 80), SIZE), picture((105, 83), SIZE, scale=1.04)
+
+    def run() -> list[NDArray[np.float64]]:
+        found = CorrelationFilter(first, _box((100, 80)))
+        found.update(later, _box((105, 83), (27, 18.7)))
+        match = found.locate(later, np.array([103.0, 80.0]), 1.02)
+        again = found.locate(later, np.array([103.0, 80.0]), 1.02)
+        np.testing.assert_array_equal(match.response.values, again.response.values)
+        return [match.position_px, np.array([match.scale, match.peak, match.sharpness]), match.response.values]
+
+    for one, other in zip(run(), run(), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize(
+    ("shape", "box_xyxy"),
+    [
+        ((60, 80), (20, 20, 40, 34)),
+        ((60, 80), (-10, -6, 8, 9)),
+        ((60, 80), (-50, -40, 150, 130)),
+        ((60, 80), (40, 30, 40.5, 30.5)),
+        ((60, 80), (0, 28, 80, 30)),
+        ((1, 1), (0, 0, 1, 1)),
+        ((60, 80), (200, 200, 220, 230)),
+    ],
+)
+def test_flat_pictures_and_boxes_anywhere_give_a_finite_answer(
+    shape: tuple[int, int], box_xyxy: tuple[float, ...]
+) -> None:
+    flat, box = np.full((*shape, 3), 77, np.uint8), np.array(box_xyxy, float)
+    found = CorrelationFilter(flat, box)
+    centre_px = 0.5 * (box[:2] + box[2:])
+    for _ in range(3):
+        match = found.locate(flat, centre_px)
+        assert np.isfinite([*match.position_px, match.scale, match.peak, match.sharpness]).all()
+        found.update(flat, box)
+
+
+def test_a_box_that_is_none_is_refused_by_name() -> None:
+    with pytest.raises(ValueError, match="box_xyxy: expected four finite numbers"):
+        CorrelationFilter(np.zeros((20, 20, 3), np.uint8), np.array([5.0, 5.0, 5.0, 9.0]))
