@@ -18,11 +18,11 @@ from benchmarks.run.episodes import EpisodeSpec, editions_of
 from benchmarks.run.failures import earlier, read_failures, write_failures
 from benchmarks.run.jobs import Job, Keeper, key_of, run_count
 from benchmarks.run.outcome import Outcome
+from benchmarks.run.process_trackers import ProcessTracker
 from benchmarks.run.result_folder import alone_in, append_block, make_folder, tidy, up_to_date
-from benchmarks.run.workers import results
+from benchmarks.run.workers import end_workers, results
 from benchmarks.statistics.summary import write_summary
 from sim.checks import check
-from trackers.clients.remote import end_idle
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,8 @@ def run(experiment: Experiment, out: Path, progress: Progress = lambda done, of:
         with alone_in(out):
             return _run(experiment, out, progress)
     finally:
-        end_idle()
+        if any(isinstance(each, ProcessTracker) for each in experiment.trackers.values()):
+            end_workers(experiment.workers)
 
 
 def _run(experiment: Experiment, out: Path, progress: Progress) -> Outcome:

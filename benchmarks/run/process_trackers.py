@@ -50,6 +50,7 @@ from scenarios.scenario import Episode
 from sim.checks import check, check_choice
 from trackers.clients.child import Limits
 from trackers.clients.remote import Program, RemoteMultiTracker, RemoteTracker, remote_tracker
+from trackers.clients.trax import TraxTracker
 from trackers.follow_one import FollowOne
 from trackers.protocols import MultiTracker, Tracker
 
@@ -108,7 +109,7 @@ class ProcessTracker(TrackerSpec):
 
 
 class _FromProcess(FromPictures):
-    def __init__(self, tracker: Tracker, remote: RemoteTracker | RemoteMultiTracker) -> None:
+    def __init__(self, tracker: Tracker, remote: RemoteTracker | RemoteMultiTracker | TraxTracker) -> None:
         super().__init__(tracker)
         self._remote = remote
 
@@ -127,7 +128,7 @@ class _ManyFromProcess(ManyFromPictures):
         return _released(self._remote, whole)
 
 
-def _released(remote: RemoteTracker | RemoteMultiTracker, whole: bool) -> list[str]:
+def _released(remote: RemoteTracker | RemoteMultiTracker | TraxTracker, whole: bool) -> list[str]:
     return ["left processes alone that it had started; they were ended with it"] if remote.release(whole) else []
 
 

@@ -10,11 +10,13 @@ from typing import Any, TypeVar
 
 import cloudpickle
 import joblib
+from joblib.externals.loky import get_reusable_executor
 from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from benchmarks.run.jobs import Job, JobResult, read_note, run_job
 from benchmarks.run.own_modules import load_modules
 from sim.checks import check
+from trackers.clients.remote import end_idle
 
 _Given = TypeVar("_Given")
 _Made = TypeVar("_Made")
@@ -119,6 +121,17 @@ def in_processes(
     )
     packed = (joblib.delayed(_unpacked)(modules(each), cloudpickle.dumps((function, each))) for each in given)
     yield from parallel(packed)
+
+
+def end_workers(workers: int) -> None:
+    """End the processes that wait for more jobs, and with them those of trackers that wait for another episode.
+
+    Args:
+        workers: as of the jobs before; with 0 these are processes of this one.
+    """
+    end_idle()
+    if workers > 0:
+        get_reusable_executor().shutdown(wait=True)
 
 
 def _unpacked(modules: tuple[str, ...], packed: bytes) -> Any:

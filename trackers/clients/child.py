@@ -22,6 +22,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from io import RawIOBase
+from pathlib import Path
 from typing import IO
 
 import psutil
@@ -82,7 +83,7 @@ class Child:
     Attributes:
         spent_cpu_s: CPU time of all its processes on the latest exchange, with what they have spent since the one
             before.
-        pid: of the process itself.
+        pid: of the process itself. folder: where it runs.
     """
 
     def __init__(
@@ -114,6 +115,7 @@ class Child:
                 )
             except OSError as error:
                 raise ProcessError(f"it cannot be started: {error}") from None
+            self.folder = Path(folder)
             self._made = made.pop_all()
         self._close = weakref.finalize(self, _end, os.getpid(), process, self._mark, self._made)
         assert process.stdin is not None
@@ -196,9 +198,11 @@ class Child:
         """End it and all that it has started; a second call does nothing."""
         self._close()
 
-    def close(self) -> None:
-        """Let it end by itself, as all that it reads is at its end, then ``kill`` it."""
+    def close(self, farewell: bytes = b"") -> None:
+        """Let it end by itself, as all that it reads is at its end, after a ``farewell``; then ``kill`` it."""
         if self._close.alive:
+            with contextlib.suppress(OSError):
+                os.write(self.stdin, farewell)
             for pipe in self._inputs:
                 pipe.close()
             with contextlib.suppress(subprocess.TimeoutExpired):

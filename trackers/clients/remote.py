@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trackers.clients import trax
 from trackers.clients.child import Child, Limits
 from trackers.clients.connection import Connection, SharedMemory, whole
+from trackers.clients.trax import TraxTracker
 from trackers.gaps import Bridge, Piece, Surroundings
 from trackers.types import CameraModel, Estimate, Observation, SiteSurvey, Track
 
@@ -44,8 +46,10 @@ def end_idle() -> None:
 
 def remote_tracker(
     program: Program, parameters: Mapping[str, Any], rng: np.random.Generator
-) -> RemoteTracker | RemoteMultiTracker:
+) -> RemoteTracker | RemoteMultiTracker | TraxTracker:
     """Return a new tracker that draws from a copy of ``rng``, in a process that waits or a new one.
+
+    Its greeting says which protocol it speaks; one of TraX gets neither parameters nor random numbers.
 
     Raises:
         ProcessError: if the process does not start, or does not make the tracker, in time.
@@ -53,12 +57,14 @@ def remote_tracker(
     waiting = [each for each in _IDLE.get(program, ()) if each.child.is_alive]
     connection = waiting.pop() if waiting else _started(program)
     _IDLE[program] = waiting
+    if isinstance(connection, TraxTracker):
+        return connection
     how: dict[str, Any] = {"limit_s": program.limits.start_s}
     has = connection.call("make", dict(parameters), rng.bit_generator.state, **how)
     return (RemoteMultiTracker if "start" in has else RemoteTracker)(program, connection, has)
 
 
-def _started(program: Program) -> Connection:
+def _started(program: Program) -> Connection | TraxTracker:
     memory = SharedMemory()
     to_read, requests = os.pipe()
     replies, to_write = os.pipe()
@@ -68,9 +74,15 @@ def _started(program: Program) -> Connection:
     finally:
         os.close(to_read)
         os.close(to_write)
+
+    def greeted(file: int, said: bytes) -> int | None:
+        return whole(file, said) if file == replies else trax.whole(file, said)
+
     child.take_ends(os.fdopen(requests, "wb", 0), os.fdopen(replies, "rb", 0))
     try:
-        _, greeting = child.exchange(b"", -1, whole, program.limits.start_s, [replies])
+        of, greeting = child.exchange(b"", -1, greeted, program.limits.start_s, [replies, child.stdout])
+        if of == child.stdout:
+            return TraxTracker(child, greeting)
         return Connection(child, greeting, requests, replies, memory)
     except BaseException:
         child.kill()
