@@ -26,7 +26,7 @@ import numpy as np
 from benchmarks.contract.text import counted, ranges_text
 from benchmarks.data.exports.destination import README, whole_folder
 from benchmarks.data.exports.labels import ClassLevel, Labels, StoredFrame
-from benchmarks.data.sets.card import AXES, hub_head, split_of
+from benchmarks.data.sets.card import axes_text, hub_head, split_of, tasks_of
 from benchmarks.data.sets.channels import CODINGS
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.request import FORMAT
@@ -45,7 +45,8 @@ class Exporter:
     export decides.
 
     Attributes:
-        channels: that must be stored. reads: those whose pixels ``frames`` reads.
+        channels: that must be stored, and are what it writes; none: it writes all that are.
+        reads: those channels whose pixels ``frames`` reads.
         packages: that writing needs, by their import names. extra: that installs them.
         data_files: pattern of the files of a ``{split}``, if the Hugging Face library ``datasets`` reads them; else ''.
         has_classes: whether it labels objects with classes, those too that only stand about.
@@ -228,8 +229,10 @@ def export(
 def _readme(data: DataSet, name: str, chosen: type[Exporter], labels: Labels) -> str:
     splits = {split_of(seed): [chosen.data_files.format(split=split_of(seed))] for seed in data.seeds}
     template = page_environment(__file__, autoescape=False).get_template("README.md.jinja")
+    channels = chosen.channels or data.request.channels
+    tasks = dict.fromkeys(["object-detection"] * chosen.has_classes + tasks_of(channels))
     return template.render(
-        head=hub_head(data, {name: splits} if chosen.data_files else {}),
+        head=hub_head(data, {name: splits} if chosen.data_files else {}, [*tasks]),
         name=name,
         data=data,
         chosen=chosen,
@@ -237,5 +240,5 @@ def _readme(data: DataSet, name: str, chosen: type[Exporter], labels: Labels) ->
         few=counted(labels.left_out, "object"),
         ranges=ranges_text,
         text=inspect.getdoc(chosen),
-        axes=AXES,
+        axes=axes_text(channels),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -155,6 +155,11 @@ class Labels:
         )
         for name, kind, *rest in zip(*columns, strict=True):
             yield Instance(name, kind, self.names.index(self.class_of(kind)), *rest)
+
+
+def as_text(numbers: Iterable[float]) -> str:
+    """Return numbers with commas between them, each with as few digits as tell it from all others."""
+    return ",".join(repr(float(number)) for number in numbers)
 
 
 def as_xywh(box_xyxy: NDArray[np.float64], first: float = 0.0) -> list[float]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.data.exports.exporter import Exporter, export_format, sequence_name
-from benchmarks.data.exports.labels import ABSENT, OUT, as_xywh
+from benchmarks.data.exports.labels import ABSENT, OUT, as_text, as_xywh
 from benchmarks.data.sets.stored_episode import StoredEpisode
 
 ROOT, SPLIT = "gt/mot_challenge", "frameout-train"
@@ -48,8 +48,8 @@ class Mot(Exporter):
                         identities[each.name] = len(identities) + 1
                         words = (each.name, each.kind, self.labels.class_of(each.kind), each.role)
                         objects.append(f"{identities[each.name]},{','.join(words)}")
-                    box = ",".join(f"{number:.3f}" for number in as_xywh(each.box_xyxy, first=1.0))
-                    rows.append(f"{stored.index + 1},{identities[each.name]},{box},1,1,{each.visible_fraction:.5f}")
+                    box, seen = as_text(as_xywh(each.box_xyxy, first=1.0)), as_text([each.visible_fraction])
+                    rows.append(f"{stored.index + 1},{identities[each.name]},{box},1,1,{seen}")
         self.write_lines(f"{folder}/gt/gt.txt", rows)
         self.write_lines(f"{folder}/gt/objects.txt", objects)
         entries = {

@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from benchmarks.data.exports.exporter import Exporter, export_format, sequence_name
-from benchmarks.data.exports.labels import ABSENT, OCCLUDED, OUT, as_xywh
+from benchmarks.data.exports.labels import ABSENT, OCCLUDED, OUT, as_text, as_xywh
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios import catalog
 from sim.checks import check
@@ -41,9 +41,10 @@ class SingleTarget(Exporter):
             state = ABSENT if found is None else found.state
             wanted = f"a target {target!r} in the first picture of seed {episode.seed}"
             check("data", stored.index > 0 or bool(np.isfinite(box_xyxy).all()), wanted, "none that is seen there")
-            boxes.append(",".join(f"{number:.3f}" for number in as_xywh(box_xyxy, self.first)))
-            out_of_view.append(f"{state in (OUT, ABSENT):d}")
-            occlusion.append(f"{state == OCCLUDED:d}")
+            boxes.append(as_text(as_xywh(box_xyxy, self.first)))
+            outside = state in (OUT, ABSENT)
+            out_of_view.append(f"{outside:d}")
+            occlusion.append(f"{state == OCCLUDED or not (outside or (found is not None and found.is_seen)):d}")
             self.write_picture(stored, f"{name}/{self.pictures.format(stored.index + 1)}")
         tags = {self.tags.format("out_of_view"): out_of_view, self.tags.format("occlusion"): occlusion}
         for file, lines in ({self.boxes: boxes} | tags | self.more(episode)).items():
@@ -70,7 +71,7 @@ class Otb(SingleTarget):
     Boxes are left, top, width, height of the whole target, beyond the border of the picture and hidden parts too,
     wherever at least one of its pixels is seen; elsewhere, and where it reaches behind the camera, there is none (NaN).
     `out_of_view` is 1 where the target is wholly outside the picture, `occlusion` where it is inside and less than half
-    of its pixels are seen.
+    of its pixels are seen, or the border cuts it and none is.
     """
 
     pictures, boxes, tags, first = "img/{:04d}", "groundtruth_rect.txt", "{}.txt", 1.0
@@ -88,7 +89,7 @@ class Vot(SingleTarget):
     Boxes are left, top, width, height of the whole target, beyond the border of the picture and hidden parts too,
     wherever at least one of its pixels is seen; elsewhere, and where it reaches behind the camera, there is none (NaN).
     `out_of_view` is 1 where the target is wholly outside the picture, `occlusion` where it is inside and less than half
-    of its pixels are seen.
+    of its pixels are seen, or the border cuts it and none is.
     """
 
     pictures, boxes, tags, first = "color/{:08d}", "groundtruth.txt", "{}.tag", 0.0

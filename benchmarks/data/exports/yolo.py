@@ -77,4 +77,4 @@ class Yolo(Exporter):
 def _line(stored: StoredFrame, instance: Instance) -> str:
     corners = instance.visible_xyxy.reshape(2, 2) / (stored.camera.width_px, stored.camera.height_px)
     numbers = [*corners.mean(axis=0), *(corners[1] - corners[0])]
-    return " ".join([str(instance.class_number), *(f"{number:.8f}" for number in numbers)])
+    return " ".join([str(instance.class_number), *(repr(float(number)) for number in numbers)])

@@ -4,17 +4,24 @@ Wu, Lim, Yang, Object tracking benchmark, TPAMI 2015, http://cvlab.hanyang.ac.kr
 Pictures may begin at another number than 1; the top left corner of the picture is at 1, 1 (MATLAB). A folder with two
 targets has ``groundtruth_rect.1.txt`` and ``.2.txt``: the sequences ``NAME-1`` and ``NAME-2``, as the benchmark calls
 them. Empty ones are left out (Human4 has one). Files of five sequences have boxes of a part of the pictures, which the
-benchmark's page names, ``PARTS``. OTB has a box in every picture; NaN for none is UAV123's, and that of our export.
+benchmark's page names, ``PARTS``. OTB has a box in every picture; NaN for none is UAV123's, and that of ``export
+--format otb``, which adds ``out_of_view.txt`` and ``occlusion.txt``, a line with 0 or 1 a picture: why there is no box,
+and where the target is hidden in part. Its boxes reach beyond the border.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from benchmarks.data.layouts.layout import Source, layout
+import numpy as np
+
+from benchmarks.data.box_files import read_flags
+from benchmarks.data.layouts.layout import Source, Target, layout
 from benchmarks.data.layouts.one_a_line import read_one_a_line
+from benchmarks.data.sequences import OCCLUDED, OUT, Labelled
 
 _BOXES = "groundtruth_rect*.txt"
 PARTS = {"David": (300, 770), "Diving": (1, 215), "Football1": (1, 74), "Freeman3": (1, 460), "Freeman4": (1, 283)}
@@ -28,5 +35,14 @@ def find_otb(path: Path) -> Iterator[Source]:
         folder, target = file.parent, file.stem.removeprefix("groundtruth_rect").strip(".")
         if not target or file.read_bytes().strip():
             name, pictures = f"{folder.name}-{target}" if target else folder.name, folder / "img"
-            part = PARTS.get(folder.name)
-            yield Source(name, (pictures, file), partial(read_one_a_line, name, pictures, file, part))
+            yield Source(name, (pictures, file), partial(_read, name, pictures, file))
+
+
+def _read(name: str, pictures: Path, file: Path, target: Target) -> Labelled:
+    read = read_one_a_line(name, pictures, file, PARTS.get(file.parent.name), target)
+    outside, occluded = (file.parent / f"{each}.txt" for each in ("out_of_view", "occlusion"))
+    if not outside.is_file():
+        return read
+    count = len(read.pictures)
+    flags = [read_flags(each, count) == 1 for each in (outside, occluded)]
+    return replace(read, tags=np.select(flags, [OUT, OCCLUDED], ""), whole=True)

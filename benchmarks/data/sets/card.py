@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from fnmatch import fnmatch
-from pathlib import Path
 from typing import Any, get_args
 
 import pandas as pd
@@ -23,8 +22,6 @@ from scenarios import catalog
 from scenarios.truth import INSIDE, VisibilityState, meanings
 
 CARD, SHEET = "README.md", "contact-sheet.jpg"
-AXES = Path(__file__).with_name("axes.md").read_text(encoding="utf-8")
-"""Text of all READMEs: where axes and pixels begin."""
 TARGET, OTHERS, STANDING = "target", "other objects", "standing about"
 """Groups of objects: the one that a tracker of a single target is started on, all others that the scene asks about, and
 what is parked or moored.
@@ -44,17 +41,28 @@ def split_of(seed: int) -> str:
     return "test" if seed in TEST_SPLIT else "train"
 
 
-def hub_head(data: DataSet, configs: dict[str, dict[str, list[str]]]) -> str:
+def tasks_of(channels: Collection[str]) -> list[str]:
+    """Return the tasks of the Hub that channels are truth for."""
+    return [task for channel, tasks in _TASKS.items() if channel in channels for task in tasks]
+
+
+def axes_text(channels: Collection[str]) -> str:
+    """Return the part of a README that says where axes and pixels begin, those of channels too."""
+    return _render("axes.md.jinja", channels=channels) + "\n"
+
+
+def hub_head(data: DataSet, configs: dict[str, dict[str, list[str]]], tasks: Sequence[str]) -> str:
     """Return the head in YAML by which the Hugging Face Hub lists a data set and ``load_dataset`` finds its splits.
 
     Args:
         configs: name of a configuration -> split -> patterns of files; the first one is the default.
+        tasks: of the Hub.
     """
     power = len(str(max(len(data) - 1, 0))) - 3
     return _render(
         "hub_head.yaml.jinja",
         request=data.request,
-        tasks=[task for channel, of in _TASKS.items() if channel in data.request.channels for task in of],
+        tasks=tasks,
         size=_SIZES[min(max(power, 0), len(_SIZES) - 1)],
         configs=configs,
     )
@@ -83,7 +91,7 @@ def card_text(data: DataSet) -> str:
     fields = meanings(scenario.truth)
     return _render(
         "card.md.jinja",
-        head=hub_head(data, table_configs(data)),
+        head=hub_head(data, table_configs(data), tasks_of(request.channels)),
         request=request,
         summary=scenario.summary,
         episodes=counted(len(data.seeds), "episode"),
@@ -101,7 +109,7 @@ def card_text(data: DataSet) -> str:
             [[f"`{name}`", each.table, each.unit, each.coding] for name, each in fields.items() if not each.per_pixel],
             4,
         ),
-        axes=AXES,
+        axes=axes_text(request.channels),
     )
 
 

@@ -44,9 +44,10 @@ class Painted:
     height_px: int = HEIGHT_PX
     closed_loop: bool = False
     baseline_m: float | None = 0.5
-    first_x_px: int = 2
+    first_x_px: float = 2
     lost: int = -1
     parks: bool = False
+    turns_at: int = 1000
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +63,7 @@ class PaintedTruth(Truth):
 
 def boxes_at(preset: Painted, frame: int) -> NDArray[np.float64]:
     """Return the amodal boxes (3, 4)."""
-    x = preset.first_x_px + 6 * frame
+    x = max(preset.first_x_px, preset.first_x_px + 6 * min(frame, 2 * preset.turns_at - frame))
     kite = NO_BOX if frame < 2 else np.array([30.0, 2.0, 34.0, 5.0])
     return np.array([[16.0, 8.0, 28.0, 24.0], [x, 10.0, x + 8.0, 16.0], kite])
 
@@ -176,6 +177,7 @@ PAINTED = PaintedScenario(
         "single": Painted("one camera", baseline_m=None),
         "late": Painted("the car is outside at first", first_x_px=50),
         "parked": Painted("a van stands about", baseline_m=None, parks=True),
+        "returns": Painted("the car comes back", frame_count=30, baseline_m=None, first_x_px=7 / 3, turns_at=8),
         "lossy": Painted("a right picture is lost", lost=3),
     },
     classes=CLASSES,
@@ -207,7 +209,8 @@ def painted_data_set(
 
 def truths(preset: str = "quick") -> list[PaintedTruth]:
     """Return the truth of all frames of an episode; it is the same for every seed."""
-    return [truth_at(PAINTED.presets[preset], frame, 7.5) for frame in range(FRAMES)]
+    painted = PAINTED.presets[preset]
+    return [truth_at(painted, frame, 7.5) for frame in range(painted.frame_count)]
 
 
 def picture(seed: int, frame: int) -> NDArray[np.uint8]:

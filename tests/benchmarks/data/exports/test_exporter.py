@@ -17,6 +17,7 @@ from benchmarks.data.sets.places import place_of
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from benchmarks.run import packages
 from tests.benchmarks.data.exports.painted_scene import FRAMES, painted_data_set, picture
+from tests.benchmarks.data.sets.hub_head import head_of
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -35,6 +36,28 @@ def test_the_same_data_set_gives_the_same_bytes(
         f"# {name}\n\nEpisodes of painted-v1, preset quick, of the seeds 3–4."
         in (tmp_path / "again" / "README.md").read_text()
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "held", "tasks"),
+    [
+        ("otb", set(), None),
+        ("mot", set(), ["object-detection"]),
+        ("coco", set(), ["object-detection", "image-segmentation"]),
+        ("kitti-depth", {"depth_m"}, ["depth-estimation"]),
+        ("kitti-flow", {"flow_px"}, None),
+        ("webdataset", {"depth_m", "flow_px"}, ["object-detection", "image-segmentation", "depth-estimation"]),
+    ],
+)
+def test_a_readme_names_what_its_format_holds(
+    exported: Callable[[str], Path], name: str, held: set[str], tasks: list[str] | None
+) -> None:
+    readme = exported(name) / "README.md"
+    text = readme.read_text()
+    assert {each for each in ("depth_m", "flow_px", "normal_world") if f"`{each}`" in text} == held
+    assert head_of(readme).get("task_categories") == tasks
+    assert "below `--min-visible 0" not in text
+    assert text.endswith("\n")
 
 
 @pytest.mark.parametrize(

@@ -86,8 +86,8 @@ def test_what_stands_about_has_rows_in_mot_and_tracks_in_tao(parked: DataSet, tm
     (van,) = [line.split(",") for line in objects.read_text().splitlines() if "parked-0" in line]
     assert van[1:] == ["parked-0", "van", "car", "parked"]
     rows = [row.split(",") for row in objects.with_name("gt.txt").read_text().splitlines()]
-    boxes = [row[2:6] for row in rows if row[1] == van[0]]
-    assert boxes == [["5.000", "27.000", "8.000", "4.000"]] * FRAMES
+    boxes = [[float(cell) for cell in row[2:6]] for row in rows if row[1] == van[0]]
+    assert boxes == [[5.0, 27.0, 8.0, 4.0]] * FRAMES
     out = written(parked, "tao-amodal", tmp_path / "tao")
     found = json.loads((out / "amodal_annotations" / "validation.json").read_text())
     mine = [each for each in found["annotations"] if each["attributes"]["role"] == "parked"]

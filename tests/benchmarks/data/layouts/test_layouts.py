@@ -29,6 +29,7 @@ from tests.benchmarks.data.layouts.written_layouts import (
     write_tao_amodal,
     write_trackingnet,
     write_vot,
+    write_yolo,
 )
 from tests.benchmarks.data.written_sequences import lines_of, write_lines, write_otb
 
@@ -92,6 +93,12 @@ def test_boxes_and_states_are_what_files_tell(
     assert read.rate_hz == rate_hz
     assert len(read.pictures) == FRAMES
     assert not np.diff(read.place, n=2).any()
+
+
+def test_a_target_of_yolo_is_known_by_its_name(tmp_path: Path) -> None:
+    read = read_one(write_yolo(tmp_path / "set"), target="target")
+    np.testing.assert_allclose(read.box_xyxy, CLIPPED_XYXY, atol=1e-9)
+    assert tuple(read.state) == ("in", "in", "unseen", "unseen", "unseen", "in", "in", "in")
 
 
 def test_a_picture_that_is_missing_leaves_a_gap_in_time(tmp_path: Path) -> None:
@@ -188,6 +195,8 @@ BROKEN = {
         '{"videos": [], "images": [{"id": 1}]}',
         "annotations/validation.json, images, entry 1",
     ),
+    "yolo, no line": (write_yolo, "labels/val/town_000002.txt", 1, "0 0.5 0.5", "val/town_000002.txt, line 1"),
+    "yolo, no table": (write_yolo, "objects.csv", 1, "file,class", "set/objects.csv"),
     "coco, no box": (
         write_coco,
         "annotations/instances.json",

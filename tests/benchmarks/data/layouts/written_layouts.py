@@ -209,6 +209,23 @@ def write_coco(root: Path) -> Path:
     return root
 
 
+def write_yolo(root: Path) -> Path:
+    """A text file for each picture, empty without an object; the sidecar says whose a line is."""
+    write_pictures(root / "images" / "val", list(SEEN_XYXY), "town_{:06d}.png", first=0)
+    rows = ["file,line,class,name"]
+    for k, box in enumerate(CLIPPED_XYXY):
+        place, lines = f"labels/val/town_{k:06d}.txt", ["1 0.5 0.5 0.25 0.25"]
+        rows.append(f"{place},1,bus,bus-1")
+        if not np.isnan(box).any():
+            x_min, y_min, x_max, y_max = box / (WIDTH_PX, HEIGHT_PX, WIDTH_PX, HEIGHT_PX)
+            numbers = map(float, (0.5 * (x_min + x_max), 0.5 * (y_min + y_max), x_max - x_min, y_max - y_min))
+            lines.append(f"0 {' '.join(map(repr, numbers))}")
+            rows.append(f"{place},2,car,target")
+        write_lines(root / place, lines)
+    write_lines(root / "objects.csv", rows)
+    return root
+
+
 LAYOUTS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "lasot": (write_lasot, "car-7"),
     "got10k": (write_got10k, "GOT-10k_Val_000001"),
@@ -219,5 +236,6 @@ LAYOUTS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "oxuva": (write_oxuva, "vid0042-obj0001"),
     "tao": (write_tao, "v_25685519b728afd746dfd1b2fe77c-7"),
     "coco": (write_coco, "town-000003-target"),
+    "yolo": (write_yolo, "town-bus-1"),
 }
 """Name → what writes a data set, and the name of its sequence."""

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from benchmarks.data.exports.exporter import sequence_name
-from benchmarks.data.sets.card import AXES, card_text, hub_head, split_of, table_configs
+from benchmarks.data.sets.card import axes_text, card_text, hub_head, split_of, table_configs
 from benchmarks.data.sets.data_set import DataSet
 from sim.optics import look_down_pose, project
 from tests.benchmarks.data.exports.painted_scene import IDS, KINDS, painted_data_set, truths
@@ -54,11 +54,11 @@ def test_splits_are_those_of_seeds(tmp_path: Path) -> None:
 )
 def test_sizes_are_powers_of_ten(data: DataSet, monkeypatch: pytest.MonkeyPatch, frames: int, words: str) -> None:
     monkeypatch.setattr(type(data), "__len__", lambda self: frames)
-    assert f'size_categories:\n- "{words}"\n' in hub_head(data, {})
+    assert f'size_categories:\n- "{words}"\n' in hub_head(data, {}, ())
 
 
 def test_the_card_says_where_axes_and_pixels_begin(data: DataSet) -> None:
-    assert AXES in (Path(data.root) / "README.md").read_text()
+    assert axes_text(data.request.channels) in (Path(data.root) / "README.md").read_text()
     # A point straight below a camera that looks down is in the middle, and one to its right is to the right.
     camera = CameraModel(10, 8, 10.0)
     pose = look_down_pose(np.array([0.0, 0.0, 20.0]), 0.0, 0.0, 0.0)
