@@ -23,6 +23,7 @@ from scenarios.scenario import Scenario
 from sim.checks import check, check_choice
 from tools.speed.envs import SCENARIO, measure_env, measure_pictureless
 from tools.speed.figures import FRAMES_PER_BARE_CALL, Figure, entries_of
+from tools.speed.processes import measure_process
 from tools.speed.rendering import measure_rendering
 from trackers.atomic_file import write_atomic
 
@@ -48,6 +49,8 @@ class Speed:
         frames: number of timed frames in each episode.
         stored: instead make and write data sets with all channels, and print their CPU time a frame against a bare call
             with shadows, and time and size of each channel (pip install 'frameout[data]').
+        processes: instead time a tracker that does nothing in a process of its own, against the same one in this:
+            wall time a frame, and CPU time of both processes.
         out: folder for summary.json.
     """
 
@@ -56,6 +59,7 @@ class Speed:
     seeds: Seeds = range(4)
     frames: int = 60
     stored: bool = False
+    processes: bool = False
     out: Path = Path("results/speed")
     resumes = False
 
@@ -92,6 +96,9 @@ class Speed:
             from tools.speed.storing import measure_storing
 
             yield "data set", partial(measure_storing, scenario.id, self.preset, self.frames)
+            return
+        if self.processes:
+            yield "process", partial(measure_process, scenario.id, self.preset, self.frames)
             return
         yield "raster", partial(measure_rendering, scenario.id, self.preset, self.frames)
         if scenario.id == SCENARIO:

@@ -195,7 +195,7 @@ class SpeedTable(PublishedTable):
         return lambda key: None
 
     def _run(self, out: Path, workers: int, progress: Progress) -> None:
-        Speed((self.scenario,), self.preset, self.seeds, self.frames, self.stored, out).run()
+        Speed((self.scenario,), self.preset, self.seeds, self.frames, self.stored, out=out).run()
 
 
 def budgets_of(rows: Sequence[Row]) -> dict[str, dict[str, Any]]:

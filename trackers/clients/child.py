@@ -164,7 +164,7 @@ class Child:
         if not self._close.alive:
             raise ProcessError("it has been ended")
         began_s, unsent = time.monotonic(), memoryview(sent)
-        if unsent:
+        if unsent := unsent[self._write(into, unsent) :] if unsent else unsent:
             self._poll.register(into, select.POLLOUT)
         while True:
             for file in of:
