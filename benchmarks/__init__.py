@@ -8,6 +8,7 @@ from typing import Any
 
 _HOMES = {
     "bench": "benchmarks.cli.bench_function",
+    "score": "benchmarks.cli.score_function",
     "TrackerWarning": "benchmarks.run.outcome",
     "DataSet": "benchmarks.data.sets.data_set",
     "Results": "benchmarks.show.results",

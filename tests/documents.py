@@ -51,7 +51,11 @@ def commands(name: str, mark: str) -> list[str]:
 
 def in_one_process(command: str) -> str:
     """Return a command so that it needs no workers, each of which imports all again, on cores that run other tests."""
-    return f"{command} --workers 0" if command.startswith(("frameout bench ", "frameout generate ")) else command
+    return (
+        f"{command} --workers 0"
+        if command.startswith(("frameout bench ", "frameout generate ", "frameout score "))
+        else command
+    )
 
 
 def run(command: str, folder: Path) -> subprocess.CompletedProcess[str]:

@@ -59,6 +59,14 @@ def test_the_scenes_that_contributing_shows_run_in_a_checkout(tmp_path: Path) ->
     assert (tmp_path / "belt.mp4").exists()
 
 
+@pytest.mark.heavy
+def test_answers_that_are_written_are_scored_as_contributing_says(tmp_path: Path) -> None:
+    *_, compared = [succeeds(in_one_process(each), tmp_path) for each in commands("CONTRIBUTING.md", "elsewhere")]
+    differences = re.findall(r"(\S+) +(\S+) … (\S+) +1\.0000 +2$", compared, re.M)
+    assert differences
+    assert {float(number) for each in differences for number in each} == {0.0}
+
+
 @pytest.mark.parametrize(
     "command", sorted({each for page in ("README.md", *RESULTS) for each in commands(page, "long")})
 )

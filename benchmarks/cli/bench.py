@@ -6,6 +6,7 @@ import inspect
 import json
 import sys
 import warnings
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
@@ -28,16 +29,17 @@ from benchmarks.cli.arguments import (
 from benchmarks.cli.bench_function import bench, check_suites, stored_seeds, with_added
 from benchmarks.cli.leaderboard import print_leaderboard
 from benchmarks.cli.printing import trackers_print_to_stderr
-from benchmarks.contract.rows import REAL, read_rows
+from benchmarks.contract.rows import REAL, Row, read_rows
 from benchmarks.contract.suite import DEFAULT, Suite, check_metrics, suite
 from benchmarks.contract.text import printable
-from benchmarks.run.outcome import Outcome, TrackerWarning
+from benchmarks.run.outcome import TrackerWarning
 from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.result_folder import check_file
 from benchmarks.run.selection import added_trackers
 from benchmarks.show.page import REPORT_FILE_NAME, is_current, write_report
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
+from benchmarks.show.results import Results
 from benchmarks.statistics.rank_agreement import rank_agreement
 from benchmarks.statistics.summary import read_summary
 from sim.checks import check
@@ -160,32 +162,12 @@ class Bench(WithModules):
         beside = pictures or self.beside is None
         check("beside", beside, "none but with --real and a suite that judges pictures", repr(str(self.beside)))
         simulated = read_summary(self.beside) if self.beside is not None else []
-        out, outcome = self._rows_of(wanted)
-        # The folder may hold rows of other suites.
-        summary = [entry for entry in outcome.summary if entry["suite"] == wanted.name]
-        if not self.json:
-            print_leaderboard(summary, self.metric)
-        report = out / REPORT_FILE_NAME
-        if is_current(out, self.metric):
-            print("nothing new: the report stays as it is", file=sys.stderr)
-        else:
-            what = "the report" if self.real else "the report, whose pictures take another run of a tracker"
-            print(f"making {what} …", file=sys.stderr)
-            with trackers_print_to_stderr():
-                write_report(out, self.metric)
-        if self.json:
-            document = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
-            print(json.dumps(document, indent=1))
-        else:
-            lines = sequences_in_words(read_rows(out)) if pictures else []
-            agreement = [] if self.beside is None else rank_agreement(wanted, summary, simulated)
-            print(*lines, *agreement, printable(f"rows: {out / 'records.jsonl'}\nreport: {report}"), sep="\n")
-        for line in outcome.problems_in_words(wanted.silence_in(REAL if self.real else "")):
-            print(line, file=sys.stderr)
-        return out, outcome.failed
+        results = self._rows_of(wanted)
+        print_results(wanted, results, metric=self.metric, as_json=self.json, real=bool(self.real), beside=simulated)
+        return results.directory, results.outcome.failed
 
     @trackers_print_to_stderr()
-    def _rows_of(self, wanted: Suite) -> tuple[Path, Outcome]:
+    def _rows_of(self, wanted: Suite) -> Results:
         seeds = self.seeds
         if seeds is None and not self.real:
             seeds = stored_seeds(self.data) if self.data is not None else _QUICK_SEEDS if self.quick else _SEEDS
@@ -194,5 +176,44 @@ class Bench(WithModules):
         given = {name: value for name, value in vars(self).items() if name in inspect.signature(bench).parameters}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", TrackerWarning)  # Printed after the leaderboard.
-            results = bench(wanted, **given | named | {"seeds": seeds}, progress=progress_bar)
-        return results.directory, results.outcome
+            return bench(wanted, **given | named | {"seeds": seeds}, progress=progress_bar)
+
+
+def print_results(
+    wanted: Suite,
+    results: Results,
+    *,
+    metric: tuple[str, ...],
+    as_json: bool,
+    real: bool,
+    beside: Sequence[Row] = (),
+) -> None:
+    """Print the leaderboard of a suite, write the report, and name what went wrong.
+
+    Args:
+        metric: names of the metrics on the leaderboard; () = the suite's own.
+        real: whether the results are of what is real.
+        beside: summary of simulated episodes, whose order of the trackers is compared.
+    """
+    out, outcome = results.directory, results.outcome
+    # The folder may hold rows of other suites.
+    summary = [entry for entry in outcome.summary if entry["suite"] == wanted.name]
+    if not as_json:
+        print_leaderboard(summary, metric)
+    report = out / REPORT_FILE_NAME
+    if is_current(out, metric):
+        print("nothing new: the report stays as it is", file=sys.stderr)
+    else:
+        what = "the report" if real else "the report, whose pictures take another run of a tracker"
+        print(f"making {what} …", file=sys.stderr)
+        with trackers_print_to_stderr():
+            write_report(out, metric)
+    if as_json:
+        document = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
+        print(json.dumps(document, indent=1))
+    else:
+        lines = sequences_in_words(read_rows(out)) if real and wanted.on_sequences is not None else []
+        agreement = rank_agreement(wanted, summary, beside) if beside else []
+        print(*lines, *agreement, printable(f"rows: {out / 'records.jsonl'}\nreport: {report}"), sep="\n")
+    for line in outcome.problems_in_words(wanted.silence_in(REAL if real else "")):
+        print(line, file=sys.stderr)

@@ -119,10 +119,10 @@ def bench(
         process = [f"{name}={command}" for name, command in process.items()]
     added = process_trackers((process,) if isinstance(process, str) else process, limit_s)
     names = {
-        "scenarios": _several("scenario", scenario),
-        "presets": _several("preset", preset),
-        "trackers": with_added(_several("trackers", trackers), added),
-        "controllers": _several("controllers", controllers),
+        "scenarios": several("scenario", scenario),
+        "presets": several("preset", preset),
+        "trackers": with_added(several("trackers", trackers), added),
+        "controllers": several("controllers", controllers),
     }
     how: dict[str, Any] = {
         "workers": cores(workers),
@@ -140,8 +140,8 @@ def bench(
     if paths:
         from benchmarks.data.real import real_episodes  # It imports the readers of all layouts.
 
-        _refuse("none with --real, which runs no episodes", seeds=seeds, data=data, **_episodes_of(names))
-        _refuse("raster with --real, which draws nothing", renderer=renderer != "raster" and renderer)
+        refuse("none with --real, which runs no episodes", seeds=seeds, data=data, **_episodes_of(names))
+        refuse("raster with --real, which draws nothing", renderer=renderer != "raster" and renderer)
         _check_steering(wanted, link, None)
         kept = keep_estimates and wanted.on_sequences is None
         seen = real_time is None or wanted.on_sequences is not None
@@ -161,13 +161,25 @@ def bench(
             experiments = _experiments(wanted, names, seeds, link, data, renderer, quick=quick, how=how)
         name = "quick" if quick else wanted.name
     folder = Path(out or Path("results") / (name if real_time is None else f"{name}-{real_time:g}hz"))
+    silence = wanted.silence_in(REAL if paths else "")
+    return run_all(experiments, folder, outcome, silence, progress)
+
+
+def run_all(
+    experiments: Sequence[Experiment], folder: Path, outcome: Outcome, silence: str, progress: ShowProgress
+) -> Results:
+    """Run experiments one after the other and return the results of their folder.
+
+    Args:
+        outcome: of reading what they run on.
+        silence: see ``Suite.silence_in``.
+    """
     for experiment in experiments:
-        title = f"{wanted.name}, {counted(len(experiment.trackers), 'tracker')}"
+        title = f"{experiment.suite.name}, {counted(len(experiment.trackers), 'tracker')}"
         with progress(title) as report:
             outcome = outcome.followed_by(run(experiment, folder, report or (lambda done, of: None)))
-    silence = wanted.silence_in(REAL if paths else "")
     for line in (*outcome.unusable, *outcome.failures_in_words(), *outcome.oddities_in_words(silence)):
-        warnings.warn(line, TrackerWarning, stacklevel=2)
+        warnings.warn(line, TrackerWarning, stacklevel=3)
     return Results(folder, outcome)
 
 
@@ -190,7 +202,7 @@ def check_suites(suites: Iterable[Suite], names: Names, *, link: str, data: str 
             _experiments(wanted, names, range(1), link, None, "raster", quick=quick, how={})
 
 
-def _refuse(expected: str, **given: object) -> None:
+def refuse(expected: str, **given: object) -> None:
     """Raise ValueError, saying what is ``expected``, for the first argument that is given."""
     for name, value in given.items():
         check(name, value in (None, (), False), expected, repr(value))
@@ -257,10 +269,10 @@ def _trackers_on_real(wanted: Suite, names: tuple[str, ...], *, quick: bool) -> 
 
 def stored_seeds(data: str) -> range:
     """Return the seeds of a data set, by its folder or URL."""
-    return range(*_request(data).seeds)
+    return range(*stored_request(data).seeds)
 
 
-def _request(data: str) -> Request:
+def stored_request(data: str) -> Request:
     needs_data()
     from benchmarks.data.sets.benchmark import benchmark_of
 
@@ -269,15 +281,15 @@ def _request(data: str) -> Request:
 
 def _stored(data: str, seeds: range, renderer: str, names: Names) -> Request:
     """Return what a data set is of. Raises ValueError for arguments that contradict it."""
-    request = _request(data)
-    _refuse("none with data, which sets it", **_episodes_of(names), renderer=renderer != "raster" and renderer)
+    request = stored_request(data)
+    refuse("none with data, which sets it", **_episodes_of(names), renderer=renderer != "raster" and renderer)
     first, end = request.seeds
     within = set(seeds) <= set(range(first, end))
     check("seeds", within, f"some of {first}:{end}, which the data set has", f"{seeds.start}:{seeds.stop}")
     return request
 
 
-def _several(parameter: str, names: str | Sequence[str] | None) -> tuple[str, ...]:
+def several(parameter: str, names: str | Sequence[str] | None) -> tuple[str, ...]:
     """Return each name once, none for None. Raises ValueError for an empty list, which would run everything."""
     if names is None:
         return ()

@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Literal
 
 import tyro
 
 from benchmarks.cli.arguments import FOLDER, ONE_NAME, WithModules
+from benchmarks.contract.rows import ESTIMATES
 from benchmarks.contract.text import counted
 from benchmarks.run.packages import needs_data
+from sim.checks import check
 
 
 @dataclass(frozen=True)
 class Export(WithModules):
-    """Write a data set in a format that other programs read (pip install 'frameout[data]').
+    """Write a data set, or the answers of trackers, in a format that other programs read (pip install
+    'frameout[data]').
 
     Formats: coco, kitti-depth, kitti-flow, kitti-stereo, mot, otb, rerun (pip install 'frameout[rerun]'), tao-amodal,
     vot, webdataset, yolo, and those of `--modules`. Each says in the README.md that it writes where its axes begin,
     what its boxes enclose, and where the format is defined. Pictures stored as PNG or JPEG are copied, others become
     PNG.
 
+    Of a folder of `frameout bench --keep-estimates` it writes what the trackers answered, in mot (for TrackEval) or vot
+    (of one target; for the VOT toolkit); `frameout score` reads both.
+
     Attributes:
-        directory: folder or URL of the data set.
+        directory: folder or URL of the data set, or folder of results.
         format: one of those above.
         out: the folder to write, or a URL such as s3://bucket/folder, new or empty. A folder appears whole or not at
             all; to a store README.md is sent last, and after a failure what was sent is removed.
@@ -48,6 +55,14 @@ class Export(WithModules):
         """Write it; return the exit status."""
         needs_data()
         # After the check, since they import these packages.
+        if (Path(self.directory) / ESTIMATES).is_dir():
+            from benchmarks.data.predictions.writing import write_predictions
+
+            for name in ("allow_incomplete", "classes", "min_visible", "min_size"):
+                given, default = getattr(self, name), getattr(Export, name)
+                check(name.replace("_", "-"), given == default, "none for the answers of trackers", given)
+            print(f"{self.out}: {counted(write_predictions(Path(self.directory), self.format, self.out), 'file')}")
+            return 0
         from benchmarks.data.exports.exporter import export
         from benchmarks.data.sets.data_set import DataSet
 

@@ -46,6 +46,7 @@ FRAMEOUT = Program(
         "list": ("benchmarks.cli.list_all:List", "all that there is: scenarios, trackers, suites, envs, metrics"),
         "bench": ("benchmarks.cli.bench:Bench", "run a suite, rank the trackers, write rows, summary and report"),
         "compare": ("benchmarks.cli.compare:Compare", "paired differences of two trackers, by kind of event"),
+        "score": ("benchmarks.cli.score:Score", "score predictions that were made elsewhere"),
         "export": ("benchmarks.cli.export:Export", "write a data set in the file layout of another benchmark"),
         "paper": ("benchmarks.cli.paper:Paper", "repeat a paper's experiment and compare with its table"),
         "generate": ("benchmarks.cli.generate:Generate", "make a data set: pictures with all their truth"),

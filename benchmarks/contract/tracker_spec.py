@@ -47,6 +47,7 @@ class TrackerSpec(ABC):
         module: where it is defined. edition: of its answers, see ``registry.TrackerEntry``.
         reproducible: False if no seed reaches the method's own random numbers; it then runs several times.
         start_limit_s, frame_limit_s: of its construction and of its work on a frame, see ``Guard``; None = the run's.
+        timed: whether its speed is measured.
     """
 
     name: str
@@ -59,6 +60,7 @@ class TrackerSpec(ABC):
     reproducible: bool = True
     start_limit_s: float | None = None
     frame_limit_s: float | None = None
+    timed: bool = True
 
     @property
     def columns(self) -> Row:
@@ -75,6 +77,10 @@ class TrackerSpec(ABC):
             named: the episode by its name. episode: the same, before its first frame.
             many: whether the suite judges tracks of many targets.
         """
+
+    def content(self, named: EpisodeName) -> str:
+        """Return a digest of what else its answers in an episode are made of; "" for its code and parameters alone."""
+        return ""
 
     def missing(self) -> str:
         """Return what it needs that is not installed, and how to install it; "" if nothing."""

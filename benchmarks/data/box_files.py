@@ -19,7 +19,8 @@ from sim.checks import check
 
 _LINE = "left,top,width,height (in UAVDT also with frame,id before and 3 or 4 numbers after them)"
 _COLUMNS = (4, 9, 10)
-_BETWEEN = re.compile(r"\s*[,;]\s*|\s+")
+BETWEEN = re.compile(r"\s*[,;]\s*|\s+")
+"""What stands between the numbers of a line."""
 _BOX = "left,top,width,height with a width and height above 0, or NaN,NaN,NaN,NaN"
 
 
@@ -34,7 +35,7 @@ def text_lines(path: Path) -> list[str]:
 def numbers_of(line: str) -> list[float]:
     """Return the numbers of a line, none if a cell is no number."""
     try:
-        return [float(cell) for cell in _BETWEEN.split(line.strip())]
+        return [float(cell) for cell in BETWEEN.split(line.strip())]
     except ValueError:
         return []
 

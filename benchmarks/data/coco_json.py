@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.sequences import short
+from benchmarks.data.pictures import short
 from sim.checks import check
 
 NO_TRACK = -1

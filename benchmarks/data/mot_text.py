@@ -10,7 +10,6 @@ TrackEval does, an identity that stands twice in a frame is refused.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -18,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.sequences import short
+from benchmarks.data.box_files import numbers_of, text_lines
+from benchmarks.data.pictures import short
 from sim.checks import check
 
 FIRST = 1
 """Number of the first frame, and coordinate of the top left corner of the picture."""
-_BETWEEN = re.compile(r"\s*[,;]\s*|\s+")
 _FEWEST, _MOST = 6, 10
 _ROW = "frame,id,left,top,width,height and up to four more numbers"
 
@@ -55,23 +54,14 @@ def read_mot(path: Path) -> MotRows:
         ValueError: for a file that is no text, a row of other columns, a frame or an identity that is no whole number,
             a box that is none, and an identity twice in a frame; names file and line.
     """
-    where = short(path, 3)
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise ValueError(f"{where}: expected text with numbers, got bytes that are none") from None
+    where, lines = short(path, 3), text_lines(path)
     numbers = np.full((len(lines), _MOST), np.nan)
     filled = np.zeros(len(lines), bool)
     for k, text in enumerate(lines):
-        cells = _BETWEEN.split(text.strip())
-        if cells == [""]:
-            continue
-        try:
-            row = [float(cell) for cell in cells]
-        except ValueError:
-            row = []
-        check(f"{where}, line {k + 1}", _FEWEST <= len(row) <= _MOST, _ROW, repr(text[:80]))
-        numbers[k, : len(row)], filled[k] = row, True
+        if text.strip():
+            row = numbers_of(text)
+            check(f"{where}, line {k + 1}", _FEWEST <= len(row) <= _MOST, _ROW, repr(text[:80]))
+            numbers[k, : len(row)], filled[k] = row, True
     kept, line = numbers[filled], np.flatnonzero(filled) + 1
     frame, identity, box_xywh = kept[:, 0], kept[:, 1], kept[:, 2:6]
     for column, least, values in (("frame", FIRST, frame), ("id", 0, identity)):

@@ -50,6 +50,14 @@ class RealEpisode(EpisodeSpec):
         """See ``EpisodeSpec``."""
         return isinstance(self.content, BoxedSequence)
 
+    @property
+    def extent(self) -> tuple[int, int, int]:
+        """Numbers of its frames, and of the pictures of its files before and after them; of tracks none."""
+        sequence = self.content
+        if not isinstance(sequence, BoxedSequence):
+            return 0, 0, 0
+        return len(sequence.pictures), sequence.skipped, sequence.after
+
     @cached_property
     def edition(self) -> str:
         """See ``EpisodeSpec``: name and content; "" of a sequence that lacks a picture, which gets no row."""

@@ -46,6 +46,7 @@ class BoxedSequence:
         notes: what a user should know of how it was read, a line each.
         state: (F,) words, see ``IN``; by default ``in`` where there is a box, else ``unseen``.
         place: (F,) places of the pictures among all that were taken at the rate; by default without gaps.
+        skipped, after: numbers of pictures of its files before the first one, and after the last one.
     """
 
     name: str
@@ -56,6 +57,8 @@ class BoxedSequence:
     notes: tuple[str, ...] = ()
     state: NDArray[np.str_] = field(default_factory=lambda: np.empty(0, "<U10"))
     place: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
+    skipped: int = 0
+    after: int = 0
 
     def __post_init__(self) -> None:
         """Fill in the states and places that are not given."""
@@ -158,6 +161,8 @@ def boxed_sequence(labelled: Labelled) -> BoxedSequence:
         notes=tuple(notes),
         state=state[begin:end],
         place=np.empty(0, np.int64) if labelled.place is None else (labelled.place - labelled.place[begin])[begin:end],
+        skipped=begin,
+        after=len(pictures) - end,
     )
 
 

@@ -154,7 +154,7 @@ def editions_of(suite: Suite, episode: EpisodeSpec, tracker: TrackerSpec) -> Edi
         **package_versions(episode.renderer),
         "scene": episode.edition,
         "judge": judge_edition(suite),
-        "tracker": tracker_edition(tracker),
+        "tracker": " ".join(filter(None, (tracker_edition(tracker), tracker.content(episode)))),
     }
     return made if episode.steering is None else made | controller_edition(episode.steering.entry)
 

@@ -75,7 +75,13 @@ class Experiment:
     def _editions(self, episode: EpisodeSpec, tracker: str) -> Editions:
         """Read once for each kind of episode, whatever its seed: users may edit their code during a run."""
         which = episode.seed if episode.scenario is None else None
-        kind = (episode.preset, which, episode.steering and episode.steering.name, tracker)
+        kind = (
+            episode.preset,
+            which,
+            episode.steering and episode.steering.name,
+            tracker,
+            self.trackers[tracker].content(episode),
+        )
         if kind not in self._known:
             self._known[kind] = editions_of(self.suite, episode, self.trackers[tracker])
         return self._known[kind]

@@ -117,14 +117,15 @@ class GuardedTracker(Guard):
         *,
         many: bool = False,
         needs_depth: bool = False,
+        timed: bool = True,
         start_limit_s: float | None = None,
         **how: Any,
     ) -> None:
         """``create`` makes it, in ``start_limit_s``, None = as for a frame. ``needs_depth``: see ``AnswerWatch``.
-        ``how``: see ``Guard``.
+        ``timed``: whether times are scored. ``how``: see ``Guard``.
         """
         super().__init__(limit_s, **how)
-        self._many, self._follows = many, not many
+        self._many, self._follows, self._timed = many, not many, timed
         self._silence: Answer = () if many else SILENT
         self._check: Callable[[Any, CameraModel], Answer] = check_tracks if many else check_estimate
         self._frames, self.silent_frames, self._answers = 0, 0, AnswerWatch(needs_depth)
@@ -218,7 +219,7 @@ class GuardedTracker(Guard):
 
         One that follows nothing, and bridges gaps alone, has no times.
         """
-        if self._follows:
+        if self._follows and self._timed:
             yield from times([*self.taken.values()], self.revision, self._frames)
         if self.failed_at_frame is not None:
             yield Score(FAILED_AT, float(self.failed_at_frame))

@@ -191,7 +191,10 @@ def _draw_pictures(directory: Path, results: Sequence[_Results]) -> None:
     deadly = ended_processes(directory)
     for each in results:
         event = showing_of(each.suite).event_picture
-        alive = [entry for entry in each.summary if deadly.isdisjoint((entry["tracker"], entry.get("controller")))]
+        # What runs again: no tracker that ended its process, and none that ran elsewhere.
+        elsewhere = {name for name, rows in each.rows.items() if "predicted" in rows[0]}
+        gone = deadly | elsewhere
+        alive = [entry for entry in each.summary if gone.isdisjoint((entry["tracker"], entry.get("controller")))]
         if event is not None and alive and not each.is_real:
             keep_event_picture(directory, each.condition, each.rows, worth_showing(each.suite, alive), event)
         elif event is not None:

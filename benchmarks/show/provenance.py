@@ -35,7 +35,7 @@ def provenance(rows: Sequence[Row]) -> dict[str, Any]:
         "episodes": len(seeds),
         "frames": int(sum({row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}.values())),
         "events": _events(rows),
-        "command": _command(rows, f"{seeds[0]}:{seeds[-1] + 1}"),
+        "command": _commands(rows, f"{seeds[0]}:{seeds[-1] + 1}"),
         "editions": _editions(rows),
         "failures": list(_failures(rows)),
     }
@@ -61,6 +61,18 @@ def _events(rows: Sequence[Row]) -> str:
             episode = (row["controller"], row["tracker"]) if row["controller"] else ()
             events[(row["seed"], event["index"], *episode)] = event
     return suite(rows[0]["suite"]).events.describe(list(events.values()))
+
+
+def _commands(rows: Sequence[Row], span: str) -> str:
+    """Return the command of trackers that ran, and those of predictions made elsewhere."""
+    ran = [row for row in rows if "predicted" not in row]
+    commands = [_command(ran, span)] if ran else []
+    for predicted in dict.fromkeys(tuple(row["predicted"]) for row in rows if "predicted" in row):
+        row = next(each for each in rows if each.get("predicted") == list(predicted))
+        of_scenario = ["--truth", row["scenario"], "--preset", row["preset"], "--seeds", span]
+        parts = ["score", row["suite"], *(row["recorded"] if row["scenario"] == REAL else of_scenario), *predicted]
+        commands.append(shlex.join(["frameout", *parts, *(["--modules", *row["modules"]] if "modules" in row else [])]))
+    return " && ".join(commands)
 
 
 def _command(rows: Sequence[Row], span: str) -> str:
@@ -103,6 +115,9 @@ def _editions(rows: Sequence[Row]) -> dict[str, str]:
             # Those of real sequences have a name already.
             if name != "scene" or row["scenario"] != REAL:
                 label = f"{name} {row[name]}" if name in ("tracker", "controller") else name
+                if name == "tracker" and "predicted" in row:
+                    # Without the digest of a sequence's file.
+                    version = version.rpartition(" ")[0]
                 found.setdefault(label, {})[version] = None
     return {name: ", ".join(editions) for name, editions in found.items()}
 

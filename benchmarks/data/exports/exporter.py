@@ -24,6 +24,7 @@ from typing import ClassVar, TypeVar
 import numpy as np
 
 from benchmarks.contract.text import counted, ranges_text
+from benchmarks.data import sequence_names
 from benchmarks.data.exports.destination import README, whole_folder
 from benchmarks.data.exports.labels import ClassLevel, Labels, StoredFrame
 from benchmarks.data.sets.card import axes_text, hub_head, split_of, tasks_of
@@ -163,18 +164,15 @@ def formats() -> dict[str, type[Exporter]]:
 def set_name(data: DataSet) -> str:
     """Return a name for a data set, without dots: scenario, preset, what was changed in that, and a renderer."""
     request = data.request
-    words = [request.scenario, request.preset]
-    words += ["{}x{}".format(*request.size_px)] if request.size_px else []
-    words += [f"{request.rate_hz:g}hz"] if request.rate_hz else []
-    words += [f"{request.frame_count}frames"] if request.frame_count else []
-    words += [request.renderer] if request.renderer != "raster" else []
-    # Readers take what follows a dot for the ending of a file.
-    return "-".join(words).replace(".", "_")
+    changes = ["{}x{}".format(*request.size_px)] if request.size_px else []
+    changes += [f"{request.rate_hz:g}hz"] if request.rate_hz else []
+    changes += [f"{request.frame_count}frames"] if request.frame_count else []
+    return sequence_names.set_name(request.scenario, request.preset, *changes, renderer=request.renderer)
 
 
 def sequence_name(data: DataSet, seed: int) -> str:
     """Return a name for an episode: ``set_name`` and seed. Two of one name and edition show the same."""
-    return f"{set_name(data)}-{seed:06d}"
+    return sequence_names.sequence_name(set_name(data), seed)
 
 
 def export(

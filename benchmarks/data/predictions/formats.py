@@ -1,0 +1,261 @@
+"""Formats of predictions: the answers on one sequence from a file.
+
+========= ===================================================================================== ====================
+format    a sequence's file                                                                     pixels begin at
+========= ===================================================================================== ====================
+``vot``   a line a frame: a region, see ``trackers.regions``; separated by comma, tab or spaces 0, 0
+``otb``   the same, as OTB counts                                                               1, 1
+``mot``   a row a track and frame, see ``benchmarks.data.mot_text``                             1, 1
+``coco``  JSON results of COCO or TAO for all sequences, see ``benchmarks.data.coco_json``      0, 0
+========= ===================================================================================== ====================
+
+A line says that there is no answer by a number alone (1: the tracker was started here, 0 or 2: none), by NaN, by
+``-1,-1,-1,-1``, by no width or height, or by nothing. Confidences stand beside ``NAME.txt`` in
+``NAME_confidence.value``, a line a frame, as the VOT toolkit writes them; in MOT -1 is none.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.contract.text import counted
+from benchmarks.data.box_files import BETWEEN, numbers_of, text_lines
+from benchmarks.data.coco_json import NO_TRACK, Pictures, Results, read_pictures, read_results
+from benchmarks.data.mot_text import FIRST, read_mot
+from benchmarks.data.pictures import short
+from sim.checks import check
+from trackers.regions import Rectangle, Region, Special, read_region
+from trackers.types import Estimate, Track
+
+LINES = {"vot": 0.0, "otb": 1.0}
+"""Format with a line a frame → coordinate of the top left corner of the picture."""
+FORMATS = (*LINES, "mot", "coco")
+_NUMBER = re.compile(r"\d+$")
+
+
+@dataclass(frozen=True)
+class SequenceFile:
+    """Where the predictions of a sequence are.
+
+    Attributes:
+        sequence: its name. frame_count: of the episode.
+        skipped: number of pictures before the episode's first one; after: after its last one. Files may have these.
+        path: of the file; None if there is none. format: of ``FORMATS``.
+        annotations: file that the numbers of pictures in ``coco`` are of.
+    """
+
+    sequence: str
+    frame_count: int
+    skipped: int = 0
+    after: int = 0
+    path: Path | None = None
+    format: str = ""
+    annotations: Path | None = None
+
+
+@dataclass(frozen=True)
+class Predictions:
+    """The answers on F frames of a sequence.
+
+    Attributes:
+        regions: (F,) of one target; None of many.
+        confidence: (F,) that the target is in view, NaN where it is not said.
+        tracks: frame → tracks of many targets.
+        detections: frame → what was found, without identities.
+        digest: of all of it.
+    """
+
+    digest: str
+    regions: Sequence[Region] | None = None
+    confidence: Sequence[float] = ()
+    tracks: Mapping[int, list[Track]] | None = None
+    detections: Mapping[int, list[Track]] | None = None
+
+
+def read_predictions(file: SequenceFile) -> Predictions:
+    """Return what a file says of its sequence.
+
+    Raises:
+        ValueError: for a file that is broken, of another format, or of frames that the sequence does not have; names
+            file and line.
+    """
+    assert file.path is not None
+    if file.format in LINES:
+        return _read_lines(file, file.path)
+    return _read_mot(file, file.path) if file.format == "mot" else _read_coco(file, file.path)
+
+
+def format_of(path: Path) -> str:
+    """Return the format of a file by its ending and its first line."""
+    if path.suffix == ".json":
+        return "coco"
+    first = next((line for line in text_lines(path) if line.strip()), "")
+    numbers = numbers_of(first)
+    return "mot" if len(numbers) >= 6 and not first.strip().startswith("m") else "vot"
+
+
+def sequences_in(path: Path, annotations: Path | None) -> list[str]:
+    """Return the sequences that JSON results are of."""
+    frames = _frames_of(_pictures(annotations))
+    found = {frames[number][0] for number in _results(path).image_id.tolist() if number in frames}
+    return sorted(found)
+
+
+def _read_lines(file: SequenceFile, path: Path) -> Predictions:
+    lines, where = text_lines(path), short(path, 3)
+    while len(lines) > file.skipped + file.frame_count + file.after and not lines[-1].strip():
+        lines.pop()
+    begin = _begin(file, len(lines), where)
+    regions = [_region(f"{where}, line {number}", line, file.format) for number, line in enumerate(lines, start=1)]
+    beside = path.with_name(f"{path.stem}_confidence.value")
+    confidence = np.full(len(lines), np.nan)
+    if beside.is_file():
+        values = text_lines(beside)
+        check(short(beside, 3), len(values) == len(lines), f"{len(lines)} lines, as {path.name} has", len(values))
+        for k, value in enumerate(values):
+            confidence[k] = _probability(f"{short(beside, 3)}, line {k + 1}", value)
+    own = slice(begin, begin + file.frame_count)
+    digest = _digest(file.format, *map(str, regions[own]), confidence[own].tolist())
+    return Predictions(digest, regions[own], confidence[own].tolist())
+
+
+def _begin(file: SequenceFile, count: int, where: str) -> int:
+    """Return the line of the episode's first frame, of ``count`` lines."""
+    whole = file.skipped + file.frame_count + file.after
+    check(where, count in (file.frame_count, whole), f"{whole} lines, one a frame of {file.sequence}", count)
+    return 0 if count == file.frame_count else file.skipped
+
+
+def _region(where: str, line: str, name: str) -> Region:
+    numbers = numbers_of(line)
+    if not line.strip() or numbers == [-1.0] * 4 or (len(numbers) == 4 and np.isinf(numbers).any()):
+        return Special()
+    try:
+        region = read_region(",".join(BETWEEN.split(line.strip())))
+    except ValueError as error:
+        raise ValueError(f"{where}: {str(error).partition(': ')[2]}") from None
+    if name == "vot" or isinstance(region, Special):
+        return region
+    check(where, isinstance(region, Rectangle), "left,top,width,height, as OTB has them", repr(line[:80]))
+    assert isinstance(region, Rectangle)
+    return Rectangle(region.box_xyxy - LINES[name])
+
+
+def _probability(where: str, text: str) -> float:
+    """Return the number of a line, NaN for none."""
+    numbers = numbers_of(text) if text.strip() else [float("nan")]
+    good = len(numbers) == 1 and (np.isnan(numbers[0]) or 0.0 <= numbers[0] <= 1.0)
+    check(where, good, "a number from 0 to 1, or nothing", repr(text[:80]))
+    return numbers[0]
+
+
+def _read_mot(file: SequenceFile, path: Path) -> Predictions:
+    rows, where = read_mot(path), short(path, 3)
+    whole = file.skipped + file.frame_count + file.after
+    tracks: dict[int, list[Track]] = defaultdict(list)
+    numbers = zip(
+        rows.frame.tolist(), rows.identity.tolist(), rows.confidence.tolist(), rows.line.tolist(), strict=True
+    )
+    for (number, identity, confidence, line), box_xyxy in zip(numbers, rows.box_xyxy, strict=True):
+        last = whole + FIRST - 1
+        check(f"{where}, line {line}", number <= last, f"a frame of {FIRST} to {last}", number)
+        good = confidence == -1 or np.isnan(confidence) or 0 <= confidence <= 1
+        check(f"{where}, line {line}", good, "a confidence from 0 to 1, or -1 for none", f"{confidence:g}")
+        known = None if confidence == -1 or np.isnan(confidence) else confidence
+        frame = number - FIRST - file.skipped
+        if 0 <= frame < file.frame_count:
+            tracks[frame].append(_track(identity, box_xyxy, known))
+    return Predictions(_digest("mot", rows.frame, rows.identity, rows.box_xyxy, rows.confidence), tracks=tracks)
+
+
+def _read_coco(file: SequenceFile, path: Path) -> Predictions:
+    results, pictures, where = _results(path), _pictures(file.annotations), short(path, 3)
+    frames = _frames_of(pictures)
+    own = {number: frame for number, (name, frame) in frames.items() if name == file.sequence}
+    count, whole = len(own), file.skipped + file.frame_count + file.after
+    wanted = f"{whole} pictures of {file.sequence} in its annotations"
+    check(where, count in (file.frame_count, whole), wanted, count)
+    begin = 0 if count == file.frame_count else file.skipped
+    tracks: dict[int, list[Track]] = defaultdict(list)
+    chosen = np.flatnonzero(np.isin(results.image_id, list(own)))
+    seen = set[tuple[int, int]]()
+    for k in chosen.tolist():
+        at, score = f"{where}, entry {k + 1}", float(results.score[k])
+        check(at, 0 <= score <= 1, "a score from 0 to 1", f"{score:g}")
+        number, identity = int(results.image_id[k]), int(results.track_id[k])
+        once = identity == NO_TRACK or (number, identity) not in seen
+        check(at, once, "each track_id once in a picture", f"{identity} again in picture {number}")
+        seen.add((number, identity))
+        frame = own[number] - begin
+        if 0 <= frame < file.frame_count:
+            kind = pictures.categories.get(int(results.category_id[k]))
+            tracks[frame].append(_track(max(identity, 0), results.box_xyxy[k], score, kind))
+    identities = results.track_id[chosen]
+    parts = (results.image_id, results.category_id, results.box_xyxy, results.score, results.track_id)
+    digest = _digest("coco", *(each[chosen] for each in parts))
+    if (identities == NO_TRACK).any():
+        mixed = int((identities != NO_TRACK).sum())
+        check(where, not mixed, "a track_id in each result, or in none", f"{counted(mixed, 'result')} with one")
+        return Predictions(digest, detections=tracks)
+    return Predictions(digest, tracks=tracks)
+
+
+def _track(identity: int, box_xyxy: np.ndarray, confidence: float | None, kind: str | None = None) -> Track:
+    """Return a track whose position is the middle of its box; a box without area is a position alone."""
+    box = box_xyxy if (box_xyxy[2:] > box_xyxy[:2]).all() else None
+    place_px = 0.5 * (box_xyxy[:2] + box_xyxy[2:])
+    return Track(identity, Estimate(place_px, box, in_view_probability=confidence), kind, confidence=confidence)
+
+
+def _frames_of(pictures: Pictures) -> dict[int, tuple[str, int]]:
+    """Return number of a picture → sequence, the folder of its file, and frame, from 0 on in the order of the numbers
+    in the names of files.
+    """
+    of_sequence: dict[str, list[tuple[int, str, int]]] = defaultdict(list)
+    for number, name in pictures.file_names.items():
+        path = Path(name)
+        match = _NUMBER.search(path.stem)
+        of_sequence[path.parent.name].append((int(match[0]) if match else -1, path.stem, number))
+    return {
+        number: (sequence, frame)
+        for sequence, own in of_sequence.items()
+        for frame, (*_, number) in enumerate(sorted(own))
+    }
+
+
+def _results(path: Path) -> Results:
+    return _results_read(path, path.stat().st_mtime_ns)
+
+
+def _pictures(annotations: Path | None) -> Pictures:
+    wanted = "the file of annotations that the image_ids of JSON results are of"
+    check("annotations", annotations is not None, wanted, "none")
+    assert annotations is not None
+    check("annotations", annotations.is_file(), "a file that exists", repr(str(annotations)))
+    return _pictures_read(annotations, annotations.stat().st_mtime_ns)
+
+
+# A file is of all sequences of a tracker; a worker reads it once.
+@lru_cache(maxsize=4)
+def _results_read(path: Path, mtime_ns: int) -> Results:
+    return read_results(path)
+
+
+@lru_cache(maxsize=4)
+def _pictures_read(path: Path, mtime_ns: int) -> Pictures:
+    return read_pictures(path)
+
+
+def _digest(*parts: object) -> str:
+    content = hashlib.sha256()
+    for part in parts:
+        content.update(np.ascontiguousarray(part).tobytes() if isinstance(part, np.ndarray) else repr(part).encode())
+    return content.hexdigest()[:10]

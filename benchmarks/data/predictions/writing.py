@@ -1,0 +1,107 @@
+"""Writes what trackers answered in a run as files of predictions, which other programs score.
+
+========= ============================================================== ===============================================
+format    file                                                           read by
+========= ============================================================== ===============================================
+``mot``   ``frameout-train/TRACKER/data/NAME.txt``                       TrackEval, beside ``frameout export SET`` of
+                                                                         the same episodes with ``--format mot``
+``vot``   ``TRACKER/baseline/NAME/NAME_001.txt``, ``…_confidence.value`` the VOT toolkit, beside ``--format vot``
+========= ============================================================== ===============================================
+
+Boxes stand as they were answered; one that was not is of the size of the first one, or without one of none, about the
+position. A tracker of one target has the identity 1 in ``mot``. Confidences are those of tracks, or the probability of
+being in view; -1 in ``mot``, and nothing in ``vot``, where there is none. A tracker that decides with hindsight has
+these answers. Of several runs in an episode the first is written. A frame without an answer has no row, or ``0``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.contract.rows import REAL
+from benchmarks.data.estimates.block_file import Answered, Facts, facts_in, read_block
+from benchmarks.data.exports.destination import whole_folder
+from benchmarks.data.exports.labels import as_xywh
+from benchmarks.data.exports.mot import SPLIT
+from benchmarks.data.mot_text import FIRST
+from benchmarks.data.sequence_names import sequence_name, set_name
+from sim.checks import check, check_choice
+from trackers.regions import Rectangle, Special
+from trackers.types import Answer, Estimate, Track
+
+WRITTEN = ("mot", "vot")
+
+
+def write_predictions(directory: Path, format: str, out: str) -> int:
+    """Write the kept answers of a result folder into ``out``, see ``whole_folder``; return the number of files.
+
+    Raises:
+        ValueError: for another format, a folder without estimates, ``vot`` of tracks of many targets, and an ``out``
+            that holds something.
+    """
+    check_choice("format", format, WRITTEN)
+    with whole_folder(out) as folder:
+        found = facts_in(directory)
+        for path, facts in found.items():
+            block = read_block(path)
+            check("format", format == "mot" or not facts.many, "mot, for tracks of many targets", format)
+            for name, lines in _files(facts, block.answered[0], format).items():
+                target = folder / name
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+    return len(found)
+
+
+def _files(facts: Facts, answered: Answered, format: str) -> dict[str, Iterable[str]]:
+    """Return path → lines of the files of a tracker in an episode."""
+    key, heading = facts.key, facts.heading
+    name = heading.get("sequence", "")
+    if key.scenario != REAL:
+        name = sequence_name(set_name(key.scenario, key.preset, renderer=key.renderer), key.seed)
+    tracker = f"{key.controller}+{key.tracker}" if key.controller else key.tracker
+    if format == "mot":
+        answers = answered.answers if answered.revised is None else answered.revised
+        return {f"{SPLIT}/{tracker}/data/{name}.txt": _mot_rows(answers)}
+    estimates = [answer for answer in answered.answers if isinstance(answer, Estimate)]
+    probabilities = [each.in_view_probability for each in estimates]
+    confidences = ["" if each is None else repr(float(each)) for each in probabilities]
+    place = f"{tracker}/baseline/{name}/{name}_001"
+    return {f"{place}.txt": _regions(estimates), f"{place}_confidence.value": confidences}
+
+
+def _regions(estimates: Sequence[Estimate]) -> Iterator[str]:
+    first = _first_box(estimates)
+    yield str(Special(1))
+    for each in estimates[1:]:
+        box = _box(each, first)
+        yield str(Special(0) if box is None else Rectangle(box))
+
+
+def _mot_rows(answers: Sequence[Answer | Sequence[Track]]) -> Iterator[str]:
+    first = _first_box([answer for answer in answers if isinstance(answer, Estimate)])
+    for frame, answer in enumerate(answers, start=FIRST):
+        alone = isinstance(answer, Estimate)
+        tracks = [Track(1, answer, confidence=answer.in_view_probability)] if isinstance(answer, Estimate) else answer
+        for each in tracks:
+            box = _box(each.estimate, first if alone else np.zeros(4))
+            if box is not None:
+                numbers = ",".join(repr(float(number)) for number in as_xywh(box, float(FIRST)))
+                confidence = -1 if each.confidence is None else repr(float(each.confidence))
+                yield f"{frame},{each.identity},{numbers},{confidence},-1,-1,-1"
+
+
+def _first_box(estimates: Sequence[Estimate]) -> np.ndarray:
+    box = estimates[0].box_xyxy if estimates else None
+    return np.zeros(4) if box is None else box
+
+
+def _box(estimate: Estimate, usual: np.ndarray) -> np.ndarray | None:
+    """Return the box (4,) of an estimate, by default of the size of the ``usual`` one; None without an estimate."""
+    if np.isnan(estimate.position_px).any():
+        return None
+    half = 0.5 * (usual[2:] - usual[:2])
+    usual = np.concatenate([estimate.position_px - half, estimate.position_px + half])
+    return usual if estimate.box_xyxy is None else np.asarray(estimate.box_xyxy, float)

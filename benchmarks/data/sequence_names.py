@@ -1,0 +1,15 @@
+"""Names of episodes as sequences of files: in exports, and in predictions that were made on them."""
+
+from __future__ import annotations
+
+
+def set_name(scenario: str, preset: str, *changes: str, renderer: str = "raster") -> str:
+    """Return a name, without dots, for the episodes of a preset: it, what was changed in it, and another renderer."""
+    others = [] if renderer == "raster" else [renderer]
+    # Readers take what follows a dot for the ending of a file.
+    return "-".join([scenario, preset, *changes, *others]).replace(".", "_")
+
+
+def sequence_name(name: str, seed: int) -> str:
+    """Return the name of an episode of a set of that name."""
+    return f"{name}-{seed:06d}"

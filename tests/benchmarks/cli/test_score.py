@@ -1,0 +1,310 @@
+"""Predictions made elsewhere: their rows are those of the tracker that made them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from benchmarks import TrackerWarning, bench, score
+from benchmarks.cli.main import main
+from benchmarks.contract.rows import read_rows
+from benchmarks.contract.suite import Scene
+from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
+from benchmarks.data.estimates.keeping import Estimates
+from benchmarks.data.predictions.writing import write_predictions
+from benchmarks.judges.frame_out.suite import FRAME_OUT
+from benchmarks.judges.tracker_speed import TIMES
+from benchmarks.run.experiment import Experiment, run
+from benchmarks.run.selection import experiment_on
+from scenarios.fish_tank.scenario import FISH_TANK
+from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
+from scenarios.scenario import Episode
+from tests import fakes_scenario
+from trackers.registry import NoParameters
+from trackers.types import CameraModel, Estimate, Observation, Track
+
+SUITE = replace(
+    FRAME_OUT, scenes=(Scene(fakes_scenario.FAKE_TOWN.id, "frame-out"),), preset="brief", quick_preset="brief"
+)
+FRAMES = 70
+POSTERIOR = ("coverage_", "nees", "credible_level_histogram")
+
+
+@pytest.fixture(autouse=True)
+def _presets(monkeypatch: pytest.MonkeyPatch) -> None:
+    town, few = fakes_scenario.FAKE_TOWN.presets["tiny"], FISH_TANK.presets["paper-c"]
+    monkeypatch.setitem(fakes_scenario.FAKE_TOWN.presets, "brief", replace(town, frame_count=FRAMES))
+    monkeypatch.setitem(FISH_TANK.presets, "few", replace(few, fish=3, glare=0.0, frame_count=40))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Drawn(TrackerSpec):
+    """Answers at random, silence, no box and no probability among them; the position is the middle of the box."""
+
+    role: str = "external"
+    summary: str = "by lot"
+    suites: tuple[str, ...] = ()
+    parameters: Any = field(default_factory=NoParameters)
+    module: str = __name__
+    draw: int
+
+    def create(
+        self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False
+    ) -> LoopTracker:
+        """See ``TrackerSpec``."""
+        camera = episode.start.camera
+        lot = Lot(np.random.default_rng(self.draw + named.seed), camera.width_px, camera.height_px)
+        return ManyFromPictures(lot) if many else FromPictures(One(lot))
+
+
+class Lot:
+    """See ``MultiTracker``."""
+
+    def __init__(self, rng: np.random.Generator, width_px: int, height_px: int) -> None:
+        self._rng, self._size_px, self._far = rng, np.array([width_px, height_px]), rng.uniform(1.0, 1.5)
+        self._places = rng.uniform(0, self._size_px, (3, 2))
+
+    def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
+        """See ``MultiTracker``."""
+
+    def update(self, observation: Observation) -> list[Track]:
+        """See ``MultiTracker``."""
+        self._places += self._rng.normal(0, 3, self._places.shape)
+        return [Track(k, self.estimate(place)) for k, place in enumerate(self._places) if self._rng.random() < 0.8]
+
+    def estimate(self, place: np.ndarray) -> Estimate:
+        half = self._rng.uniform(0.5, 20, 2)
+        box = np.concatenate([place - half, place + half])
+        return Estimate(0.5 * (box[:2] + box[2:]), box)
+
+
+class One:
+    """See ``Tracker``."""
+
+    def __init__(self, lot: Lot) -> None:
+        self._lot = lot
+
+    def initialise(self, observation: Observation, box_xyxy: np.ndarray) -> None:
+        """See ``Tracker``."""
+        self._place = 0.5 * (box_xyxy[:2] + box_xyxy[2:])
+
+    def update(self, observation: Observation) -> Estimate:
+        """See ``Tracker``."""
+        rng = self._lot._rng
+        self._place = self._place + rng.normal(0, 5, 2)
+        said = self._lot.estimate(self._place)
+        match rng.integers(8):
+            case 0:
+                return Estimate(np.full(2, np.nan))
+            case 1:
+                return replace(said, in_view_probability=float(rng.random()))
+            case 2:
+                return replace(said, box_xyxy=None)
+        return said
+
+
+def _answered(experiment: Experiment, folder: Path, format: str) -> Path:
+    """Run trackers with their estimates kept, and return the folder with the trackers' folders of predictions."""
+    run(replace(experiment, keeper=Estimates()), folder / "run")
+    write_predictions(folder / "run", format, str(folder / format))
+    return folder / format / ("frameout-train" if format == "mot" else "")
+
+
+def _numbers(folder: Path, *without: str) -> dict[Any, Any]:
+    return {
+        (
+            row["tracker"],
+            row["seed"],
+            row["metric"],
+            json.dumps([row.get(key) for key in ("frame_out", "gap", "link")]),
+        ): (
+            row["value"],
+            row["weight"],
+        )
+        for row in read_rows(folder)
+        if not row["metric"].startswith((*TIMES, *without))
+    }
+
+
+def _same(found: dict[Any, Any], wanted: dict[Any, Any]) -> None:
+    assert found.keys() == wanted.keys()
+    for key, (value, weight) in wanted.items():
+        # Rows have six digits, of which the last may differ.
+        np.testing.assert_allclose(np.array(found[key][0], float), np.array(value, float), rtol=2e-5, err_msg=str(key))
+        assert found[key][1] == weight, key
+
+
+@pytest.mark.filterwarnings("ignore::benchmarks.run.outcome.TrackerWarning")
+@settings(
+    max_examples=4, deadline=None, phases=[Phase.generate], suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(draw=st.integers(0, 2**20), format=st.sampled_from(["vot", "mot"]))
+def test_answers_written_and_scored_give_the_rows_of_their_run(
+    draw: int, format: str, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("frame-out")
+    trackers = {"by_lot": Drawn(name="by_lot", draw=draw)}
+    experiment = experiment_on(SUITE, "fake-town-v1", ["brief"], trackers, range(2, 4), workers=0)
+    predictions = _answered(experiment, folder, format)
+    score(SUITE, predictions=predictions, out=folder / "scored", workers=0)
+    _same(_numbers(folder / "scored"), _numbers(folder / "run"))
+
+
+@pytest.mark.heavy
+def test_tracks_of_many_written_and_scored_give_the_rows_of_their_run(tmp_path: Path) -> None:
+    trackers = {"by_lot": Drawn(name="by_lot", draw=5)}
+    predictions = _answered(experiment_on("fish", "fish-tank", ["few"], trackers, range(1), workers=0), tmp_path, "mot")
+    score("fish", predictions=predictions, preset="few", out=tmp_path / "scored", workers=0)
+    _same(_numbers(tmp_path / "scored"), _numbers(tmp_path / "run"))
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Path:
+    """Return a folder of predictions of two episodes by one who knows and one who stays, in VOT's format."""
+    known = ["fake_knowing", "fake_still"]
+    bench(SUITE, seeds=range(2), trackers=known, workers=0, out=tmp_path / "run", keep_estimates=True)
+    write_predictions(tmp_path / "run", "vot", str(tmp_path / "vot"))
+    for name in known:
+        (tmp_path / "vot" / name).rename(tmp_path / "vot" / f"{name.removeprefix('fake_')}_there")
+    return tmp_path
+
+
+def test_they_stand_beside_trackers_that_ran_without_speed_and_posterior(made: Path) -> None:
+    score(SUITE, predictions=made / "vot", out=made / "run", workers=0)
+    numbers = _numbers(made / "run", *POSTERIOR)
+    for name in ("knowing", "still"):
+        there, here = (
+            {key[1:]: value for key, value in numbers.items() if key[0] == tracker}
+            for tracker in (f"{name}_there", f"fake_{name}")
+        )
+        _same(there, here)
+    rows = [row for row in read_rows(made / "run") if row["tracker"] == "knowing_there"]
+    assert not [row for row in rows if row["metric"] in TIMES]
+    assert {row["value"] for row in rows if row["metric"].startswith(("coverage", "nees"))} == {None}
+    assert {row["role"] for row in rows} == {"external"}
+
+
+def test_the_folder_of_a_tracker_that_we_have_is_called_apart(made: Path) -> None:
+    (made / "vot" / "still_there").rename(made / "vot" / "hold")
+    results = score(SUITE, predictions=made / "vot", out=made / "scored", workers=0)
+    assert set(results.rows()["tracker"]) == {"hold-elsewhere", "knowing_there"}
+
+
+def test_only_changed_files_are_scored_again(made: Path) -> None:
+    out: dict[str, Any] = {"out": made / "scored", "workers": 0}
+    first = score(SUITE, predictions=made / "vot", **out)
+    assert first.rows().query("metric == 'silent_frames'")["value"].sum() == 0
+    again = score(SUITE, predictions=made / "vot", **out)
+    path = next((made / "vot" / "still_there").rglob("*-000001_001.txt"))
+    path.write_text(path.read_text().replace("\n", "\r\n"))
+    unchanged = score(SUITE, predictions=made / "vot", **out)
+    path.write_text("1\n" + "0\n" * (FRAMES - 1))
+    with pytest.warns(TrackerWarning, match=f"still_there gave no answer .* on {FRAMES - 1} frames"):
+        changed = score(SUITE, predictions=made / "vot", **out)
+    done = [(each.outcome.episodes, each.outcome.resumed) for each in (first, again, unchanged, changed)]
+    assert done == [(4, 0), (0, 4), (0, 4), (1, 3)]
+    assert changed.rows().query("metric == 'silent_frames'")["value"].sum() == FRAMES - 1
+
+
+def test_a_sequence_without_predictions_is_named_and_scored_as_silence(made: Path) -> None:
+    next((made / "vot" / "knowing_there").rglob("*-000001_001.txt")).unlink()
+    wanted = (
+        "knowing_there failed in fake-town-v1 brief, seed 1, frame 0: .* expected a file for .*-brief-000001, got none"
+    )
+    with pytest.warns(TrackerWarning, match=wanted):
+        results = score(SUITE, predictions=made / "vot", out=made / "scored", workers=0)
+    assert results.outcome.failed
+    rows = results.rows()
+    assert set(rows[rows["tracker"] == "knowing_there"]["seed"]) == {0, 1}
+
+
+@pytest.mark.heavy
+def test_detections_and_one_track_of_many_follow_the_target(made: Path) -> None:
+    """The same boxes as JSON without and with identities, and as rows beside those of another car."""
+    lines = {path.stem.removesuffix("_001"): path for path in (made / "vot" / "knowing_there").rglob("*_001.txt")}
+    images, results = [], []
+    for name, path in lines.items():
+        rows = []
+        for frame, line in enumerate(path.read_text().splitlines()):
+            images.append({"id": len(images) + 1, "file_name": f"{name}/{frame:06d}.png"})
+            if "," in line:
+                left, top, *size = map(float, line.split(","))
+                found = {"image_id": len(images), "category_id": 1, "bbox": [left, top, *size], "score": 1.0}
+                results += [found, found | {"bbox": [0, 0, 5, 5], "score": 0.2}]
+                rows += [f"{frame + 1},5,{left + 1!r},{top + 1!r},{size[0]!r},{size[1]!r},1"]
+                rows += [f"{frame + 1},9,400,400,5,5,1"]
+        (made / "mot" / "rows").mkdir(parents=True, exist_ok=True)
+        (made / "mot" / "rows" / f"{name}.txt").write_text("\n".join(rows))
+    (made / "all.json").write_text(json.dumps({"images": images}))
+    for name, some in (("coco", results), ("tao", [each | {"track_id": 4} for each in results[::2]])):
+        (made / "json" / name).mkdir(parents=True)
+        (made / "json" / name / "results.json").write_text(json.dumps(some))
+    how: dict[str, Any] = {"out": made / "scored", "workers": 0}
+    score(SUITE, predictions=[made / "vot", made / "mot"], **how)
+    score(SUITE, predictions=made / "json", annotations=made / "all.json", **how)
+    numbers = _numbers(made / "scored", *POSTERIOR, "in_view_t", "precision_curve", "recall_curve")
+    by_tracker = {
+        tracker: {key[1:]: value for key, value in numbers.items() if key[0] == tracker}
+        for tracker in ("knowing_there", "rows", "coco", "tao")
+    }
+    for tracker in ("rows", "coco", "tao"):
+        _same(by_tracker[tracker], by_tracker["knowing_there"])
+
+
+@pytest.mark.heavy
+def test_the_command_prints_a_leaderboard_and_its_report_names_it(
+    made: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("benchmarks.cli.score_function.registry.suite", lambda name: SUITE)
+    words = ["score", "--predictions", str(made / "vot"), "--out", str(made / "scored"), "--workers", "0"]
+    assert main(words) == 0
+    assert "knowing_there" in capsys.readouterr().out
+    page = (made / "scored" / "report.html").read_text()
+    assert f"frameout score frame-out --truth fake-town-v1 --preset brief --seeds 0:2 --predictions {made}/vot" in page
+    assert main(["compare", "knowing_there", "still_there", "--directory", str(made / "scored")]) == 0
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "predictions: expected a folder or several, got none"),
+        (["--predictions", "nix"], "predictions: expected folders that exist, got 'nix'"),
+        (["follow", "--predictions", "."], "suite: expected one of .*, got follow, whose camera no prediction steers"),
+        (
+            ["harbour", "--predictions", "."],
+            "suite: expected one of .*fish.*, got harbour, which scores tracks with depth_m",
+        ),
+        (["fish", "--predictions", ".", "--real", "x"], "suite: expected one that judges real pictures .*, got fish"),
+        (
+            ["--predictions", ".", "--truth", "nix"],
+            "truth: expected one of road-town-v2.*, or the folder of a data set",
+        ),
+        (["--predictions", ".", "--preset", "nix"], "preset: expected one of .*; got 'nix'"),
+        (["--predictions", ".", "--format", "nix"], "format: expected one of vot, otb, mot, coco, got 'nix'"),
+        (["--predictions", "."], r"predictions: expected NAME\.txt, .*, got nothing"),
+        (["--predictions", ".", "--real", ".", "--seeds", "1"], "seeds: expected none with real"),
+    ],
+)
+def test_wrong_arguments_are_named(
+    words: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["score", *words]) == 2
+    assert re.search(message, capsys.readouterr().err)
+
+
+def test_files_for_one_target_are_refused_in_a_suite_of_many(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "fish-tank-v1-few-000000.txt").write_text("1\n" * 40)
+    with pytest.raises(ValueError, match=r"000\.txt: expected tracks with identities .*, got a line a frame"):
+        score("fish", predictions=tmp_path / "mine", preset="few", out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
