@@ -14,6 +14,8 @@ from trackers.registry import NoParameters, register, tunable
 from trackers.types import CameraModel, Estimate, Observation
 
 _FINER = 16.0
+_ALIKE = 1e-9
+"""Difference of similarities that rounding makes."""
 
 
 def best_match(
@@ -22,8 +24,8 @@ def best_match(
     """Return the position (2,) in the picture near a point whose rectangle is most similar to the template.
 
     The first grid spans ``reach_px`` in steps of a third of the rectangle; each next one spans a step around the best
-    position, at most 16 times as fine, down to one pixel. Also returns the similarity, 0 if the picture is out of
-    reach.
+    position, at most 16 times as fine, down to one pixel. A grid whose places are all alike, as on a grey picture,
+    leaves the position where it is. Also returns the similarity, 0 if the picture is out of reach.
     """
     bins = hs_bins(image_rgb)
     picture = np.array([image_rgb.shape[1], image_rgb.shape[0]])
@@ -41,7 +43,9 @@ def best_match(
             break
         similarities = template.similarities(bins, grid_px)
         best = int(np.argmax(similarities))
-        best_px, similarity = grid_px[best], float(similarities[best])
+        similarity = float(similarities[best])
+        are_alike = similarity - similarities.min() <= _ALIKE
+        best_px = np.clip(best_px, low, high) if are_alike else grid_px[best]
     return best_px, similarity
 
 

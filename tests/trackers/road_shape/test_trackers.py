@@ -12,7 +12,7 @@ from tests.fakes import CAMERA, DrawnFrame, DrawnTown, along, bent_road, drive, 
 from trackers.baselines.single_target import best_match
 from trackers.kernels.histogram import ColourTemplate
 from trackers.registry import entry
-from trackers.types import Estimate
+from trackers.types import CameraModel, Estimate, Observation
 
 FILTERS = ("colour_pf", "road_shape_pf", "background_pf")
 REPRODUCIBLE = (*FILTERS, "hold", "constant_velocity")
@@ -197,3 +197,14 @@ def test_what_lies_outside_the_picture_is_like_nothing() -> None:
     place_px, similarity = best_match(template, picture, np.array([-3.0, 20.0]), reach_px=8.0)
     assert similarity == pytest.approx(1.0)
     assert (place_px >= 0).all()
+
+
+@pytest.mark.parametrize("name", ["hold", "constant_velocity"])
+def test_where_all_places_are_alike_a_match_stays_in_place(name: str) -> None:
+    """A grey picture has one hue and no saturation, so every place is as similar as any other."""
+    grey = np.repeat(np.random.default_rng(0).integers(0, 256, (120, 160, 1)), 3, axis=-1).astype(np.uint8)
+    observation = Observation(grey, 0.0, CameraModel(160, 120, 200.0))
+    tracker = entry(name).create(np.random.default_rng(0))
+    tracker.initialise(observation, np.array([70.0, 50.0, 94.0, 64.0]))
+    for _ in range(20):
+        assert np.abs(tracker.update(observation).position_px - (82.0, 57.0)).max() <= 1.0
