@@ -41,7 +41,6 @@ from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
 from benchmarks.show.results import Results
 from benchmarks.statistics.rank_agreement import rank_agreement
-from benchmarks.statistics.summary import read_summary
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
@@ -89,7 +88,7 @@ class Bench(WithModules):
         target: id or name of the target to follow in files of many (default: the one with most labels).
         rate_hz: frames a second of the pictures of --real (default: as files say, else 30).
         beside: with --real, folder of results in simulated episodes: also prints both orders of the trackers and
-            their rank correlation, Kendall's tau.
+            their rank correlation, Kendall's tau, with an interval, and what counts on either side.
         quick: run a few small, short episodes as a trial.
         out: folder for records.jsonl, summary.json, comparisons.json and report.html (default: results/SUITE, with
             --quick results/quick, with --real results/SUITE-real).
@@ -161,7 +160,7 @@ class Bench(WithModules):
         pictures = bool(self.real) and wanted.on_sequences is not None
         beside = pictures or self.beside is None
         check("beside", beside, "none but with --real and a suite that judges pictures", repr(str(self.beside)))
-        simulated = read_summary(self.beside) if self.beside is not None else []
+        simulated = read_rows(self.beside) if self.beside is not None else []
         results = self._rows_of(wanted)
         print_results(wanted, results, metric=self.metric, as_json=self.json, real=bool(self.real), beside=simulated)
         return results.directory, results.outcome.failed
@@ -193,7 +192,7 @@ def print_results(
     Args:
         metric: names of the metrics on the leaderboard; () = the suite's own.
         real: whether the results are of what is real.
-        beside: summary of simulated episodes, whose order of the trackers is compared.
+        beside: rows of simulated episodes, whose order of the trackers is compared.
     """
     out, outcome = results.directory, results.outcome
     # The folder may hold rows of other suites.
@@ -212,8 +211,9 @@ def print_results(
         document = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
         print(json.dumps(document, indent=1))
     else:
-        lines = sequences_in_words(read_rows(out)) if real and wanted.on_sequences is not None else []
-        agreement = rank_agreement(wanted, summary, beside) if beside else []
+        rows = read_rows(out)
+        lines = sequences_in_words(rows) if real and wanted.on_sequences is not None else []
+        agreement = rank_agreement(wanted, rows, beside) if beside else []
         print(*lines, *agreement, printable(f"rows: {out / 'records.jsonl'}\nreport: {report}"), sep="\n")
     for line in outcome.problems_in_words(wanted.silence_in(REAL if real else "")):
         print(line, file=sys.stderr)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeVar
 
 from scenarios.scenario import Episode, Frame
@@ -122,12 +122,15 @@ class OnSequences:
         headline: metrics of the leaderboard; the first one ranks. Ranks in simulated episodes are compared in them.
         compared: metrics of comparisons.
         silence: score of a frame without an answer, in words.
+        conditions: name of a quantity of its rows → which frames, events or sequences count, see ``Quantity``; those of
+            a sequence are others than those of a simulated episode. A quantity that is not named is as there.
     """
 
     judge: Callable[[Episode], Judge]
     headline: tuple[str, ...]
     compared: tuple[str, ...]
     silence: str
+    conditions: Mapping[str, str] = field(default_factory=dict)
 
 
 class Recording(Judge, Protocol):

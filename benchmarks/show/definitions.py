@@ -8,6 +8,7 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
 from benchmarks.contract.metric import NOT_STATED, Metric
@@ -82,19 +83,23 @@ def definitions_of(suite: Suite) -> dict[Any, dict[str, None]]:
     return found
 
 
-def metric_definitions(suite: Suite) -> list[dict[str, Any]]:
+def metric_definitions(suite: Suite, conditions: Mapping[str, str] = MappingProxyType({})) -> list[dict[str, Any]]:
     """Return the definitions of all metrics of a suite, see ``metrics_of``, each part in words.
 
     Beside those of ``Metric``: ``formula``: how rows make it; ``range`` of its values; ``better``: ``higher``,
     ``lower``, or the ideal value; ``conditions``: which frames, events or episodes count; ``source``: where the
     definitions of its rows come from; ``rows``: their names; ``defined_in``: places of their formulas.
+
+    Args:
+        conditions: of quantities, by name, in place of their own, see ``OnSequences``.
     """
-    return [_definition(suite, metric) for metric in metrics_of(suite)]
+    return [_definition(suite, metric, conditions) for metric in metrics_of(suite)]
 
 
-def _definition(suite: Suite, metric: Metric) -> dict[str, Any]:
+def _definition(suite: Suite, metric: Metric, words: Mapping[str, str]) -> dict[str, Any]:
     statistic = metric.statistic
-    stated = [each for each in statistic.of if each.conditions != NOT_STATED]
+    named = [dataclasses.replace(each, conditions=words.get(each.name, each.conditions)) for each in statistic.of]
+    stated = [each for each in named if each.conditions != NOT_STATED]
     conditions = dict.fromkeys(each.conditions for each in stated if each.conditions)
     of_kind = f"; of events: {statistic.kind}" if statistic.kind else ""
     in_seconds = metric.unit == "s" and "frames" in statistic.formula

@@ -69,6 +69,11 @@ class _Results:
         """Whether rows are of real sequences or recordings."""
         return self.condition[1] == REAL
 
+    @property
+    def anchor(self) -> str:
+        """Where metrics are defined: real sequences have conditions of their own."""
+        return f"{self.suite.name}{'-real' if self.is_real and self.suite.on_sequences else ''}"
+
     def charts(self) -> list[Chart]:
         """Return the charts of the suite, and how fast trackers are."""
         # A suite's own references are there for its figures, whatever their role.
@@ -111,7 +116,6 @@ def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
     _draw_pictures(directory, results)
     pictures = read_pictures(directory)
     sections = [_section(each, [one for one in pictures if one["condition"] == [*each.condition]]) for each in results]
-    suites = {each.suite.name: suite(each.suite.name) for each in results}
     headings = (each["showing"].heading or each["suite"].summary for each in sections)
     path = directory / REPORT_FILE_NAME
     page = page_environment(__file__).get_template("page.html.jinja")
@@ -119,12 +123,26 @@ def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
         heading=" · ".join(dict.fromkeys(headings)),
         made_from=made_from,
         sections=sections,
-        definitions={name: metric_definitions(judged) for name, judged in suites.items()},
+        definitions=_definitions(results),
         references_heading=tables.REFERENCES,
         style=Markup(page_style()),
     )
     write_atomic(path, text)
     return path
+
+
+def _definitions(results: Sequence[_Results]) -> dict[str, tuple[str, list[dict[str, Any]]]]:
+    """Return the definitions of metrics with their heading, by anchor; of real sequences those that they have."""
+    found: dict[str, tuple[str, list[dict[str, Any]]]] = {}
+    for each in results:
+        name, on_sequences = each.suite.name, each.suite.on_sequences if each.is_real else None
+        defined, heading = metric_definitions(suite(name), on_sequences.conditions if on_sequences else {}), name
+        if on_sequences is not None:
+            held = {entry["metric"] for entry in each.summary}
+            defined = [metric for metric in defined if metric["name"] in held]
+            heading = f"{name} on real sequences"
+        found[each.anchor] = heading, defined
+    return found
 
 
 def is_current(directory: Path, metrics: Sequence[str] = ()) -> bool:
@@ -227,6 +245,7 @@ def _section(results: _Results, pictures: Entries) -> dict[str, Any]:
         "name": name_of(results.condition),
         "title": " · ".join([scenario, preset, *how]),
         "is_real": real,
+        "anchor": results.anchor,
         "about": scores.summary if sequences is None else _ABOUT_SEQUENCES,
         "silence": scores.silence if sequences is None else sequences.silence,
         "suite": scores,

@@ -71,7 +71,7 @@ def bootstrap_interval(pool: PooledRatios, resamples: int = RESAMPLES) -> tuple[
     """
     if pool.seed_count < _FEWEST_SEEDS:
         return float("nan"), float("nan")
-    return _interval(pool.value(_resample(len(pool.seeds), resamples)))
+    return percentile_interval(pool.value(resample(len(pool.seeds), resamples)))
 
 
 def compare(first: PooledRatios, second: PooledRatios, resamples: int = RESAMPLES) -> Comparison:
@@ -84,8 +84,8 @@ def compare(first: PooledRatios, second: PooledRatios, resamples: int = RESAMPLE
     check("seeds", len(seeds) > 0, "some that both trackers ran on", "none in common")
     a, b = first.on(seeds), second.on(seeds)
     both = int(((a.denominators.sum(axis=1) > 0) & (b.denominators.sum(axis=1) > 0)).sum())
-    counts = _resample(len(seeds), resamples)
-    low, high = _interval(a.value(counts) - b.value(counts)) if both >= _FEWEST_SEEDS else (float("nan"),) * 2
+    counts = resample(len(seeds), resamples)
+    low, high = percentile_interval(a.value(counts) - b.value(counts)) if both >= _FEWEST_SEEDS else (float("nan"),) * 2
     return Comparison(a.mean - b.mean, low, high, _permutation_p(a, b, resamples), both)
 
 
@@ -117,9 +117,9 @@ def _permutation_p(a: PooledRatios, b: PooledRatios, resamples: int) -> float:
 
 
 @lru_cache(maxsize=4)
-def _resample(seed_count: int, resamples: int) -> NDArray[np.float64]:
-    """Return how often each seed is drawn in each resample (resamples, S), with replacement."""
-    rng = generator(seed_count, "statistics/bootstrap")
+def resample(seed_count: int, resamples: int, stream: str = "statistics/bootstrap") -> NDArray[np.float64]:
+    """Return how often each seed is drawn in each resample (resamples, S), with replacement; streams have their own."""
+    rng = generator(seed_count, stream)
     drawn = rng.integers(0, seed_count, (resamples, seed_count))
     counts = np.zeros((resamples, seed_count))
     np.add.at(counts, (np.arange(resamples)[:, None], drawn), 1.0)
@@ -127,7 +127,8 @@ def _resample(seed_count: int, resamples: int) -> NDArray[np.float64]:
     return counts
 
 
-def _interval(values: NDArray[np.float64]) -> tuple[float, float]:
+def percentile_interval(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the ends of the middle 95 % of values (R,), without those that are not finite; NaN without any."""
     usable = values[np.isfinite(values)]
     if len(usable) == 0:
         return float("nan"), float("nan")

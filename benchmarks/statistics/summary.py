@@ -78,11 +78,6 @@ def write_summary(directory: Path) -> list[dict[str, Any]]:
     return summary
 
 
-def read_summary(directory: Path) -> list[dict[str, Any]]:
-    """Return the summary of the rows in a directory. Raises ValueError if it holds no records."""
-    return summarise(grouped(read_rows(directory)))
-
-
 def read_entries(directory: Path, file_name: str) -> list[dict[str, Any]]:
     """Return what one of both files holds; files that are missing are made from the directory's rows."""
     if not (directory / file_name).is_file():

@@ -33,6 +33,10 @@ _EACH_SEQUENCE = ("centre_error_px", "precision_20_px", "success_auc", "success_
 """Scores of OTB."""
 _MIDDLE_HALF = 0.25
 """Farthest from the middle of a box, in its width or height."""
+_ON_TARGET = "on the target: IoU of the boxes at least 0.5, or, of a point alone, in the middle half of the true box"
+_BOXED = "frames with a box of the target, whole or cut by the border, seen or hidden in part"
+_BACK = "frame-outs, and absences that no file explains, after which the target is back, between labelled frames"
+_JUDGED = f"{_BACK}, with at least 5 frames and a second of the sequence after its return; {_ON_TARGET}"
 
 
 class SequenceJudge(FrameOutJudge):
@@ -94,4 +98,14 @@ ON_SEQUENCES = OnSequences(
     ),
     silence="no overlap, and as far off as the picture is wide and high",
     compared=("success_auc", "precision_20_px", "f_measure", "in_view_gm", "recovery_rate", "kept_rate"),
+    conditions={
+        **dict.fromkeys(("recovered", "kept"), _JUDGED),
+        "run_kept": "sequences with such a frame-out",
+        **dict.fromkeys(("recovery_frames", "watched_frames"), _BACK),
+        "in_view_tpr": f"frames with a box of the target; {_ON_TARGET}",
+        "in_view_tnr": "labelled frames without a box: the target is outside or hidden",
+        "precision_curve": "labelled frames with an answer inside the picture",
+        "recall_curve": _BOXED,
+        **dict.fromkeys(_EACH_SEQUENCE, f"{_BOXED}; each sequence counts the same"),
+    },
 )

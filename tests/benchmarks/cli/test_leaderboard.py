@@ -12,7 +12,7 @@ from benchmarks.cli import leaderboard
 from benchmarks.cli.main import main
 from benchmarks.contract.suite import suite
 from benchmarks.show.tables import column_of
-from benchmarks.statistics.summary import read_summary
+from benchmarks.statistics.summary import write_summary
 from tests.benchmarks.fake_rows import TRACKERS, write_rows
 
 
@@ -28,7 +28,7 @@ def test_no_word_is_cut_and_each_number_has_its_interval(
     width: int, results: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(leaderboard, "console_of", lambda _: Console(width=width))
-    leaderboard.print_leaderboard(read_summary(results))
+    leaderboard.print_leaderboard(write_summary(results))
     out = capsys.readouterr().out
     assert "…" not in out
     assert max(map(len, out.splitlines())) <= width
@@ -51,7 +51,7 @@ def test_metrics_are_chosen(results: Path, capsys: pytest.CaptureFixture[str]) -
 
 
 def test_a_metric_without_rows_is_named(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    entries = read_summary(results)
+    entries = write_summary(results)
     recovered = [each for each in entries if each["metric"] == "recovery_rate"]
     leaderboard.print_leaderboard(recovered, ["kept_rate", "recovery_rate"])
     assert "; no row gives kept_rate" in " ".join(capsys.readouterr().out.split())

@@ -181,6 +181,13 @@ def test_leaderboard_report_and_compare_speak_of_sequences(ran: Path, capsys: py
     assert "real sequences" in page
     assert "a car seen from a helicopter" not in page
     assert "Intervals are 95 % bootstrap over sequences" in page
+    assert "Definitions of the metrics of suite frame-out on real sequences" in page
+    assert "of a point alone, in the middle half of the true box" in page
+    assert "half its length on the ground" not in page
+    assert "offscreen_error" not in page
+    linked = set(re.findall(r'href="#(frame-out[^"]*)"', page))
+    assert linked <= set(re.findall(r'<dt id="([^"]*)"', page))
+    assert "frame-out-real-success_auc" in linked
     assert main(["compare", "fake_red", "fake_stays", "--directory", str(ran / "out")]) == 0
     told = capsys.readouterr()
     assert "whole episodes" in told.out
@@ -219,7 +226,8 @@ def test_ranks_stand_beside_those_of_simulated_rows(ran: Path, capsys: pytest.Ca
     write_lines(ran / "sim" / "records.jsonl", [json.dumps(row) for row in simulated])
     bench(ran / "cars", ran / "out", "--beside", str(ran / "sim"))
     told = capsys.readouterr().out
-    assert "success_auc, real cars and town-v1 cars raster: Kendall's tau 1.00" in told
+    assert "success_auc, real cars and town-v1 cars raster: Kendall's tau 1.00, " in told
+    assert "recovered counts, simulated: frame-outs with at least 5 frames" in told
     assert "real: fake_red 0.952, fake_breaks " in told
 
 
