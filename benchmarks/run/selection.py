@@ -172,11 +172,10 @@ def varied_names(words: Sequence[str]) -> tuple[str, ...]:
     """
     names = []
     for word in words:
-        match = re.fullmatch(r"(\w+)\.(\w+)=([^=\[\]]+)", word)
-        values = [] if match is None else [value.strip() for value in match[3].split(",")]
-        check("vary", bool(values) and all(values), "NAME.PARAMETER=V1,V2,…, such as colour_pf.particles=50,200", repr(word))
+        match = re.fullmatch(r"(\w+)\.(\w+)=([^=,\[\]]+(?:,[^=,\[\]]+)*)", word)
+        check("vary", match is not None, "NAME.PARAMETER=V1,V2,…, such as colour_pf.particles=50,200", repr(word))
         assert match is not None
-        names += [str(Varied(match[1], match[2], value)) for value in values]
+        names += [str(Varied(match[1], match[2], value.strip())) for value in match[3].split(",")]
     for name in names:
         with_value(name)
     return tuple(dict.fromkeys(names))
