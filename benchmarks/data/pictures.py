@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
@@ -19,7 +20,36 @@ ENDINGS = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 _NUMBER = re.compile(r"\d+$")
 
 
-def short(path: Path, parts: int = 2) -> str:
+@dataclass(frozen=True)
+class Member:
+    """A file in a tar file, with what readers of pictures use of a path.
+
+    Attributes:
+        tar: the file. name: of the member. offset, size: of its content, bytes.
+    """
+
+    tar: Path
+    name: str
+    offset: int
+    size: int
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Parts of the path, with the tar file as a folder."""
+        return (*self.tar.parts, self.name)
+
+    def read_bytes(self) -> bytes:
+        """Return its content. Raises OSError if the tar file is gone."""
+        with self.tar.open("rb") as file:
+            file.seek(self.offset)
+            return file.read(self.size)
+
+
+Picture = Path | Member
+"""Where the content of a picture is."""
+
+
+def short(path: Picture, parts: int = 2) -> str:
     """Return the last parts of a path, for messages."""
     return printable("/".join(path.parts[-parts:]))
 
@@ -61,7 +91,7 @@ def numbered_pictures(folder: Path, *, gaps: bool = False) -> dict[int, Path]:
     return {number: found[number] for number in sorted(found)}
 
 
-def read_picture(path: Path) -> NDArray[np.uint8]:
+def read_picture(path: Picture) -> NDArray[np.uint8]:
     """Return a picture (H, W, 3), red first, as its pixels lie in the file.
 
     Raises:
@@ -76,7 +106,7 @@ def read_picture(path: Path) -> NDArray[np.uint8]:
     return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2RGB), dtype=np.uint8)
 
 
-def bytes_of(path: Path) -> bytes:
+def bytes_of(path: Picture) -> bytes:
     """Return the bytes of a picture's file. Raises UnreadableSequence if it is gone."""
     try:
         return path.read_bytes()
@@ -84,6 +114,6 @@ def bytes_of(path: Path) -> bytes:
         raise _unreadable(path, str(error.strerror)) from None
 
 
-def _unreadable(path: Path, got: str) -> UnreadableSequence:
+def _unreadable(path: Picture, got: str) -> UnreadableSequence:
     # Pictures of OTB lie in NAME/img.
     return UnreadableSequence(f"{short(path, 3)}: expected a whole picture, got {got}")

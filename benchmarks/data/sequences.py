@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import USUAL_RATE_HZ, UnreadableSequence
 from benchmarks.contract.sequence_truth import SequenceTruth
-from benchmarks.data.pictures import bytes_of, read_picture, short
+from benchmarks.data.pictures import Picture, bytes_of, read_picture, short
 from scenarios.scenario import Frame
 from sim.checks import check
 from trackers.types import CameraCommand, CameraModel, Observation, Start
@@ -50,7 +50,7 @@ class BoxedSequence:
     """
 
     name: str
-    pictures: tuple[Path, ...]
+    pictures: tuple[Picture, ...]
     box_xyxy: NDArray[np.float64]
     rate_hz: float = USUAL_RATE_HZ
     number: int = 0
@@ -104,7 +104,7 @@ class Labelled:
 
     name: str
     file: Path
-    pictures: Sequence[Path]
+    pictures: Sequence[Picture]
     box_xyxy: NDArray[np.float64]
     tags: NDArray[np.str_] | None = None
     whole: bool = False

@@ -81,9 +81,12 @@ def layouts() -> dict[str, Layout]:
 
 
 def folders_with(path: Path, file: str) -> Iterator[Path]:
-    """Yield the folders that hold a file of a name or pattern: the path, and those one and two levels below."""
-    for depth in ("", "*/", "*/*/"):
-        yield from dict.fromkeys(each.parent for each in visible(path, depth + file))
+    """Yield the folders that hold a file of a name or pattern: the path, else those a level below, else two levels.
+
+    Below a level that has some there are but pictures, of which there may be millions.
+    """
+    found = (dict.fromkeys(each.parent for each in visible(path, depth + file)) for depth in ("", "*/", "*/*/"))
+    yield from next(filter(None, found), ())
 
 
 def check_one_target(target: Target) -> None:

@@ -114,6 +114,7 @@ ON_SEQUENCES = OnSequences(
         "f_measure",
         "in_view_gm",
         "recovery_rate",
+        "time_to_recover_frames",
         "kept_rate",
         "frames_per_s",
     ),

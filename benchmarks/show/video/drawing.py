@@ -26,7 +26,16 @@ _SHADE: dict[str, marks.Rgb] = {
     "occluded": (96, 96, 96),
     "out": (204, 121, 167),
     "absent": (30, 32, 36),
+    "unlabelled": marks.CALM,
 }
+_WORDS = {
+    "in": "in view",
+    "partial": "cut by the border",
+    "occluded": "hidden",
+    "absent": "absent",
+    "unlabelled": "not labelled",
+}
+"""Of states in the picture or in none; "unlabelled" is of real sequences, see ``SequenceTruth``."""
 _GAP_PX, _STRIP_PX = 6, 28
 """Distance of the pictures of a sheet, and height of the text above each."""
 _DIMMED = 0.66
@@ -262,7 +271,7 @@ class InLargerView(Drawing):
             frames = counted(int(truth.frames_since_exit[target]) + 1, "frame")
             over = f", over the {truth.side[target]} edge" if truth.side[target] else ""
             return f"out of view for {frames}{over}"
-        return {"in": "in view", "partial": "cut by the border", "occluded": "hidden", "absent": "absent"}[state]
+        return _WORDS[state]
 
     def shades(self, instant: Instant) -> tuple[marks.Rgb, ...]:
         """See ``Drawing``."""

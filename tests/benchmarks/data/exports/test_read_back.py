@@ -26,7 +26,7 @@ from trackers.types import Estimate
 
 TRUTHS = truths("returns")
 FRAMES = len(TRUTHS)
-STATES = {"all": ("otb", "vot", "tao-amodal"), "hidden": ("mot",), "none": ("coco", "yolo")}
+STATES = {"all": ("otb", "vot", "tao-amodal", "webdataset"), "hidden": ("mot",), "none": ("coco", "yolo")}
 """What formats tell of a target without a box: whether it is outside or hidden; that it is hidden; nothing."""
 SEEN_PART = ("coco", "yolo")
 """Formats whose boxes are around what is seen."""

@@ -29,6 +29,7 @@ from tests.benchmarks.data.layouts.written_layouts import (
     write_tao_amodal,
     write_trackingnet,
     write_vot,
+    write_webdataset,
     write_yolo,
 )
 from tests.benchmarks.data.written_sequences import lines_of, write_lines, write_otb
@@ -81,6 +82,7 @@ def test_a_sequence_is_found_by_each_of_its_places(tmp_path: Path, name: str) ->
         (write_vot, SEEN_XYXY, STATES, 25.0),
         (write_mot, SEEN_XYXY, ("in", "in", "occluded", "unseen", "unseen", "partial", "occluded", "in"), 14.0),
         (write_tao_amodal, SEEN_XYXY, STATES, 7.5),
+        (write_webdataset, SEEN_XYXY, STATES, 12.5),
         (write_coco, CLIPPED_XYXY, ("in", "in", "unseen", "unseen", "unseen", "in", "in", "in"), 30.0),
     ],
 )
@@ -219,6 +221,17 @@ def test_what_is_broken_is_named_with_file_and_line(
         read_collections([tmp_path / "set"])
     assert named in str(raised.value)
     assert "\n" not in str(raised.value)
+
+
+def test_what_is_broken_in_a_tar_file_is_named(tmp_path: Path) -> None:
+    file = write_webdataset(tmp_path / "set") / "town-train-00001.tar"
+    whole = file.read_bytes()
+    file.write_bytes(whole.replace(b'"time_s"', b'"time_x"'))
+    with pytest.raises(ValueError, match=r"^town-train-00001.tar/town-000003_000005.json: expected truth as "):
+        read_collections([tmp_path / "set"])
+    file.write_bytes(b"no tar file, but long enough" * 40)
+    with pytest.raises(ValueError, match=r"^set/town-train-00001.tar: expected a tar file, got "):
+        read_collections([tmp_path / "set"])
 
 
 def test_a_layout_of_a_user_s_own_is_recognised(tmp_path: Path) -> None:

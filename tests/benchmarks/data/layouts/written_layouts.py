@@ -6,6 +6,8 @@ On eight pictures it is in the picture, hidden, outside for two, cut by the bord
 from __future__ import annotations
 
 import json
+import shutil
+import tarfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -226,6 +228,26 @@ def write_yolo(root: Path) -> Path:
     return root
 
 
+def write_webdataset(root: Path) -> Path:
+    """Two tar files, between which a sequence may be cut; what there is none of has a number of its own."""
+    write_pictures(root / "loose", list(SEEN_XYXY), "town-000003_{:06d}.png", first=0)
+    states = ("in", "in", "occluded", "out", "out", "partial", "occluded", "in")
+    for part, frames in enumerate((range(5), range(5, FRAMES))):
+        with tarfile.open(root / f"town-train-{part:05d}.tar", "w") as tar:
+            for k in frames:
+                picture = root / "loose" / f"town-000003_{k:06d}.png"
+                none = [-1e9] * 4
+                seen = not np.isnan(SEEN_XYXY[k]).any()
+                car = {"names": "target", "state": states[k], "box_xyxy": [*SEEN_XYXY[k]] if seen else none}
+                car |= {"visible_box_xyxy": [*CLIPPED_XYXY[k]] if seen else none}
+                content = {"time_s": k / 12.5, "objects": [car]}
+                tar.add(picture, picture.name)
+                (root / "loose" / "truth.json").write_text(json.dumps(content))
+                tar.add(root / "loose" / "truth.json", f"{picture.stem}.json")
+    shutil.rmtree(root / "loose")
+    return root
+
+
 LAYOUTS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "lasot": (write_lasot, "car-7"),
     "got10k": (write_got10k, "GOT-10k_Val_000001"),
@@ -237,5 +259,6 @@ LAYOUTS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "tao": (write_tao, "v_25685519b728afd746dfd1b2fe77c-7"),
     "coco": (write_coco, "town-000003-target"),
     "yolo": (write_yolo, "town-bus-1"),
+    "webdataset": (write_webdataset, "town-000003-target"),
 }
 """Name → what writes a data set, and the name of its sequence."""
