@@ -489,6 +489,8 @@ def _parts(held: Any) -> Iterator[bytes]:
         left_out = (
             [name for name, meaning in meanings(held).items() if not meaning.judged] if isinstance(held, Truth) else []
         )
+        # Digests are older than masks.
+        left_out += ["mask"] if isinstance(held, Estimate) and held.mask is None else []
         held = {each.name: getattr(held, each.name) for each in dataclasses.fields(held) if each.name not in left_out}
     if isinstance(held, float):
         held = np.array(held)

@@ -151,3 +151,15 @@ def geometric_median(points: NDArray[np.float64], weights: NDArray[np.float64], 
             total += pull
         m_x, m_y = sum_x / total, sum_y / total
     return np.array([m_x, m_y])
+
+
+def spacing(points: NDArray[np.float64]) -> float:
+    """Return the mean spacing ``sqrt(2 pi sqrt(det cov) / N)`` of points (N, 2), 0 of fewer than two.
+
+    It is added in quadrature to the detection's error: where particles are sparse, the nearest one is further from the
+    target.
+    """
+    if len(points) < 2:
+        return 0.0
+    determinant = float(np.linalg.det(np.cov(points.T)))
+    return float(np.sqrt(2.0 * np.pi * np.sqrt(max(determinant, 0.0)) / len(points)))

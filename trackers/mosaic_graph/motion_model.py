@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.ground_camera import GroundCamera
-from trackers.kernels.particles import detection_log_weights
+from trackers.kernels.particles import detection_log_weights, spacing
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
 from trackers.mosaic_graph.kernels.crossing import CUT_M
@@ -186,7 +186,7 @@ class CarModel:
     def log_weights(self, states: NDArray[np.float64], observed: Instant) -> NDArray[np.float64]:
         """Return log-weights (N,): the picture's log-likelihood, and the log-prior of newborn particles."""
         positions = np.ascontiguousarray(states[:, : rp.Y + 1])
-        spacing_m = _spacing_m(positions)
+        spacing_m = spacing(positions)
         return states[:, rp.LOG_PRIOR] + detection_log_weights(
             positions,
             np.ascontiguousarray(states[:, rp.HEADING]),
@@ -243,15 +243,3 @@ class CarModel:
 
     def _draw_cruise(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         return rng.normal(self.habits.cruise_mps, self.habits.cruise_spread_mps, count)
-
-
-def _spacing_m(positions_m: NDArray[np.float64]) -> float:
-    """Return the mean spacing ``sqrt(2 pi sqrt(det cov) / N)`` of particles (N, 2).
-
-    It is added in quadrature to the detection's error: where particles are sparse, the nearest one is further from the
-    target.
-    """
-    if len(positions_m) < 2:
-        return 0.0
-    determinant = float(np.linalg.det(np.cov(positions_m.T)))
-    return float(np.sqrt(2.0 * np.pi * np.sqrt(max(determinant, 0.0)) / len(positions_m)))

@@ -62,9 +62,7 @@ class Registration:
             use_mosaic: if False, pictures are chained frame to frame only.
         """
         self._use_ego, self._use_mosaic = use_ego, use_mosaic
-        self._ego = self._measured(observation)
-        if self._ego is not None and not _posed(observation.camera, self._ego).shows_ground(target_px):
-            self._ego = None
+        self._ego = observation.ego if use_ego and shows_ground(observation, target_px) else None
         tilt_rad = _FIRST_TILT_RAD
         self.camera = looking_down(observation.camera, metres_per_pixel)
         if self._ego is not None:
@@ -146,6 +144,14 @@ class Registration:
         given_pose = np.linalg.solve(information[pose, pose] + 1e-9 * np.eye(6), information[pose, bend])
         marginal = information[bend, bend] - information[bend, pose] @ given_pose
         self._bend_information = self._bend_information + _BEND_LEARNING * 0.5 * (marginal + marginal.T)
+
+
+def shows_ground(observation: Observation, pixel: NDArray[np.float64]) -> bool:
+    """Return whether a picture has a measured pose that shows ground in its middle and at a pixel (2,)."""
+    if observation.ego is None:
+        return False
+    camera = _posed(observation.camera, observation.ego)
+    return camera.shows_ground() and camera.shows_ground(pixel)
 
 
 def _posed(model: CameraModel, ego: EgoPose) -> GroundCamera:

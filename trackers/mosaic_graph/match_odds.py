@@ -1,0 +1,60 @@
+"""Odds that a match of the correlation filter is the target: learnt from the target, and from other places."""
+
+from __future__ import annotations
+
+import numpy as np
+
+_TARGET = (np.log(0.3), 0.5, 2.0)
+_OTHERS = (np.log(0.07), 0.4, 8.0)
+"""Mean and deviation of the log of the peak, and the number of pictures that this prior is worth: of a filter whose
+peak is about 1 where the target looks as it was learnt.
+"""
+_LEAST_DEVIATION = 0.3
+_LONGEST_MEMORY = 60.0
+_TAIL, _MOST = 4.0, 6.0
+_LEAST_PEAK = 1e-3
+
+
+class _Class:
+    """Running mean and deviation of the log of the peaks of one class, starting from a prior."""
+
+    def __init__(self, mean: float, deviation: float, count: float) -> None:
+        self.mean, self._square, self._count = mean, deviation**2, count
+
+    def learn(self, value: float) -> None:
+        self._count = min(self._count + 1.0, _LONGEST_MEMORY)
+        surprise = value - self.mean
+        self.mean += surprise / self._count
+        self._square += (surprise**2 - self._square) / self._count
+
+    def log_density(self, value: float) -> float:
+        deviation = max(float(np.sqrt(self._square)), _LEAST_DEVIATION)
+        return -0.5 * min(abs(value - self.mean) / deviation, _TAIL) ** 2 - float(np.log(deviation))
+
+
+class MatchOdds:
+    """A normal distribution of the log of the peak for the target, and one for the best match without it."""
+
+    def __init__(self) -> None:
+        self._target, self._others = _Class(*_TARGET), _Class(*_OTHERS)
+
+    def learn_target(self, peak: float) -> None:
+        """Learn the peak of a match that is the target."""
+        self._target.learn(_log(peak))
+
+    def learn_other(self, peak: float) -> None:
+        """Learn the peak of the best match in a place without the target."""
+        self._others.learn(_log(peak))
+
+    def log_ratio(self, peak: float) -> float:
+        """Return ``log p(peak | target) / p(peak | something else)``, in [-6, 6].
+
+        A peak above the target's mean is as good as the mean, one below the mean of others as bad as that.
+        """
+        value = _log(peak)
+        target = self._target.log_density(min(value, self._target.mean))
+        return float(np.clip(target - self._others.log_density(max(value, self._others.mean)), -_MOST, _MOST))
+
+
+def _log(peak: float) -> float:
+    return float(np.log(max(peak, _LEAST_PEAK)))
