@@ -62,7 +62,7 @@ def test_the_scenes_that_contributing_shows_run_in_a_checkout(tmp_path: Path) ->
 @pytest.mark.heavy
 def test_answers_that_are_written_are_scored_as_contributing_says(tmp_path: Path) -> None:
     *_, compared = [succeeds(in_one_process(each), tmp_path) for each in commands("CONTRIBUTING.md", "elsewhere")]
-    differences = re.findall(r"(\S+) +(\S+) … (\S+) +1\.0000 +2$", compared, re.M)
+    differences = re.findall(r"(\S+) +(\S+) … (\S+) +1\.0000 +2 *$", compared, re.M)
     assert differences
     assert {float(number) for each in differences for number in each} == {0.0}
 

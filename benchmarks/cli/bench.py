@@ -75,10 +75,11 @@ class Bench(WithModules):
         keep_estimates: also leave all answers of all trackers as tables, in the folder `estimates` beside the rows
             (`frameout[data]`); `frameout report --from-estimates` judges them again, but for those of --real.
         real: what is real in place of episodes; what cannot be used is named, and the rest is scored. For the suite
-            fish files of tracks, of TRex (npz, csv), idtracker.ai (csv, h5, parquet), idTracker and Tracktor; gaps are
-            cut out of the tracks and bridged, and pieces of tracks linked; intervals are over blocks of time. For the
-            suite frame-out folders of pictures with the boxes of one target, see --layout: each folder, of one sequence
-            or many, gets a leaderboard, in pixels alone; intervals are over its sequences.
+            fish files of tracks, of TRex (npz, csv), idtracker.ai (csv, h5, parquet), idTracker, Tracktor, SLEAP (csv,
+            h5, slp) and DeepLabCut (csv, h5), and rows of MOT; gaps are cut out of the tracks and bridged, and pieces
+            of tracks linked; intervals are over blocks of time. For the suite frame-out folders of pictures with the
+            boxes of one target, see --layout: each folder, of one sequence or many, gets a leaderboard, in pixels
+            alone; intervals are over its sequences.
         layout: of the folders of --real, which is recognised unless you choose it: coco, got10k, kitti (tracking),
             lasot, mot (DanceTrack too), otb, oxuva, tao (TAO-Amodal too), trackingnet, uav123, uavdt or vot (VOTS too);
             `frameout list` says what each looks for. A folder is a data set's, or a part or one sequence of it, or
@@ -122,7 +123,7 @@ class Bench(WithModules):
     real: Files = ()
     layout: Annotated[str, ONE_NAME] = ""
     target: Annotated[str | None, ONE_NAME] = None
-    rate_hz: float | None = None
+    rate_hz: Annotated[float | None, RATE] = None
     beside: Annotated[Path | None, FOLDER] = None
     quick: bool = False
     out: Annotated[Path | None, FOLDER] = None

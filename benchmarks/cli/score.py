@@ -10,7 +10,7 @@ from typing import Annotated
 
 import tyro
 
-from benchmarks.cli.arguments import FILE, FOLDER, ONE_NAME, WORKERS, Files, Names, UsualSeeds, WithModules
+from benchmarks.cli.arguments import FILE, FOLDER, ONE_NAME, RATE, WORKERS, Files, Names, UsualSeeds, WithModules
 from benchmarks.cli.bench import print_results
 from benchmarks.cli.printing import trackers_print_to_stderr
 from benchmarks.cli.score_function import score
@@ -41,7 +41,10 @@ class Score(WithModules):
             scenario).
         preset: one or more presets of the scenario (default: the suite's).
         seeds: episodes A to B - 1 (default: those of the data set, or that the predictions are of).
-        real: folders of pictures with boxes, see `frameout bench --help`, and so are layout, target and rate_hz.
+        real: folders of pictures with boxes in place of episodes, see `frameout bench --help`.
+        layout: of the folders of --real (default: it is recognised).
+        target: id or name of the target in files of several of --real (default: the one seen most).
+        rate_hz: frames a second of the pictures of --real (default: as files say, else 30).
         format: vot: a line a frame, which is a rectangle left,top,width,height, a polygon, a mask, or one number for
             none; the picture begins at 0,0. otb: the same from 1,1, rectangles alone. mot: rows
             frame,id,left,top,width,height,confidence, counted from 1. coco: JSON results of COCO or TAO (default: vot
@@ -63,7 +66,7 @@ class Score(WithModules):
     real: Files = ()
     layout: Annotated[str, ONE_NAME] = ""
     target: Annotated[str | None, ONE_NAME] = None
-    rate_hz: float | None = None
+    rate_hz: Annotated[float | None, RATE] = None
     format: Annotated[str, ONE_NAME] = ""
     annotations: Annotated[Path | None, FILE] = None
     out: Annotated[Path | None, FOLDER] = None

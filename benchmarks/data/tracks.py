@@ -12,6 +12,9 @@
 * idTracker, a ``.txt`` separated by tabs: ``X1 Y1 ProbId1 X2 …``, a row for each frame.
 * Tracktor: a number without a name, ``frame pos_x pos_y id``, a row for each animal and frame; of one animal there is
   no ``id``.
+* SLEAP and DeepLabCut, see ``benchmarks.data.pose_files``.
+* Rows of MOT Challenge, see ``benchmarks.data.mot_text``: the middle of each box that counts; the frame rate is that of
+  ``seqinfo.ini`` beside the file or its folder.
 
 Text is separated by tabs where its head is, else by commas, and may be gzipped. A pickled file is refused, since
 reading it could run anything.
@@ -34,6 +37,9 @@ import pandas as pd
 
 from benchmarks.contract.text import printable
 from benchmarks.contract.track_table import TrackTable
+from benchmarks.data.box_files import BETWEEN
+from benchmarks.data.mot_text import FIRST, read_mot
+from benchmarks.data.pose_files import read_deeplabcut_csv, read_pose_hdf5, read_sleap_csv
 from sim.checks import check
 
 _PICKLED = (".npy", ".pickle", ".pkl")
@@ -44,8 +50,10 @@ _UNIT = re.compile(r"\s*\((cm|px)\)$")
 _TIDY = (("pos_x", "pos_y", "id"), ("x", "y", "individual"))
 """Columns of the place and the animal, in files with a row for each animal and frame."""
 _WIDE = re.compile(r"[xX](\d+)$")
+_NUMERIC = re.compile(r"-?\d+(\.\d+)*$")
+"""A head that is a number, as of rows without heads; pandas adds ``.1`` to the second of a kind."""
 _KNOWN_HEADS = "columns frame, pos_x, pos_y, id, or these without id, or frame, individual, x, y, or x1, y1, x2, y2 …"
-"""Of Tracktor, of idtracker.ai, and of idtracker.ai or idTracker."""
+"""Of Tracktor, of idtracker.ai, and of idtracker.ai or idTracker; other programs are known by their first heads."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +76,7 @@ class _File:
 
 
 def read_tracks(paths: Sequence[Path]) -> list[TrackTable]:
-    """Return the recordings in files of TRex (NPZ, CSV), idtracker.ai (CSV, HDF5, Parquet), idTracker and Tracktor.
+    """Return the recordings in files of the programs above.
 
     TRex writes a file for each animal: those of one video become one recording. Every other file is a recording. Those
     of one name, such as idtracker.ai's ``trajectories.csv``, are also called by the folders that tell them apart.
@@ -158,7 +166,9 @@ def _read(path: Path) -> _File:
         if isinstance(error, ModuleNotFoundError):
             reason = f"no package {error.name} (pip install {error.name})"
         raise ValueError(f"{path.name}: expected a whole {_ending(path)} file, got {reason}") from None
-    recording, name, unit = path, printable(path.name.split(".")[0]), "px"
+    # MOT Challenge has NAME/gt/gt.txt.
+    called = path.parent.parent.name if path.parts[-2:] == ("gt", "gt.txt") else path.name.split(".")[0]
+    recording, name, unit = path, printable(called), "px"
     heads = {_UNIT.sub("", head): head for head in table}
     # Pandas calls the second head x1 of a text x1.1.
     twice = [head[:-2] for head in table if head.endswith(".1") and head[:-2] in table]
@@ -215,6 +225,13 @@ def _ending(path: Path) -> str:
 
 
 def _text(path: Path) -> tuple[pd.DataFrame, float | None]:
+    heads = list(pd.read_csv(path, nrows=0, skipinitialspace=True).columns)
+    if heads[:1] == ["scorer"]:
+        return read_deeplabcut_csv(path)
+    if {"track", "frame_idx"} <= set(heads):
+        return read_sleap_csv(path)
+    if path.suffix != ".gz" and all(map(_NUMERIC.match, BETWEEN.split(",".join(heads)))):
+        return _mot(path)
     has_tabs = len(pd.read_csv(path, sep="\t", nrows=0).columns) > 1
     with warnings.catch_warnings():
         # Of rows with more cells than heads, whose last cells would be dropped.
@@ -233,6 +250,18 @@ def _text(path: Path) -> tuple[pd.DataFrame, float | None]:
     return table, _rate_told(attributes.read_bytes()) if of_idtracker_ai and attributes.is_file() else None
 
 
+def _mot(path: Path) -> tuple[pd.DataFrame, float | None]:
+    rows = read_mot(path)
+    x, y = (0.5 * (rows.box_xyxy[:, :2] + rows.box_xyxy[:, 2:])).T
+    table = pd.DataFrame({"frame": rows.frame - FIRST, "individual": rows.identity.astype(str), "x": x, "y": y})
+    beside = (folder / "seqinfo.ini" for folder in path.resolve().parents[:2])
+    told = next((each.read_text(encoding="utf-8-sig") for each in beside if each.is_file()), "")
+    rates = dict(re.findall(r"^(frameRate|exactFrameRate)\s*=\s*([\d.]+)\s*$", told, re.M))
+    # Truth has rows that do not count.
+    counts = rows.confidence != 0
+    return table[counts], _known_rate(rates.get("exactFrameRate", rates.get("frameRate")))
+
+
 def _npz(path: Path) -> tuple[pd.DataFrame, float | None]:
     # Opened here, since NumPy leaves a file open that it finds broken.
     with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
@@ -244,6 +273,8 @@ def _h5(path: Path) -> tuple[pd.DataFrame, float | None]:
     import h5py
 
     with h5py.File(path) as file:
+        if (found := read_pose_hdf5(path, file)) is not None:
+            return found
         position = np.asarray(file["trajectories"], dtype=float)
         rate_hz = file.attrs.get("frames_per_second")
     heads = [f"{axis}{number + 1}" for number in range(position.shape[1]) for axis in "xy"]
@@ -269,7 +300,7 @@ def _known_rate(rate_hz: Any) -> float | None:
 
 _READERS: dict[str, Callable[[Path], tuple[pd.DataFrame, float | None]]] = {
     **dict.fromkeys((".csv", ".txt", ".tsv"), _text),
-    **dict.fromkeys((".h5", ".hdf5"), _h5),
+    **dict.fromkeys((".h5", ".hdf5", ".slp"), _h5),
     ".parquet": _parquet,
     ".npz": _npz,
 }
