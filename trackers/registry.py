@@ -40,7 +40,7 @@ Role = Literal["ours", "variant", "as-written", "tuned", "baseline", "blind", "o
 _MODULES = {
     "trackers.baselines.single_target": ("hold", "constant_velocity", "opencv_mil"),
     "trackers.baselines.ground_followers": ("hold_ground", "constant_velocity_ground", "template_ground"),
-    "trackers.baselines.csrt_pipe": ("opencv_csrt",),
+    "trackers.baselines.opencv_contrib": ("opencv_csrt",),
     "trackers.baselines.sort": ("sort",),
     "trackers.baselines.sort_appearance": ("sort_appearance",),
     "trackers.baselines.bytetrack": ("bytetrack",),

@@ -10,7 +10,9 @@ An argument is ``NAME=COMMAND``, or a TOML file with a table for each tracker::
 key                                     meaning
 ======================================  ================================================================================
 ``command``                             its words, with quotes as in a shell; files and folders are found from where the
-                                        TOML file lies
+                                        TOML file lies. A Python file that begins it and says which packages it needs
+                                        runs in an environment of its own, see ``trackers.clients.environments``; ours
+                                        (``opencv_contrib.py``) are found by their names
 ``suites``                              suites that it is entered for; without it all
 ``summary``                             one line
 ``parameters``                          a table, for the tracker's ``parameters``
@@ -34,7 +36,7 @@ import re
 import shlex
 import shutil
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -49,13 +51,15 @@ from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode
 from sim.checks import check, check_choice
 from trackers.clients.child import Limits
-from trackers.clients.remote import Program, RemoteMultiTracker, RemoteTracker, remote_tracker
+from trackers.clients.environments import made_environment, needs
+from trackers.clients.remote import Program, RemoteMultiTracker, RemoteTracker, found_program, remote_tracker
 from trackers.clients.trax import TraxTracker
 from trackers.follow_one import FollowOne
 from trackers.protocols import MultiTracker, Tracker
 
 _NAME = re.compile(r"[A-Za-z_][\w.-]*")
 _SUMMARY = "in a process of its own"
+_LONGEST_PATH = 1000
 _WALL = 10.0
 """Limit of wall time over that of CPU time, as in ``time_limit``."""
 
@@ -191,13 +195,11 @@ def _tracker(name: str, table: Any, folder: Path, argument: str, limit_s: float)
         written = tuple(shlex.split(table["command"]))
     except ValueError as error:
         raise ValueError(f"process {name}: expected a command with closed quotes, got {error}") from None
-    command = [_found(word, folder) for word in written]
-    program = shutil.which(command[0])
-    check(f"process {name}", program is not None, "a program that exists", repr(written[0]))
-    assert program is not None
-    files = [Path(word.partition("=")[2] if word.startswith("-") else word) for word in command]
+    command = _command(name, written, folder)
+    files = [found_program(written[0], folder), *(Path(_value(word)) for word in command[1:])]
+    named = len(files)
     files += [folder / each for each in table.get("files", ())]
-    for each in files[len(command) :]:
+    for each in files[named:]:
         check(f"process {name}: files", each.is_file(), "files that exist", repr(str(each)))
     wanted = tuple(table.get("suites", ()))
     for each in wanted:
@@ -220,16 +222,32 @@ def _tracker(name: str, table: Any, folder: Path, argument: str, limit_s: float)
         reproducible=table.get("reproducible", True),
         start_limit_s=limits.start_s,
         frame_limit_s=limits.frame_s,
-        program=Program((str(Path(program).absolute()), *command[1:]), tuple(environment.items()), limits),
+        program=Program(command, tuple(environment.items()), limits),
         argument=argument,
     )
 
 
+def _command(name: str, written: Sequence[str], folder: Path) -> tuple[str, ...]:
+    """Return a command as it is run, in an environment that it may need, with whole paths of files and folders."""
+    first, rest = found_program(written[0], folder), [_found(word, folder) for word in written[1:]]
+    if first.suffix == ".py" and first.is_file() and needs(first):
+        return (str(made_environment(first)), str(first), *rest)
+    program = shutil.which(first if first.is_file() else written[0])
+    wanted = "a program, or a Python file that says which packages it needs (else begin with python)"
+    check(f"process {name}", program is not None, wanted, repr(written[0]))
+    return (str(Path(str(program)).absolute()), *rest)
+
+
 def _found(word: str, folder: Path) -> str:
     """Return a word of a command with the whole path of a file or folder, as the process runs in another one."""
-    option, is_set, value = word.partition("=") if word.startswith("-") else ("", "", word)
-    exists = value != "" and len(value) < 1000 and (folder / value).exists()
-    return f"{option}{is_set}{folder / value}" if exists else word
+    value = _value(word)
+    exists = value != "" and len(value) < _LONGEST_PATH and (folder / value).exists()
+    return f"{word[: len(word) - len(value)]}{folder / value}" if exists else word
+
+
+def _value(word: str) -> str:
+    """Return the value of an option, ``--name=value``, else the word."""
+    return word.partition("=")[2] if word.startswith("-") else word
 
 
 def _digest(files: Iterable[Path]) -> str:

@@ -15,7 +15,6 @@ from scenarios import catalog
 from scenarios.loop import first_box
 from tools.speed import still
 from tools.speed.figures import Figure, milliseconds
-from trackers.clients import frameout_client
 from trackers.clients.remote import Program, RemoteTracker, remote_tracker
 from trackers.types import Observation
 
@@ -33,7 +32,7 @@ def measure_process(scenario: str, preset: str, frames: int, seed: int) -> dict[
         observations = [own(episode.step().observation) for _ in range(count)]
         start = episode.start
     box_xyxy = np.zeros(4) if start.box_xyxy is None else first_box(start)
-    program = Program((sys.executable, str(Path(still.__file__)), frameout_client.__file__))
+    program = Program((sys.executable, str(Path(still.__file__))))
     remote = remote_tracker(program, {}, np.random.default_rng(0))
     assert isinstance(remote, RemoteTracker)
     here_s, _ = _spent_s(still.Still(None, None), observations, box_xyxy)

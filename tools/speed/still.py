@@ -1,4 +1,4 @@
-"""A tracker that does nothing: here, and by ``python still.py`` in a process with ``frameout_client.py``."""
+"""A tracker that does nothing: here, and by ``python still.py`` in a process of its own."""
 
 from typing import Any
 
@@ -19,10 +19,6 @@ class Still:
 
 
 if __name__ == "__main__":
-    import os
-    import sys
-
-    sys.path.insert(0, os.path.dirname(sys.argv[1]))
     from frameout_client import Estimate, serve
 
     serve(Still)

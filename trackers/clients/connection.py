@@ -53,7 +53,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.clients.child import Child, ProcessError
-from trackers.clients.frameout_client import HEAD, VERSION, decode, encode
+from trackers.clients.portable.frameout_client import HEAD, VERSION, decode, encode
 from trackers.gaps import Bridge
 from trackers.types import Estimate, Track
 

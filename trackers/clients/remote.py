@@ -6,6 +6,7 @@ import os
 import weakref
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -33,8 +34,16 @@ class Program:
     limits: Limits = field(default_factory=Limits)
 
 
+PORTABLE = Path(__file__).parent / "portable"
+"""Folder of ``frameout_client.py`` and of adapters; processes can import from it, and nothing of ours is beside it."""
 _IDLE: dict[Program, list[Connection]] = {}
 """Processes that have served an episode and wait for the next one."""
+
+
+def found_program(word: str, folder: Path) -> Path:
+    """Return the file that a command begins with, in ``folder`` or among ours; it may not exist."""
+    beside, ours = folder / word, PORTABLE / word
+    return ours if ours.is_file() and not beside.exists() else beside
 
 
 def end_idle() -> None:
@@ -68,7 +77,8 @@ def _started(program: Program) -> Connection | TraxTracker:
     memory = SharedMemory()
     to_read, requests = os.pipe()
     replies, to_write = os.pipe()
-    environment = dict(program.environment) | {"FRAMEOUT_PIPE": f"{to_read},{to_write},{memory.file}"}
+    environment = {"PYTHONPATH": str(PORTABLE), **dict(program.environment)}
+    environment["FRAMEOUT_PIPE"] = f"{to_read},{to_write},{memory.file}"
     try:
         child = Child(program.command, program.limits, environment, (to_read, to_write, memory.file))
     finally:

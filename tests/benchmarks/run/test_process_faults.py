@@ -19,7 +19,6 @@ from benchmarks.run.outcome import Outcome
 from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.selection import experiment_on, tracker_named
 from tests import fakes_scenario  # noqa: F401
-from trackers.clients import frameout_client
 
 TIMES = {score.metric for score in times([(1.0, 1.0)] * 10, (0.0, 0.0), 10)}
 AT_FRAME_20 = {
@@ -46,8 +45,7 @@ QUICK = ("crashes", "answers_three_numbers", "exits", "says_nothing", "prints", 
 
 def run_beside(faults: Sequence[str], folder: Path) -> tuple[Outcome, list[dict[str, Any]]]:
     """Run a healthy tracker in this process, one in its own, and sick ones; return the rows but for their times."""
-    for file in (Path(__file__).parents[2] / "trackers" / "clients" / "faulty.py", frameout_client.__file__):
-        shutil.copy(file, folder)
+    shutil.copy(Path(__file__).parents[2] / "trackers" / "clients" / "faulty.py", folder)
     tables = [
         f'[{fault}]\ncommand = "{sys.executable} faulty.py {fault}"\n'
         "start_limit_s = 10\nframe_limit_s = 2\nmemory_limit_gb = 0.4\n"

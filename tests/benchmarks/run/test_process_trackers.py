@@ -23,17 +23,14 @@ from scenarios import catalog
 from tests import fakes_scenario  # noqa: F401
 from tests.toy_scene import register  # noqa: F401
 from tests.trackers.clients import followers
-from trackers.clients import frameout_client
 
 FOLLOWERS = {"follows_one": "one", "follows_many": "many"}
 TIMES = {score.metric for score in times([(1.0, 1.0)] * 10, (0.0, 0.0), 10)}
 
 
 def program(folder: Path) -> Path:
-    """Return the file of the followers, with the client beside it and nothing else."""
-    for file in (followers.__file__, frameout_client.__file__):
-        shutil.copy(str(file), folder)
-    return folder / "followers.py"
+    """Return the file of the followers, with nothing beside it."""
+    return Path(shutil.copy(followers.__file__, folder))
 
 
 def rows_of(judging: str, scenario: str, preset: str, tracker: TrackerSpec, out: Path) -> list[dict[str, Any]]:

@@ -356,10 +356,10 @@ def test_a_tracker_without_its_package_has_no_rows(mortals: Path, capsys: pytest
 def test_one_that_needs_an_environment_is_refused_with_how_to_make_it(
     mortals: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setenv("FRAMEOUT_CSRT_PYTHON", "/nonexistent")
+    monkeypatch.setenv("XDG_CACHE_HOME", "/nonexistent")
     assert mortal_bench("out", "opencv_csrt", "innocent", workers=0) == 2
     told = capsys.readouterr().err
-    assert "trackers: expected ones of which all that they need is installed, got opencv_csrt: FRAMEOUT_CSRT" in told
+    assert "trackers: expected ones of which all that they need is installed, got opencv_csrt: its environment" in told
     assert not Path("out").exists()
 
 

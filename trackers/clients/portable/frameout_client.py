@@ -22,7 +22,6 @@ import types
 import numpy as np
 
 VERSION, HEAD = 1, struct.Struct("<QQ")
-"""``HEAD`` is before each message: bytes of its JSON, and of the arrays after it."""
 
 
 def _record(name, fields, *bases):
