@@ -10,6 +10,7 @@ import pytest
 
 from benchmarks.cli.main import FRAMEOUT, main
 from benchmarks.learning import playing
+from tests.benchmarks.data.footage.written_footage import picture_of, write_video
 from tests.documents import RESULTS, ROOT, blocks_of, commands, in_one_process, succeeds
 from tools.__main__ import TOOLS
 
@@ -81,6 +82,17 @@ def test_long_commands_are_understood(
     program = FRAMEOUT if command.startswith("frameout ") else TOOLS
     assert main([*words, "--out", "file/inside"], program) == 2
     assert "out: expected a folder that can be written" in capsys.readouterr().err
+
+
+@pytest.mark.heavy
+def test_a_video_of_ones_own_is_tracked_as_contributing_says(tmp_path: Path) -> None:
+    write_video(tmp_path / "clip.mp4", [picture_of(k) for k in range(60)])
+    section = [block for block in blocks_of("CONTRIBUTING.md") if block.heading == "Track your own video"]
+    (shown,) = [block.text for block in section if block.language == "bash" and not block.mark]
+    for command in shown.splitlines():
+        succeeds(in_one_process(command), tmp_path)
+    made = {each.name for each in (tmp_path / "results").iterdir()}
+    assert made == {"clip-opencv_mil.mp4", "clip-colour_pf.mp4", "clip.csv"}
 
 
 @pytest.mark.heavy

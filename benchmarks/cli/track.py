@@ -12,7 +12,7 @@ import numpy as np
 import tyro
 from numpy.typing import NDArray
 
-from benchmarks.cli.arguments import COUNT, FILE, ONE_NAME, RATE, WithModules
+from benchmarks.cli.arguments import COUNT, FILE, ONE_NAME, RATE, Processes, WithModules
 from benchmarks.cli.printing import trackers_print_to_stderr
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
@@ -23,6 +23,7 @@ from benchmarks.data.footage.screen import Screen
 from benchmarks.data.footage.sources import Footage, Picture, open_footage
 from benchmarks.data.footage.tracking import Made, Wanted, suite_of, track
 from benchmarks.run.jobs import Job
+from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.result_folder import check_file
 from benchmarks.run.selection import Registered, tracker_named
 from benchmarks.show.progress import progress_bar
@@ -30,6 +31,7 @@ from sim.checks import check
 
 _LARGEST_SCALE = 4.0
 _UNFAIR = ("blind", "oracle")
+_WAYS = "one of --box X,Y,W,H, --pick and --detect"
 _BOX = tyro.conf.arg(metavar="X,Y,W,H", help_behavior_hint="")
 
 
@@ -47,6 +49,7 @@ class Track(WithModules):
     Attributes:
         video: a video file, a folder of pictures, the number of a camera (0 is the first), or an address (rtsp://…).
         tracker: name of the tracker, see `frameout list`.
+        process: a tracker in a process of its own, NAME=COMMAND, see CONTRIBUTING.md; --tracker need not name it.
         box: left, top, width and height of the target in the first picture, in pixels from its top left corner, as a
             player shows it.
         pick: drag the box in a window; needs a screen and pygame (pip install 'frameout[play]').
@@ -61,7 +64,8 @@ class Track(WithModules):
     """
 
     video: tyro.conf.Positional[str]
-    tracker: Annotated[str, ONE_NAME]
+    tracker: Annotated[str, ONE_NAME] = ""
+    process: Processes = ()
     box: Annotated[str | None, _BOX] = None
     pick: bool = False
     detect: bool = False
@@ -80,7 +84,8 @@ class Track(WithModules):
         check("frames", self.frames is None or self.frames >= 1, "a whole number >= 1", self.frames)
         check("limit_s", 0 < self.limit_s < float("inf"), "a number of seconds > 0", f"{self.limit_s:g}")
         tracker = self._tracker()
-        many = _follows_many(tracker) and not self._starts_on_a_box()
+        many = not self._ways()
+        check("box", not many or _follows_many(tracker), f"{_WAYS}, as {tracker.name} follows one target", "none")
         screen = Screen("show" if self.show else "pick") if self.show or self.pick else None
         footage = open_footage(self.video, self.rate_hz)
         try:
@@ -90,21 +95,24 @@ class Track(WithModules):
             if screen is not None:
                 screen.close()
 
-    def _starts_on_a_box(self) -> bool:
-        return self.box is not None or self.pick or self.detect
+    def _ways(self) -> int:
+        """Return in how many ways the box is given; 0 = none, for a tracker of many."""
+        ways = (self.box is not None) + self.pick + self.detect
+        check("box", ways <= 1, _WAYS, f"{ways} of them")
+        return ways
 
     def _tracker(self) -> TrackerSpec:
-        tracker = tracker_named(self.tracker)
-        check("tracker", tracker.role not in _UNFAIR, "one that sees pictures", f"{self.tracker!r}, which sees none")
+        added = process_trackers(self.process, self.limit_s)
+        name = self.tracker or next(iter(added), "")
+        check("tracker", bool(name), "a name, by --tracker or --process", "none")
+        tracker = added.get(name) or tracker_named(name)
+        check("tracker", tracker.role not in _UNFAIR, "one that sees pictures", f"{name!r}, which sees none")
         needs = tracker.missing()
-        check("tracker", not needs, "one of which all that it needs is installed", f"{self.tracker}: {needs}")
-        ways = (self.box is not None) + self.pick + self.detect
-        wanted = f"one of --box X,Y,W,H, --pick and --detect, as {self.tracker} follows one target"
-        check("box", ways == 1 or (ways == 0 and _follows_many(tracker)), wanted, f"{ways or 'none'} of them")
+        check("tracker", not needs, "one of which all that it needs is installed", f"{name}: {needs}")
         return tracker
 
     def _run(self, tracker: TrackerSpec, many: bool, footage: Footage, screen: Screen | None) -> int:
-        out = self.out or Path("results") / f"{Path(footage.name).stem}-{self.tracker}.mp4"
+        out = self.out or Path("results") / f"{Path(footage.name).stem}-{tracker.name}.mp4"
         check("out", out.suffix == ".mp4", "a file that ends in .mp4", repr(str(out)))
         check_file(out, "out")
         check("out", out.resolve() != Path(self.video).resolve(), "another file than the video", repr(str(out)))
@@ -115,7 +123,7 @@ class Track(WithModules):
         show = screen.show if screen is not None and self.show else Wanted.show
         wanted = Wanted(out, answers, self.scale, self.frames, show)
         suite = suite_of(tracker, many)
-        job = Job(suite, spec, {self.tracker: tracker}, self.modules, repeats=1, limit_s=self.limit_s)
+        job = Job(suite, spec, {tracker.name: tracker}, self.modules, repeats=1, limit_s=self.limit_s)
         with progress_bar(f"{footage.name}, pictures") as progress, trackers_print_to_stderr():
             made = track(job, wanted, progress)
         return self._report(made, footage, out)
@@ -149,7 +157,8 @@ class Track(WithModules):
 
 
 def _follows_many(tracker: TrackerSpec) -> bool:
-    return isinstance(tracker, Registered) and tracker.entry.follows_many
+    """Return whether a tracker may follow many targets; that of a process tells when it starts."""
+    return not isinstance(tracker, Registered) or tracker.entry.follows_many
 
 
 def _box(text: str, shape: tuple[int, ...]) -> NDArray[np.float64]:

@@ -42,7 +42,8 @@ _DIMMED = 0.66
 """Brightness of the surroundings of the observed frame."""
 _TINT = 0.45
 """Opacity of a mask."""
-_NARROWEST_PX = 960
+_NARROWEST_PX, _WIDE_PX = 960, 1600
+"""Widths of pictures whose lines are 2 and 3 pixels wide; narrower ones are enlarged."""
 _LABEL_PX, _FAR_PX = 4, 1e4
 """Offset of an identity from its box, and limit of its place."""
 
@@ -125,14 +126,15 @@ class Canvas:
     @property
     def stroke_px(self) -> int:
         """Width of the lines on the target, thin enough not to hide it."""
-        return 2 if self.turn[0, 0] >= 1 or self.image.shape[1] >= _NARROWEST_PX else 1
+        width_px = self.image.shape[1]
+        return 3 if width_px >= _WIDE_PX else 2 if self.turn[0, 0] >= 1 or width_px >= _NARROWEST_PX else 1
 
 
 def draw_instant(canvas: Canvas, instant: Instant) -> None:
     """Draw the view of a steered camera, paths, posteriors, the targets' true boxes, and estimates."""
     draw_steered(canvas, instant.frame)
     for identity, path in instant.paths.items():
-        marks.draw_path(canvas.image, canvas.at(path), _colour_of(identity))
+        marks.draw_path(canvas.image, canvas.at(path), _colour_of(identity), max(1, canvas.stroke_px - 1))
     for _, estimate in instant.estimates:
         draw_posterior(canvas, estimate)
     truth = instant.frame.truth

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import cast
 
 import av
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,6 +28,7 @@ LARGEST_SCALE = 8
 """Limit of a larger view, whose buffers and encoder then take 2 GB."""
 HEIGHT_PX = 116
 _TRACK_TOP, _TRACK_BOTTOM = 78, 106
+_WIDE_PX, _SHOWN_PX = 1600, 1280
 _USUAL_COUNT = 256
 """Length of a time line to begin with, if the number of frames is not known."""
 _TICKS_HZ = 90_000
@@ -104,12 +106,23 @@ class Caption:
         self._bands: NDArray[np.uint8] | None = None
 
     def below(self, picture: NDArray[np.uint8], instant: Instant) -> NDArray[np.uint8]:
-        """Return the picture (H, W, 3) of the next instant with the strip below it: (H + HEIGHT_PX, W, 3)."""
+        """Return the picture (H, W, 3) of the next instant with the strip below it: (H + HEIGHT_PX, W, 3).
+
+        In a wide picture, which is seen smaller, the strip is as much larger as the picture is wider than 1280.
+        """
+        width = picture.shape[1]
+        strip = self._strip(width if width < _WIDE_PX else _SHOWN_PX, instant)
+        if width >= _WIDE_PX:
+            size = width, round(HEIGHT_PX * width / _SHOWN_PX)
+            strip = np.asarray(cv2.resize(strip, size, interpolation=cv2.INTER_CUBIC), np.uint8)
+        return np.concatenate([picture, strip])
+
+    def _strip(self, width_px: int, instant: Instant) -> NDArray[np.uint8]:
         truth, estimate = instant.frame.truth, instant.estimate
         probability = None if estimate is None else estimate.in_view_probability
         self._shades.append(self._drawing.shades(instant))
         self._probabilities.append(np.nan if probability is None else probability)
-        strip = np.full((HEIGHT_PX, picture.shape[1], 3), marks.GROUND, dtype=np.uint8)
+        strip = np.full((HEIGHT_PX, width_px, 3), marks.GROUND, dtype=np.uint8)
         marks.draw_text(strip, (16, 28), f"frame {truth.frame}", marks.INK, size=19, weight=600)
         marks.draw_text(strip, (130, 28), f"{truth.time_s:.1f} s", marks.QUIET)
         end = marks.draw_text(strip, (200, 28), self._drawing.describe(instant), marks.INK)
@@ -118,11 +131,11 @@ class Caption:
         elif probability is not None:
             end = marks.draw_text(strip, (end + 28, 28), f"tracker: {probability:.0%} in view", marks.ESTIMATE)
         title = marks.shortened(self._title, strip.shape[1] - 48 - end, size=14)
-        left = picture.shape[1] - 16 - marks.text_width_px(title, size=14)
+        left = width_px - 16 - marks.text_width_px(title, size=14)
         marks.draw_text(strip, (left, 27), title, marks.QUIET, size=14)
         self._draw_legend(strip, instant)
         self._draw_time_line(strip)
-        return np.concatenate([picture, strip])
+        return strip
 
     def _draw_legend(self, strip: NDArray[np.uint8], instant: Instant) -> None:
         signs = dict(self._drawing.signs)

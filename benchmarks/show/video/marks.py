@@ -55,13 +55,13 @@ def draw_lines(image: Image, lines_px: ArrayLike, colour: Rgb, stroke_px: int = 
     cv2.polylines(image, lines, False, colour, stroke_px, cv2.LINE_AA, _SHIFT)
 
 
-def draw_path(image: Image, places_px: NDArray[np.float64], colour: Rgb) -> None:
-    """Draw the way through places (K, 2) by a thin line; it is broken where they are not finite."""
+def draw_path(image: Image, places_px: NDArray[np.float64], colour: Rgb, stroke_px: int = 1) -> None:
+    """Draw the way through places (K, 2); it is broken where they are not finite."""
     known = np.isfinite(places_px).all(axis=1)
     for piece in np.split(places_px, np.flatnonzero(~known)):
         line = piece[np.isfinite(piece).all(axis=1)]
         if len(line) > 1:
-            draw_lines(image, [line], colour, 1)
+            draw_lines(image, [line], colour, stroke_px)
 
 
 def draw_box(image: Image, box_xyxy: NDArray[np.float64], colour: Rgb, stroke_px: int = 2) -> None:

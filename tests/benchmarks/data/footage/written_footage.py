@@ -24,9 +24,14 @@ def corner_of(frame: int) -> tuple[int, int]:
     return 20 + 4 * frame, 40
 
 
-def picture_of(frame: int, pan_px: int = 0, size: tuple[int, int] = (WIDTH_PX, HEIGHT_PX)) -> NDArray[np.uint8]:
+def picture_of(
+    frame: int,
+    pan_px: int = 0,
+    size: tuple[int, int] = (WIDTH_PX, HEIGHT_PX),
+    corner: tuple[int, int] | None = None,
+) -> NDArray[np.uint8]:
     """Return a picture (H, W, 3); the camera looks ``pan_px`` further right with each."""
-    x, y = corner_of(frame)
+    x, y = corner_of(frame) if corner is None else corner
     ground = np.repeat(_GROUND[..., None], 3, axis=2).copy()
     ground[y : y + SIDE_PX, x : x + SIDE_PX] = (220, 20, 20)
     return np.ascontiguousarray(ground[: size[1], pan_px * frame : pan_px * frame + size[0]])
