@@ -80,12 +80,13 @@ class Bench(WithModules):
             of tracks linked; intervals are over blocks of time. For the suite frame-out folders of pictures with the
             boxes of one target, see --layout: each folder, of one sequence or many, gets a leaderboard, in pixels
             alone; intervals are over its sequences.
-        layout: of the folders of --real, which is recognised unless you choose it: coco, got10k, kitti (tracking),
-            lasot, mot (DanceTrack too), otb, oxuva, tao (TAO-Amodal too), trackingnet, uav123, uavdt or vot (VOTS too);
-            `frameout list` says what each looks for. A folder is a data set's, or a part or one sequence of it, or
-            what `frameout export` writes. Trackers start on the first picture that shows the target. A picture with
-            a box counts as in view, one that files call outside, or that has no box, as a frame-out; one that they
-            call hidden is no frame-out, and one without a label is shown and counts in no score.
+        layout: of the folders of --real, which is recognised unless you choose it: coco, davis (YouTube-VOS too),
+            got10k, kitti (tracking), lasot, mot (DanceTrack too), mots, otb, oxuva, tao (TAO-Amodal too), trackingnet,
+            uav123, uavdt, vot (VOTS too), webdataset or yolo (the last two as `frameout export` writes them);
+            `frameout list` says what each looks for. A folder is a data set's, or a part or one sequence of it.
+            Trackers start on the first picture that shows the target. A picture with a box counts as in view, one that
+            files call outside, or that has no box, as a frame-out; one that they call hidden is no frame-out, and one
+            without a label is shown and counts in no score.
         target: id or name of the target to follow in files of many (default: the one with most labels).
         rate_hz: frames a second of the pictures of --real (default: as files say, else 30).
         beside: with --real, folder of results in simulated episodes: also prints both orders of the trackers and

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import islice, takewhile
 from pathlib import Path
+from tempfile import gettempdir
 
 from benchmarks.contract.text import printable
 from benchmarks.data.layouts.layout import Find, Source, Target, layouts
@@ -88,5 +90,7 @@ def _inside(path: Path, find: Find) -> list[Source]:
 
 def _around(path: Path, find: Find) -> list[Source]:
     """Return the sequences of the data set around a path that have it among their places."""
-    held = ([each for each in find(root) if path in each.places] for root in path.parents[:_LEVELS])
+    # Not all folders of a person or a machine are searched for data sets.
+    roots = takewhile(lambda each: each not in (Path.home(), Path(gettempdir())) and not each.is_mount(), path.parents)
+    held = ([each for each in find(root) if path in each.places] for root in islice(roots, _LEVELS))
     return next(filter(None, held), [])

@@ -22,6 +22,7 @@ from benchmarks.contract.text import printable
 from benchmarks.data.box_files import rate_of, read_properties
 from benchmarks.data.layouts.followed import followed, in_pictures
 from benchmarks.data.layouts.layout import Source, Target, folders_with, layout
+from benchmarks.data.layouts.mots import has_masks
 from benchmarks.data.mot_text import read_mot
 from benchmarks.data.pictures import numbered_pictures
 from benchmarks.data.sequences import OCCLUDED, Labelled
@@ -37,7 +38,7 @@ def find_mot(path: Path) -> Iterator[Source]:
         for folder in folders_with(root, "seqinfo.ini"):
             pictures = folder / read_properties(folder / "seqinfo.ini").get("imDir", "img1")
             file = folder / "gt" / "gt.txt"
-            if file.is_file():
+            if file.is_file() and not has_masks(file):
                 yield Source(folder.name, (folder, pictures, file), partial(_read, folder, pictures, file))
 
 

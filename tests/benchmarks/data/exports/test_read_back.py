@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Ending, Score
 from benchmarks.contract.suite import suite
-from benchmarks.data.exports.exporter import export
+from benchmarks.data.exports.exporter import export, formats
 from benchmarks.data.layouts.collection import read_collections
 from benchmarks.data.sequences import BoxedSequence, SequenceEpisode
 from benchmarks.data.sets.data_set import DataSet
@@ -26,12 +26,16 @@ from trackers.types import Estimate
 
 TRUTHS = truths("returns")
 FRAMES = len(TRUTHS)
-STATES = {"all": ("otb", "vot", "tao-amodal", "webdataset"), "hidden": ("mot",), "none": ("coco", "yolo")}
+STATES = {
+    "all": ("otb", "vot", "tao-amodal", "webdataset"),
+    "hidden": ("mot",),
+    "none": ("coco", "davis", "mots", "yolo"),
+}
 """What formats tell of a target without a box: whether it is outside or hidden; that it is hidden; nothing."""
-SEEN_PART = ("coco", "yolo")
+SEEN_PART = STATES["none"]
 """Formats whose boxes are around what is seen."""
 FORMATS = [name for names in STATES.values() for name in names]
-HOW = dict.fromkeys(("otb", "coco", "yolo"), 7.5)
+HOW = dict.fromkeys(("otb", "coco", "davis", "mots", "yolo"), 7.5)
 """Rates of formats that tell none."""
 
 
@@ -87,6 +91,11 @@ def numbers(scores: list[Score]) -> NDArray[np.float64]:
     return np.concatenate([np.atleast_1d(np.array(score.value, float)) for score in scores])
 
 
+def test_every_format_with_a_target_is_read_back() -> None:
+    """Those of KITTI hold maps of pictures alone, and Rerun's a recording for its own viewer."""
+    assert set(formats()) == {*FORMATS, "kitti-depth", "kitti-flow", "kitti-stereo", "rerun"}
+
+
 @pytest.mark.parametrize("name", FORMATS)
 def test_an_export_has_the_scores_of_the_truth(data: DataSet, tmp_path: Path, name: str) -> None:
     export(data, name, tmp_path / "out")
@@ -106,7 +115,7 @@ def test_an_export_has_the_scores_of_the_truth(data: DataSet, tmp_path: Path, na
 
 def _target(name: str) -> str | None:
     """Return the target's identity: MOT has numbers, in the order in which objects are listed."""
-    return {"otb": None, "vot": None, "mot": "2"}.get(name, "target")
+    return {"otb": None, "vot": None, "mot": "2", "mots": "1000"}.get(name, "target")
 
 
 @pytest.mark.parametrize("name", [*STATES["all"], *STATES["hidden"]])

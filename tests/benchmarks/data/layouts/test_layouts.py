@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from benchmarks.data.layouts.collection import read_collections
 from benchmarks.data.layouts.layout import Source, layout, layouts
@@ -19,11 +20,14 @@ from tests.benchmarks.data.layouts.written_layouts import (
     LAYOUTS,
     SEEN_XYXY,
     STATES,
+    number_map,
     write_coco,
+    write_davis,
     write_got10k,
     write_kitti,
     write_lasot,
     write_mot,
+    write_mots,
     write_oxuva,
     write_tao,
     write_tao_amodal,
@@ -83,6 +87,7 @@ def test_a_sequence_is_found_by_each_of_its_places(tmp_path: Path, name: str) ->
         (write_mot, SEEN_XYXY, ("in", "in", "occluded", "unseen", "unseen", "partial", "occluded", "in"), 14.0),
         (write_tao_amodal, SEEN_XYXY, STATES, 7.5),
         (write_webdataset, SEEN_XYXY, STATES, 12.5),
+        (write_mots, CLIPPED_XYXY, ("in", "in", "unseen", "unseen", "unseen", "in", "in", "in"), 10.0),
         (write_coco, CLIPPED_XYXY, ("in", "in", "unseen", "unseen", "unseen", "in", "in", "in"), 30.0),
     ],
 )
@@ -112,7 +117,7 @@ def test_a_picture_that_is_missing_leaves_a_gap_in_time(tmp_path: Path) -> None:
     assert read.notes == ("label_02/0001.txt: 1 labels of frames without a picture are left out",)
 
 
-@pytest.mark.parametrize("write", [write_oxuva, write_tao])
+@pytest.mark.parametrize("write", [write_oxuva, write_tao, write_davis])
 def test_pictures_without_a_label_are_shown(tmp_path: Path, write: Callable[[Path], Path]) -> None:
     """From the first label to the last."""
     read = read_one(write(tmp_path / "set"))
@@ -121,6 +126,28 @@ def test_pictures_without_a_label_are_shown(tmp_path: Path, write: Callable[[Pat
     expected = np.where((np.arange(FRAMES - 1) % 2 == 0)[:, None], CLIPPED_XYXY[:7], np.nan)
     np.testing.assert_allclose(read.box_xyxy, expected, atol=1e-6)
     assert len(read.pictures) == FRAMES - 1
+
+
+def test_mots_challenge_lies_as_mot(tmp_path: Path) -> None:
+    root = write_mots(tmp_path / "set")
+    folder = root / "train" / "MOTS20-02"
+    (folder / "gt").mkdir(parents=True)
+    (root / "training" / "image_02" / "0002").rename(folder / "img1")
+    (root / "instances_txt" / "0002.txt").rename(folder / "gt" / "gt.txt")
+    write_lines(folder / "seqinfo.ini", ["[Sequence]", "imDir=img1", "frameRate=30"])
+    read = read_one(root)
+    assert (read.name, read.rate_hz) == ("MOTS20-02-1007", 30.0)
+    np.testing.assert_allclose(read.box_xyxy, CLIPPED_XYXY)
+
+
+def test_masks_of_davis_2016_have_one_object(tmp_path: Path) -> None:
+    root = write_davis(tmp_path / "set")
+    for file in (root / "Annotations" / "480p" / "car").iterdir():
+        mask = np.where(number_map(int(file.stem), 1), 255, 0).astype(np.uint8)
+        Image.fromarray(mask).save(file)
+    read = read_one(root)
+    assert read.name == "car-255"
+    np.testing.assert_allclose(read.box_xyxy[::2], CLIPPED_XYXY[:7:2])
 
 
 def test_each_target_of_vots_is_a_sequence(tmp_path: Path) -> None:
@@ -197,6 +224,8 @@ BROKEN = {
         '{"videos": [], "images": [{"id": 1}]}',
         "annotations/validation.json, images, entry 1",
     ),
+    "mots": (write_mots, "instances_txt/0002.txt", 2, "0 1007 1 48", "instances_txt/0002.txt, line 2"),
+    "davis": (write_davis, "Annotations/480p/car/00002.png", 1, "no mask", "480p/car/00002.png"),
     "yolo, no line": (write_yolo, "labels/val/town_000002.txt", 1, "0 0.5 0.5", "val/town_000002.txt, line 1"),
     "yolo, no table": (write_yolo, "objects.csv", 1, "file,class", "set/objects.csv"),
     "coco, no box": (
@@ -214,7 +243,7 @@ def test_what_is_broken_is_named_with_file_and_line(
     tmp_path: Path, write: Callable[[Path], Path], place: str, number: int, text: str, named: str
 ) -> None:
     file = write(tmp_path / "set") / place
-    lines = file.read_text().splitlines()
+    lines = file.read_text(errors="replace").splitlines()
     lines[number - 1] = text
     write_lines(file, lines)
     with pytest.raises(ValueError, match="expected") as raised:

@@ -13,7 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pycocotools.mask as coco_masks
 from numpy.typing import NDArray
+from PIL import Image
 
 from tests.benchmarks.data.written_sequences import HEIGHT_PX, WIDTH_PX, write_lines, write_pictures
 
@@ -248,6 +250,46 @@ def write_webdataset(root: Path) -> Path:
     return root
 
 
+def write_mots(root: Path) -> Path:
+    """Masks as run lengths of COCO; class 10 is what is not annotated."""
+    write_pictures(root / "training" / "image_02" / "0002", list(SEEN_XYXY), "{:06d}.png", first=0)
+    rows = []
+    for k in range(FRAMES):
+        if not np.isnan(SEEN_XYXY[k]).any():
+            rows.append(f"{k} 1007 1 {HEIGHT_PX} {WIDTH_PX} {counts(number_map(k, 1))}")
+        rows.append(f"{k} 10000 10 {HEIGHT_PX} {WIDTH_PX} {counts(~number_map(k, 1).astype(bool))}")
+    write_lines(root / "instances_txt" / "0002.txt", rows)
+    return root
+
+
+def write_davis(root: Path) -> Path:
+    """Indexed masks of every other picture, as of YouTube-VOS every fifth; 255 does not count."""
+    write_pictures(root / "JPEGImages" / "480p" / "car", list(SEEN_XYXY), "{:05d}.jpg", first=0)
+    for k in range(0, FRAMES, 2):
+        mask = number_map(k, 7)
+        mask[:2] = 255
+        image = Image.fromarray(mask)
+        image.putpalette([number % 256 for number in range(768)])
+        place = root / "Annotations" / "480p" / "car" / f"{k:05d}.png"
+        place.parent.mkdir(parents=True, exist_ok=True)
+        image.save(place)
+    return root
+
+
+def number_map(k: int, number: int) -> NDArray[np.uint8]:
+    """Return the map (H, W) of a picture, with a number where the target is seen."""
+    found = np.zeros((HEIGHT_PX, WIDTH_PX), np.uint8)
+    x_min, y_min, x_max, y_max = np.nan_to_num(CLIPPED_XYXY[k]).astype(int)
+    found[y_min:y_max, x_min:x_max] = number
+    return found
+
+
+def counts(mask: NDArray[Any]) -> str:
+    """Return a mask as COCO's run lengths, by its own program."""
+    code: bytes = coco_masks.encode(np.asfortranarray(mask, np.uint8))["counts"]
+    return code.decode("ascii")
+
+
 LAYOUTS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "lasot": (write_lasot, "car-7"),
     "got10k": (write_got10k, "GOT-10k_Val_000001"),
@@ -259,6 +301,8 @@ LAYOUTS: dict[str, tuple[Callable[[Path], Path], str]] = {
     "tao": (write_tao, "v_25685519b728afd746dfd1b2fe77c-7"),
     "coco": (write_coco, "town-000003-target"),
     "yolo": (write_yolo, "town-bus-1"),
+    "mots": (write_mots, "0002-1007"),
+    "davis": (write_davis, "car-7"),
     "webdataset": (write_webdataset, "town-000003-target"),
 }
 """Name → what writes a data set, and the name of its sequence."""

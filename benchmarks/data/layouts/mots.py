@@ -1,0 +1,67 @@
+"""MOTS and KITTI MOTS: pictures, and a text file with a mask of each object and frame.
+
+Voigtlaender et al., MOTS: multi-object tracking and segmentation, CVPR 2019,
+https://www.vision.rwth-aachen.de/page/mots. Rows are those of ``benchmarks.data.mots_text``. The files of KITTI MOTS
+are ``instances_txt/0000.txt`` and ``training/image_02/0000/000000.png …``, with ``label_02`` in place of
+``instances_txt`` where TrackEval and ``export --format mots`` have them; those of MOTS Challenge lie as in MOT:
+``NAME/gt/gt.txt`` and ``NAME/img1/000001.jpg …``. A frame is the number of its picture. The box around the mask counts.
+One target is followed, see ``layouts.followed``; class 10, what is not annotated, is none. Where it has no row it is
+not seen, and no file says why. KITTI takes 10 pictures a second; ``seqinfo.ini`` tells that of MOTS Challenge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.contract.text import printable
+from benchmarks.data.box_files import numbers_of, rate_of, read_properties, text_lines
+from benchmarks.data.layouts.followed import followed, in_pictures
+from benchmarks.data.layouts.kitti import RATE_HZ
+from benchmarks.data.layouts.layout import Source, Target, folders_with, layout
+from benchmarks.data.mots_text import IGNORED, read_mots
+from benchmarks.data.pictures import numbered_pictures, visible
+from benchmarks.data.sequences import Labelled
+from trackers.regions import box_of_mask
+
+_LABELS, _PICTURES = ("instances_txt", "label_02"), ("training/image_02", "image_02")
+
+
+@layout("mots", "instances_txt/0000.txt or label_02/0000.txt with masks, beside training/image_02/; or NAME/gt/gt.txt")
+def find_mots(path: Path) -> Iterator[Source]:
+    """See ``Find``."""
+    for labels, place in product(_LABELS, _PICTURES):
+        for file in visible(path / labels, "*.txt"):
+            pictures = path / place / file.stem
+            if pictures.is_dir() and has_masks(file):
+                yield Source(file.stem, (pictures, file), partial(_read, file.stem, pictures, file, RATE_HZ))
+    for folder in folders_with(path, "seqinfo.ini"):
+        told, file = read_properties(folder / "seqinfo.ini"), folder / "gt" / "gt.txt"
+        if file.is_file() and has_masks(file):
+            pictures, rate_hz = folder / told.get("imDir", "img1"), rate_of(told.get("frameRate", ""))
+            yield Source(folder.name, (folder, pictures, file), partial(_read, folder.name, pictures, file, rate_hz))
+
+
+def has_masks(file: Path) -> bool:
+    """Return whether a text file has rows of MOTS: six values, of which the last one is no number in some row."""
+    rows = [line.split() for line in text_lines(file)[:100] if line.strip()]
+    return bool(rows) and len(rows[0]) == 6 and not all(len(row) == 6 and numbers_of(row[5]) for row in rows)
+
+
+def _read(name: str, folder: Path, file: Path, rate_hz: float, target: Target) -> Labelled:
+    pictures, rows = numbered_pictures(folder, gaps=True), read_mots(file)
+    of = np.flatnonzero(rows.kind != IGNORED)
+    chosen, mine = followed(target, file, rows.identity[of].tolist())
+    mine = of[mine]
+    held, places, notes = in_pictures(file, rows.frame[mine], list(pictures), rows.line[mine])
+    boxes = np.full((len(pictures), 4), np.nan)
+    for row, place in zip(mine[held], places, strict=True):
+        box = box_of_mask(rows.mask(int(row)))
+        boxes[place] = np.nan if box is None else box
+    place = np.array(list(pictures))
+    name = f"{printable(name)}-{chosen}"
+    return Labelled(name, file, list(pictures.values()), boxes, rate_hz=rate_hz, place=place, notes=notes)
