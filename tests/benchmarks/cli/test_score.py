@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import trackeval
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
@@ -20,8 +21,12 @@ from benchmarks.contract.rows import read_rows
 from benchmarks.contract.suite import Scene
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
 from benchmarks.data.estimates.keeping import Estimates
+from benchmarks.data.exports.exporter import export
+from benchmarks.data.mot_text import read_mot
 from benchmarks.data.predictions.writing import write_predictions
+from benchmarks.data.sets.data_set import DataSet
 from benchmarks.judges.frame_out.suite import FRAME_OUT
+from benchmarks.judges.identities import Pairing, clear_counts, hota, identity_counts, numbered
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.experiment import Experiment, run
 from benchmarks.run.selection import experiment_on
@@ -29,6 +34,7 @@ from scenarios.fish_tank.scenario import FISH_TANK
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode
 from tests import fakes_scenario
+from tests.benchmarks.data.written_sequences import lines_of, true_boxes, write_lines, write_otb
 from trackers.registry import NoParameters
 from trackers.types import CameraModel, Estimate, Observation, Track
 
@@ -143,7 +149,7 @@ def _same(found: dict[Any, Any], wanted: dict[Any, Any]) -> None:
         assert found[key][1] == weight, key
 
 
-@pytest.mark.filterwarnings("ignore::benchmarks.run.outcome.TrackerWarning")
+@pytest.mark.filterwarnings("ignore:.*gave no answer")
 @settings(
     max_examples=4, deadline=None, phases=[Phase.generate], suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
@@ -308,3 +314,122 @@ def test_files_for_one_target_are_refused_in_a_suite_of_many(tmp_path: Path) -> 
     with pytest.raises(ValueError, match=r"000\.txt: expected tracks with identities .*, got a line a frame"):
         score("fish", predictions=tmp_path / "mine", preset="few", out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def _real(folder: Path) -> Path:
+    """Write a sequence of OTB whose target is seen from the fourth picture on, and a tracker's lines for all of it."""
+    boxes = true_boxes(30)
+    boxes[:3] = np.nan
+    write_otb(folder / "Red", boxes)
+    moved = boxes + np.array([1.0, 1.0, 3.0, 3.0])
+    write_lines(folder / "predictions" / "mine" / "Red.txt", lines_of(moved))
+    return folder
+
+
+@pytest.mark.filterwarnings("ignore:.*gave no answer")
+def test_real_sequences_are_scored_from_their_first_picture_on_or_from_the_target_s(tmp_path: Path) -> None:
+    folder = _real(tmp_path)
+    lines = (folder / "predictions" / "mine" / "Red.txt").read_text().splitlines()
+    write_lines(folder / "predictions" / "cut" / "Red.txt", lines[3:])
+    rows = [f"{k},1,{line},1" for k, line in enumerate(lines, start=1) if "NaN" not in line]
+    write_lines(folder / "predictions" / "mot" / "data" / "Red.txt", rows)
+    how: dict[str, Any] = {"real": folder / "Red", "out": folder / "scored", "workers": 0}
+    score(predictions=[folder / "predictions" / name for name in ("mine", "cut")], format="otb", **how)
+    results = score(predictions=folder / "predictions" / "mot", **how)
+    rows_of = results.rows()
+    assert set(rows_of["sequence"]) == {"Red"}
+    numbers = _numbers(folder / "scored")
+    mine, cut, mot = ({k[1:]: v for k, v in numbers.items() if k[0] == name} for name in ("mine", "cut", "mot"))
+    # The answer on the first picture is the given box; on the others corners are 1 and 3 px off.
+    errors = rows_of[(rows_of["metric"] == "centre_error_px") & (rows_of["tracker"] == "mine")]
+    seen = 30 - 3 - len(range(15, 20))
+    assert errors["value"].to_list() == [pytest.approx(np.hypot(2, 2) * (seen - 1) / seen, rel=1e-5)]
+    _same(cut, mine)
+    # Confidences of 1, and none, are the same where the answer is in the picture.
+    _same(mot, mine)
+
+
+def test_lines_of_another_number_of_pictures_are_refused(tmp_path: Path) -> None:
+    folder = _real(tmp_path)
+    write_lines(folder / "predictions" / "mine" / "Red.txt", ["1,1,2,2"] * 29)
+    with pytest.raises(ValueError, match=r"mine/Red\.txt: expected 30 lines, one a frame of Red, got 29"):
+        score(predictions=folder / "predictions", real=folder / "Red", out=folder / "scored")
+
+
+@pytest.mark.heavy
+def test_trackeval_scores_written_rows_as_the_identity_metrics_do(tmp_path: Path) -> None:
+    """On boxes: TrackEval reads the rows of trackers and of truth; ours pairs the same boxes by their overlap."""
+    data = tmp_path / "set"
+    assert (
+        main(["generate", "fish-tank", "--preset", "few", "--seeds", "0:1", "--out", str(data), "--workers", "0"]) == 0
+    )
+    trackers = ["sort", "shoal_chain"]
+    bench(
+        "fish", data=str(data), seeds=range(1), trackers=trackers, workers=0, out=tmp_path / "run", keep_estimates=True
+    )
+    write_predictions(tmp_path / "run", "mot", str(tmp_path / "answers"))
+    export(DataSet(str(data)), "mot", tmp_path / "truth")
+    quiet = {"PRINT_CONFIG": False, "PRINT_RESULTS": False, "TIME_PROGRESS": False, "OUTPUT_SUMMARY": False}
+    evaluator = trackeval.Evaluator(quiet | {"PLOT_CURVES": False, "OUTPUT_DETAILED": False, "LOG_ON_ERROR": None})
+    folders = {"GT_FOLDER": str(tmp_path / "truth/gt/mot_challenge"), "TRACKERS_FOLDER": str(tmp_path / "answers")}
+    kind = trackeval.datasets.MotChallenge2DBox(
+        folders | {"BENCHMARK": "frameout", "DO_PREPROC": False, "PRINT_CONFIG": False}
+    )
+    metrics = trackeval.metrics
+    chosen = [metric({"PRINT_CONFIG": False}) for metric in (metrics.HOTA, metrics.CLEAR, metrics.Identity)]
+    results, _ = evaluator.evaluate([kind], chosen)
+    name = "fish-tank-v1-few-000000"
+    truth = read_mot(tmp_path / f"truth/gt/mot_challenge/frameout-train/{name}/gt/gt.txt")
+    for tracker in trackers:
+        found = read_mot(tmp_path / f"answers/frameout-train/{tracker}/data/{name}.txt")
+        frames = numbered(
+            [
+                Pairing(
+                    truth.identity[truth.frame == k],
+                    found.identity[found.frame == k],
+                    overlaps(truth.box_xyxy[truth.frame == k], found.box_xyxy[found.frame == k]),
+                )
+                for k in range(1, 41)
+            ]
+        )
+        theirs = results["MotChallenge2DBox"][tracker][name]["pedestrian"]
+        assert hota(frames) == pytest.approx(theirs["HOTA"]["HOTA"].mean())
+        assert identity_counts(frames).idf1 == pytest.approx(theirs["Identity"]["IDF1"])
+        assert clear_counts(frames).mota == pytest.approx(theirs["CLEAR"]["MOTA"])
+        assert theirs["HOTA"]["HOTA"].mean() > 0.3
+
+
+def overlaps(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the intersection over union (N, M) of boxes (N, 4) and (M, 4)."""
+    low = np.maximum(first[:, None, :2], second[None, :, :2])
+    high = np.minimum(first[:, None, 2:], second[None, :, 2:])
+    shared = np.prod(np.maximum(high - low, 0.0), axis=2)
+    areas = [np.prod(boxes[:, 2:] - boxes[:, :2], axis=1) for boxes in (first, second)]
+    return shared / (areas[0][:, None] + areas[1][None] - shared)
+
+
+@pytest.mark.filterwarnings("ignore:.*gave no answer")
+@pytest.mark.heavy
+def test_an_exported_set_is_the_truth_of_predictions(tmp_path: Path) -> None:
+    """The true boxes of each export, as predictions of COCO and TAO, are right wherever the target is seen."""
+    data = tmp_path / "set"
+    words = ["generate", "road-town", "--preset", "quick", "--seeds", "0:1", "--out", str(data), "--workers", "0"]
+    assert main(words) == 0
+    for format in ("coco", "tao-amodal"):
+        export(DataSet(str(data)), format, tmp_path / format)
+    files = {"coco": "annotations/instances.json", "tao-amodal": "amodal_annotations/validation.json"}
+    for format, file in files.items():
+        annotated = json.loads((tmp_path / format / file).read_text())
+        results = [
+            {key: each[key] for key in ("image_id", "category_id", "bbox", "track_id") if key in each} | {"score": 1.0}
+            for each in annotated["annotations"]
+            if each["attributes"]["role"] == "target" and min(each["bbox"][2:]) > 0
+        ]
+        write_lines(tmp_path / "json" / format / "results.json", [json.dumps(results)])
+        how = {"annotations": tmp_path / format / file, "out": tmp_path / "scored", "workers": 0}
+        found = score(truth=str(data), predictions=tmp_path / "json" / format, **how)
+        rows = found.rows()
+        rows = rows[rows["tracker"] == format].set_index("metric")["value"]
+        assert rows["in_view_tpr"] == 1.0
+        assert rows["in_view_tnr"] == 1.0
+        assert rows["success_auc"] > 0.9
