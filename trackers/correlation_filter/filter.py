@@ -125,6 +125,7 @@ class CorrelationFilter:
         self._colours = ColourModel()
         self._sizes = ScaleFilter(self.size_px)
         self._weights: NDArray[np.float32] | None = None
+        self._weight_spectra: NDArray[np.complex64] = np.empty(0, np.complex64)
         self.update(image_rgb, box_xyxy)
 
     def locate(
@@ -180,27 +181,31 @@ class CorrelationFilter:
     def _learn(self, spectra: NDArray[np.complex64]) -> None:
         """Learn the weights on features of these spectra (CHANNELS, n, n // 2 + 1)."""
         first = self._weights is None
-        energies = (np.abs(spectra) ** 2).sum(0)
+        turned = spectra.conj()
+        energies = (spectra * turned).real.sum(0)
         energy = np.float32(max(float(energies.mean()), 1e-6))
         hold = np.float32(0.0 if first else _HOLD) * energy
         penalty = np.float32(_PENALTY) * energy
-        before = np.zeros_like(spectra) if first else self._spectra(_CELLS)
+        before = np.zeros_like(spectra) if first else self._weight_spectra
+        wanted = spectra * self._wanted.conj() + hold * before
         confined, dual = before, np.zeros_like(spectra)
-        wanted = spectra * self._wanted.conj()
         for _ in range(_FIRST_ITERATIONS if first else _ITERATIONS):
             # The optimum for each frequency, by the Sherman-Morrison formula.
-            pull = wanted + penalty * (confined - dual) + hold * before
-            along = (spectra.conj() * pull).sum(0) / (hold + penalty + energies)
-            free = (pull - spectra * along) / (hold + penalty)
-            self._weights = fft.irfft2(free + dual, (_CELLS, _CELLS)) * self._on_target
+            pull = wanted + penalty * (confined - dual)
+            along = (turned * pull).sum(0) / (hold + penalty + energies)
+            free = (pull - spectra * along) / (hold + penalty) + dual
+            self._weights = fft.irfft2(free, (_CELLS, _CELLS)) * self._on_target
             confined = fft.rfft2(self._weights)
-            dual += free - confined
+            dual = free - confined
             penalty *= np.float32(_PENALTY_GROWTH)
+        self._weight_spectra = confined
 
     def _spectra(self, cells: int) -> NDArray[np.complex64]:
         """Return the spectra of the weights in the middle of a region of so many cells a side."""
         assert self._weights is not None
         margin = (cells - _CELLS) // 2
+        if margin == 0:
+            return self._weight_spectra
         spectra: NDArray[np.complex64] = fft.rfft2(np.pad(self._weights, ((0, 0), (margin, margin), (margin, margin))))
         return spectra
 

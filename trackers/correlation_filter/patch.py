@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import ceil
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -23,14 +25,16 @@ def patch_around(
         step_px: (2,) distance of neighbouring samples in x and y, pixels.
         shape: rows and columns of the patch.
     """
-    finer = min(max(int(np.ceil(step_px.max() - 0.25)), 1), _MOST_FINER)
+    across_px, down_px = (float(step) for step in step_px)
+    finer = min(max(ceil(max(across_px, down_px) - 0.25), 1), _MOST_FINER)
     rows, columns = finer * shape[0], finer * shape[1]
-    fine_px = step_px / finer
+    across_px, down_px = across_px / finer, down_px / finer
     # OpenCV's whole numbers are the middles of pixels.
-    left, top = centre_px - 0.5 * fine_px * (columns - 1, rows - 1) - 0.5
+    left = float(centre_px[0]) - 0.5 * across_px * (columns - 1) - 0.5
+    top = float(centre_px[1]) - 0.5 * down_px * (rows - 1) - 0.5
     fine = cv2.warpAffine(
         image_rgb,
-        np.array([[fine_px[0], 0.0, left], [0.0, fine_px[1], top]]),
+        np.array([[across_px, 0.0, left], [0.0, down_px, top]]),
         (columns, rows),
         flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP,
         borderMode=cv2.BORDER_REPLICATE,

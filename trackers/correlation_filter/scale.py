@@ -48,6 +48,8 @@ class ScaleFilter:
         answer = (self._numerator.conj() * spectra).sum(0) / (self._denominator + _REGULARISATION)
         response = fft.fftshift(fft.irfft(answer, _SIZES))
         best = int(np.argmax(response))
+        if response[best] <= 0.0:
+            return scale
         step = float(best - _SIZES // 2)
         if 0 < best < _SIZES - 1:
             low, middle, high = response[best - 1 : best + 2]
