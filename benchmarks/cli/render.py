@@ -9,14 +9,16 @@ from typing import Annotated, Any
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, FILE, ONE_NAME, WithModules
+from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, RATE, WithModules
+from benchmarks.contract.judging import check_no_layout
+from benchmarks.contract.suite import DEFAULT, suite
 from benchmarks.run.jobs import Job
-from benchmarks.run.selection import job_on
+from benchmarks.run.selection import job_on, tracker_named
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.showing import suite_shown, suite_watching
 from benchmarks.show.video.episode_video import render_episode
 from scenarios import catalog
-from sim.checks import check
+from sim.checks import check, check_choice
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,9 @@ class Render(WithModules):
     through the link. In a preset in closed loop (see `frameout list`) it is of what `bench` scores trackers on: the
     controller is as written and has no link, unless you name a link.
 
+    With --real it is of a real sequence, as `bench --real` scores it: the picture amid what the camera saw before, the
+    true boxes, and the estimate with its path.
+
     Attributes:
         scenario: catalogue id, see `frameout list`; without a version the latest.
         preset: one of the scenario's (default: standard, or its first).
@@ -40,7 +45,10 @@ class Render(WithModules):
         renderer: raster or pybullet.
         frames: number of frames (default: the whole episode).
         scale: size of the larger view over that of the camera's picture, 1 to 8.
-        out: the file (default: results/SCENARIO-PRESET-SEED.mp4).
+        real: folder of real sequences or of one, as of `bench --real`; in place of scenario, preset and seed.
+        sequence: name of the real sequence; needed if there are several.
+        layout, target, rate_hz: how it is read, see `bench`.
+        out: the file (default: results/SCENARIO-PRESET-SEED.mp4, or SEQUENCE.mp4).
     """
 
     scenario: Annotated[str, tyro.conf.Positional] = catalog.DEFAULT
@@ -52,31 +60,66 @@ class Render(WithModules):
     renderer: str = "raster"
     frames: Annotated[int | None, COUNT] = None
     scale: float = 2.0
+    real: Annotated[Path | None, FOLDER] = None
+    sequence: Annotated[str, ONE_NAME] = ""
+    layout: Annotated[str, ONE_NAME] = ""
+    target: Annotated[str | None, ONE_NAME] = None
+    rate_hz: Annotated[float | None, RATE] = None
     out: Annotated[Path | None, FILE] = None
     resumes = False
 
     def run(self) -> int:
         """Write it; return the exit status."""
-        scenario = catalog.scenario(self.scenario)
-        check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
-        preset = self.preset or ("standard" if "standard" in scenario.presets else next(iter(scenario.presets)))
-        out = self.out or Path("results") / f"{scenario.id}-{preset}-{self.seed}.mp4"
-        job = self._job(scenario.id, preset)
-        with progress_bar(f"{scenario.id} {preset}, frames") as progress:
+        job, name = self._real_job() if self.real is not None else self._simulated_job()
+        out = self.out or Path("results") / f"{name}.mp4"
+        with progress_bar(f"{name}, frames") as progress:
             failures = render_episode(job, out, frames=self.frames, scale=self.scale, progress=progress)
         print(out)
         for failure in failures:
             print(f"error: {failure}", file=sys.stderr)
         return 1 if failures else 0
 
+    @property
+    def _trackers(self) -> tuple[str, ...]:
+        return () if self.tracker is None else (self.tracker,)
+
+    def _real_job(self) -> tuple[Job, str]:
+        from benchmarks.data.real import real_episodes  # It imports the readers of all layouts.
+
+        assert self.real is not None
+        none = self.controller is None and self.link is None
+        check(
+            "controller",
+            none,
+            "none for a real sequence, whose camera nobody steers",
+            repr(self.controller or self.link),
+        )
+        judging = suite(DEFAULT)
+        episodes, unusable = real_episodes(judging, [self.real], self.layout, self.target, self.rate_hz)
+        for line in unusable:
+            print(f"note: {line}", file=sys.stderr)
+        names = [each.sequence for each in episodes]
+        if self.sequence or len(names) > 1:
+            check_choice("sequence", self.sequence, names)
+        episode = episodes[names.index(self.sequence) if self.sequence else 0]
+        trackers = {name: tracker_named(name) for name in self._trackers}
+        return Job(judging, episode, trackers, self.modules, repeats=1), "-".join([episode.sequence, *trackers])
+
+    def _simulated_job(self) -> tuple[Job, str]:
+        check_no_layout(self.layout, self.target, self.rate_hz)
+        check("sequence", not self.sequence, "none without --real", repr(self.sequence))
+        scenario = catalog.scenario(self.scenario)
+        check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
+        preset = self.preset or ("standard" if "standard" in scenario.presets else next(iter(scenario.presets)))
+        return self._job(scenario.id, preset), f"{scenario.id}-{preset}-{self.seed}"
+
     def _job(self, scenario: str, preset: str) -> Job:
         if self.link is not None and self.controller is None:
             raise ValueError(f"controller: expected a name, whose commands take the link {self.link!r}; got none")
-        trackers = () if self.tracker is None else (self.tracker,)
         if self.controller is None:
             shown, link = suite_watching(scenario, self.tracker), None
         else:
             shown = suite_shown(scenario, preset, self.link)
             link = (self.link or "prompt") if shown.judges_controllers else None
         how: Any = {"controller": self.controller, "link": link, "renderer": self.renderer}
-        return job_on(shown, scenario, preset, self.seed, trackers, repeats=1, **how)
+        return job_on(shown, scenario, preset, self.seed, self._trackers, repeats=1, **how)

@@ -12,7 +12,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.run.episodes import Simulated
 from benchmarks.run.experiment import Progress
 from benchmarks.run.failures import Failure
 from benchmarks.run.jobs import Job, opened
@@ -20,7 +19,7 @@ from benchmarks.run.result_folder import make_folder
 from benchmarks.show.replay import replay
 from benchmarks.show.showing import drawing_of
 from benchmarks.show.video import marks
-from benchmarks.show.video.drawing import Drawing, Instant
+from benchmarks.show.video.drawing import Drawing, InLargerView, Instant
 from benchmarks.show.video.surroundings import surrounded
 from sim.checks import check
 
@@ -49,7 +48,8 @@ def render_episode(
         job: gives the pictures and, with trackers, the estimates of the first.
         out: file (H.264 in MP4), written atomically.
         frames: number of frames; None = the whole episode.
-        scale: size of the larger view relative to the observed frame, 1 to 8; for scenarios shown in one.
+        scale: size of the larger view relative to the observed frame, 1 to 8; for scenarios shown in one, and for what
+            is real, with earlier pictures around the present one.
         progress: called with the number of frames written, and of all.
 
     Raises:
@@ -60,22 +60,24 @@ def render_episode(
     check("out", out.suffix == ".mp4" and not out.is_dir(), "a file that ends in .mp4", repr(str(out)))
     make_folder(out.parent)
     spec = job.episode
-    assert isinstance(spec, Simulated)
+    is_real = spec.scenario is None
     with opened(job) as live:
         episode = live.loop.episode
         count = episode.frame_count if frames is None else min(frames, episode.frame_count)
         by = spec.steering
         steered = [] if by is None else [by.name, *([f"{by.link} link"] if by.link else [])]
-        title = " · ".join([spec.scenario_id, spec.preset, f"seed {spec.seed}", *job.trackers, *steered])
-        drawing = drawing_of(spec.scenario_id, episode)
-        shown_scale = scale if drawing.uses_larger_view else 1.0
+        which = [spec.preset, spec.sequence] if is_real else [spec.scenario_id, spec.preset, f"seed {spec.seed}"]
+        title = " · ".join(dict.fromkeys([*which, *job.trackers, *steered]))
+        drawing = InLargerView() if is_real else drawing_of(spec.scenario_id, episode)
+        # What surrounds a real picture is known from earlier ones alone.
+        rendered_scale = scale if drawing.uses_larger_view and not is_real else 1.0
 
         def instants() -> Iterator[Instant]:
             # A frame is reported when the next one is requested, since it is then written.
             progress(0, count)
-            shown = replay(live, scale=shown_scale, wanted=range(count), frame_count=count)
+            shown = replay(live, scale=rendered_scale, wanted=range(count), frame_count=count)
             if drawing.uses_larger_view:
-                shown = surrounded(shown, episode.rate_hz)
+                shown = surrounded(shown, episode.rate_hz, scale if is_real else None)
             for done, instant in enumerate(shown, 1):
                 yield instant
                 progress(done, count)
