@@ -86,7 +86,8 @@ def score(
         episodes, outcome.unusable = real_episodes(wanted, sequences, layout, target, rate_hz)
         experiment, name, silence = Experiment(wanted, episodes, {}, **how), f"{name}-real", wanted.silence_in(REAL)
         files = [SequenceFile(each.sequence, *each.extent) for each in episodes]
-        folders = find_folders(paths, numbered_in, {each.sequence for each in files}.__contains__)
+        sequence_names = [each.sequence for each in files]
+        folders = find_folders(paths, numbered_in, sequence_names.__contains__, sequence_names[0])
     else:
         check_no_layout(layout, target, rate_hz)
         truth = truth or wanted.scenes[0].scenario
@@ -99,7 +100,8 @@ def score(
             match = numbered.fullmatch(sequence)
             return int(match[1]) if match and (chosen is None or int(match[1]) in chosen) else None
 
-        folders = find_folders(paths, numbered_in, lambda each: seed_of(each) is not None)
+        example = sequence_name(next(iter(names)), chosen.start if chosen else 0)
+        folders = find_folders(paths, numbered_in, lambda each: seed_of(each) is not None, example)
         if chosen is None:
             found = [seed for each in folders for seed in map(seed_of, each.sequences) if seed is not None]
             chosen = range(min(found), max(found) + 1)

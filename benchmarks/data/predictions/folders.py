@@ -64,11 +64,13 @@ class Folder:
         return found
 
 
-def find_folders(paths: Sequence[Path], annotations: Path | None, is_wanted: Callable[[str], bool]) -> list[Folder]:
+def find_folders(
+    paths: Sequence[Path], annotations: Path | None, is_wanted: Callable[[str], bool], example: str
+) -> list[Folder]:
     """Return the trackers' folders among paths and in them.
 
     Args:
-        is_wanted: takes a name: whether it is that of a sequence.
+        is_wanted: takes a name: whether it is that of a sequence. example: such a name.
 
     Raises:
         ValueError: for a path that is no folder, or holds no prediction of a wanted sequence; two trackers of one name.
@@ -86,7 +88,12 @@ def find_folders(paths: Sequence[Path], annotations: Path | None, is_wanted: Cal
             [],
         )
         some = ", ".join(sorted(printable(each.name) for each in whole.iterdir())[:_FEW]) or "nothing"
-        check("predictions", bool(own), f"{_WORDS} for sequences, in {printable(path)} or in its folders", some)
+        check(
+            "predictions",
+            bool(own),
+            f"{_WORDS} in {printable(path)} or in its folders, with a NAME such as {example}",
+            some,
+        )
         found += own
     names = [each.path.name for each in found]
     twice = sorted({name for name in names if names.count(name) > 1})

@@ -110,7 +110,7 @@ def sequences_in(path: Path, annotations: Path | None) -> list[str]:
 
 
 def _read_lines(file: SequenceFile, path: Path) -> Predictions:
-    lines, where = text_lines(path), short(path, 3)
+    lines, where = text_lines(path), short(path, 4)
     while len(lines) > file.skipped + file.frame_count + file.after and not lines[-1].strip():
         lines.pop()
     begin = _begin(file, len(lines), where)
@@ -119,9 +119,9 @@ def _read_lines(file: SequenceFile, path: Path) -> Predictions:
     confidence = np.full(len(lines), np.nan)
     if beside.is_file():
         values = text_lines(beside)
-        check(short(beside, 3), len(values) == len(lines), f"{len(lines)} lines, as {path.name} has", len(values))
+        check(short(beside, 4), len(values) == len(lines), f"{len(lines)} lines, as {path.name} has", len(values))
         for k, value in enumerate(values):
-            confidence[k] = _probability(f"{short(beside, 3)}, line {k + 1}", value)
+            confidence[k] = _probability(f"{short(beside, 4)}, line {k + 1}", value)
     own = slice(begin, begin + file.frame_count)
     digest = _digest(file.format, *map(str, regions[own]), confidence[own].tolist())
     return Predictions(digest, regions[own], confidence[own].tolist())
@@ -158,7 +158,7 @@ def _probability(where: str, text: str) -> float:
 
 
 def _read_mot(file: SequenceFile, path: Path) -> Predictions:
-    rows, where = read_mot(path), short(path, 3)
+    rows, where = read_mot(path), short(path, 4)
     whole = file.skipped + file.frame_count + file.after
     tracks: dict[int, list[Track]] = defaultdict(list)
     numbers = zip(
@@ -177,7 +177,7 @@ def _read_mot(file: SequenceFile, path: Path) -> Predictions:
 
 
 def _read_coco(file: SequenceFile, path: Path) -> Predictions:
-    results, pictures, where = _results(path), _pictures(file.annotations), short(path, 3)
+    results, pictures, where = _results(path), _pictures(file.annotations), short(path, 4)
     frames = _frames_of(pictures)
     own = {number: frame for number, (name, frame) in frames.items() if name == file.sequence}
     count, whole = len(own), file.skipped + file.frame_count + file.after

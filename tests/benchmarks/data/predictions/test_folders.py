@@ -18,11 +18,13 @@ def _write(root: Path, *paths: str) -> None:
 @pytest.mark.parametrize("place", ["a.txt", "data/a.txt", "a/a_001.txt", "baseline/a/a_001.txt"])
 def test_a_folder_is_a_tracker_or_holds_trackers(tmp_path: Path, place: str) -> None:
     _write(tmp_path, f"mine/{place}", f"yours/{place}", "README.txt", "mine/notes.txt")
-    both = find_folders([tmp_path], None, "a".__eq__)
+    both = find_folders([tmp_path], None, "a".__eq__, "a")
     assert [each.path.name for each in both] == ["mine", "yours"]
-    (mine,) = find_folders([tmp_path / "mine"], None, "a".__eq__)
+    (mine,) = find_folders([tmp_path / "mine"], None, "a".__eq__, "a")
     assert mine.sequences["a"] == tmp_path / "mine" / place
-    assert [each.path.name for each in find_folders([tmp_path / "yours", tmp_path / "mine"], None, "a".__eq__)] == [
+    assert [
+        each.path.name for each in find_folders([tmp_path / "yours", tmp_path / "mine"], None, "a".__eq__, "a")
+    ] == [
         "yours",
         "mine",
     ]
@@ -31,10 +33,10 @@ def test_a_folder_is_a_tracker_or_holds_trackers(tmp_path: Path, place: str) -> 
 def test_what_is_no_tracker_is_refused(tmp_path: Path) -> None:
     _write(tmp_path, "mine/b.txt", "others/mine/a.txt", "json/1.json", "json/2.json", "mine2/a.txt")
     with pytest.raises(ValueError, match=r"predictions: expected folders that exist, got 'nix'"):
-        find_folders([Path("nix")], None, "a".__eq__)
+        find_folders([Path("nix")], None, "a".__eq__, "a")
     with pytest.raises(ValueError, match=r"predictions: expected NAME\.txt, data/NAME\.txt.*, got b\.txt"):
-        find_folders([tmp_path / "mine"], None, "a".__eq__)
+        find_folders([tmp_path / "mine"], None, "a".__eq__, "a")
     with pytest.raises(ValueError, match=r"json: expected one JSON file of results, got 2 of them"):
-        find_folders([tmp_path / "json"], None, "a".__eq__)
+        find_folders([tmp_path / "json"], None, "a".__eq__, "a")
     with pytest.raises(ValueError, match="predictions: expected trackers of different names, got two called mine2"):
-        find_folders([tmp_path / "mine2", tmp_path / "mine2"], None, "a".__eq__)
+        find_folders([tmp_path / "mine2", tmp_path / "mine2"], None, "a".__eq__, "a")
