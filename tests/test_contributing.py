@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import shutil
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from tools.__main__ import TOOLS
     [
         "Add a tracker",
         "Add a tracker of many targets",
+        "Run a tracker in its own process",
         "Add a controller",
         "Add a metric",
         "Add a suite",
@@ -41,6 +43,7 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
     expected = {
         "Add a tracker": '"tracker": "template_match"',
         "Add a tracker of many targets": '"tracker": "blobs"',
+        "Run a tracker in its own process": '"tracker": "brightest"',
         "Add a controller": '"controller": "keep_above"',
         "Add a metric": '"metric": "jitter_px"',
         "Add a suite": '"suite": "while-seen"',
@@ -49,6 +52,26 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
         "Add an export format": "results/centres",
     }
     assert re.search(expected[heading], told)
+
+
+@pytest.mark.heavy
+def test_the_file_of_processes_that_contributing_shows_runs(tmp_path: Path) -> None:
+    section = [each for each in blocks_of("CONTRIBUTING.md") if each.heading == "Run a tracker in its own process"]
+    texts = {each.language: each.text for each in section}
+    (tmp_path / "brightest.py").write_text(texts["python"])
+    (tmp_path / "trackers.toml").write_text(texts["toml"])
+    bench = "frameout bench frame-out --process trackers.toml --trackers brightest_far --preset quick --seeds 0:1"
+    succeeds(in_one_process(f"{bench} --out results"), tmp_path)
+    assert '"tracker": "brightest_far"' in (tmp_path / "results" / "summary.json").read_text()
+
+
+@pytest.mark.heavy
+@pytest.mark.skipif(shutil.which("g++") is None, reason="no compiler of C++")
+def test_the_tracker_in_cpp_that_contributing_shows_runs(tmp_path: Path) -> None:
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    for command in commands("CONTRIBUTING.md", "cpp"):
+        succeeds(in_one_process(command), tmp_path)
+    assert '"tracker": "template"' in (tmp_path / "results" / "cpp" / "summary.json").read_text()
 
 
 @pytest.mark.heavy

@@ -9,11 +9,12 @@ from typing import Annotated, Any
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, RATE, WithModules
+from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, RATE, Processes, WithModules
 from benchmarks.contract.judging import check_no_layout
 from benchmarks.contract.suite import DEFAULT, suite
 from benchmarks.run.jobs import Job
-from benchmarks.run.selection import job_on, tracker_named
+from benchmarks.run.process_trackers import process_trackers
+from benchmarks.run.selection import added_trackers, job_on, tracker_named
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.showing import suite_shown, suite_watching
 from benchmarks.show.video.episode_video import render_episode
@@ -38,7 +39,8 @@ class Render(WithModules):
         scenario: catalogue id, see `frameout list`; without a version the latest.
         preset: one of the scenario's (default: standard, or its first).
         seed: of the episode, a whole number >= 0.
-        tracker: name of the tracker to draw (default: truth only).
+        tracker: name of the tracker to draw, see `frameout list`, or of one of --process (default: truth only).
+        process: a tracker in a process of its own, NAME=COMMAND, or a TOML file with a table for each of several.
         controller: name of the controller that steers by the tracker's estimate (default: a set path).
         link: how the controller's commands reach the carrier: prompt, delayed or noisy (default: prompt; on a preset
             in closed loop none).
@@ -55,6 +57,7 @@ class Render(WithModules):
     preset: Annotated[str | None, ONE_NAME] = None
     seed: int = 0
     tracker: Annotated[str | None, ONE_NAME] = None
+    process: Processes = ()
     controller: Annotated[str | None, ONE_NAME] = None
     link: Annotated[str | None, ONE_NAME] = None
     renderer: str = "raster"
@@ -70,7 +73,8 @@ class Render(WithModules):
 
     def run(self) -> int:
         """Write it; return the exit status."""
-        job, name = self._real_job() if self.real is not None else self._simulated_job()
+        with added_trackers(process_trackers(self.process, Job.limit_s)):
+            job, name = self._real_job() if self.real is not None else self._simulated_job()
         out = self.out or Path("results") / f"{name}.mp4"
         with progress_bar(f"{name}, frames") as progress:
             failures = render_episode(job, out, frames=self.frames, scale=self.scale, progress=progress)

@@ -12,17 +12,21 @@ from typing import Any
 
 import pytest
 
+from benchmarks import bench
 from benchmarks.contract.rows import read_rows
 from benchmarks.contract.suite import suite
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.judges.tracker_speed import times
 from benchmarks.run.experiment import run
-from benchmarks.run.process_trackers import process_trackers
-from benchmarks.run.selection import experiment_on, tracker_named
+from benchmarks.run.process_trackers import ProcessTracker, process_trackers
+from benchmarks.run.selection import added_trackers, experiment_on, tracker_named
+from benchmarks.show.provenance import _command
+from benchmarks.show.replay import is_of_present_editions
 from scenarios import catalog
 from tests import fakes_scenario  # noqa: F401
 from tests.toy_scene import register  # noqa: F401
 from tests.trackers.clients import followers
+from trackers.clients.child import Limits
 
 FOLLOWERS = {"follows_one": "one", "follows_many": "many"}
 TIMES = {score.metric for score in times([(1.0, 1.0)] * 10, (0.0, 0.0), 10)}
@@ -35,7 +39,7 @@ def program(folder: Path) -> Path:
 
 def rows_of(judging: str, scenario: str, preset: str, tracker: TrackerSpec, out: Path) -> list[dict[str, Any]]:
     """Return the rows of two episodes, without what depends on time, and on how the tracker is called."""
-    how: dict[str, Any] = {"workers": 0, "repeats": 2}
+    how: dict[str, Any] = {"workers": 0}
     outcome = run(experiment_on(judging, scenario, [preset], {"follower": tracker}, range(2), **how), out)
     assert not outcome.failures, outcome.failures
     left = ("seconds", "editions", "process", "role")
@@ -65,6 +69,101 @@ def test_a_process_has_the_rows_of_the_same_class_here(
     judging: str, scenario: str, preset: str, tracker: str, tmp_path: Path
 ) -> None:
     check_alike(sys.executable, judging, scenario, preset, tracker, tmp_path)
+
+
+def test_one_of_a_single_target_fails_where_many_are_judged(tmp_path: Path) -> None:
+    one = process_trackers([f"one={sys.executable} {program(tmp_path)} one"], 60.0)
+    outcome = run(experiment_on("toy-many", "toy-yard", ["quick"], one, range(1), workers=0), tmp_path / "out")
+    [failure] = outcome.failures
+    assert (failure.frame, failure.reason) == (
+        0,
+        "ValueError: tracker: expected one of many targets, with a method start, got one of a single target",
+    )
+
+
+def test_rows_name_the_process_and_are_made_again_when_its_files_change(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    command = f"{sys.executable} {program(tmp_path).name} many"
+
+    def benched(**how: Any) -> Any:
+        given: dict[str, Any] = {"trackers": "mine", "process": {"mine": command}, "preset": "quick"}
+        return bench("toy-many", seeds=range(1), out="out", workers=0, **given | how)
+
+    assert benched().outcome.episodes == 1
+    rows = read_rows(tmp_path / "out")
+    assert {row["process"] for row in rows} == {f"mine={command}"}
+    assert {row["role"] for row in rows} == {"external"}
+    assert f"--trackers mine --process 'mine={command}'" in _command(rows, "0:1")
+    assert is_of_present_editions(rows[0])
+    assert benched().outcome.resumed == 1
+    with (tmp_path / "followers.py").open("a") as file:
+        file.write("# another tracker\n")
+    assert not is_of_present_editions(rows[0])
+    again = benched()
+    assert (again.outcome.episodes, again.outcome.resumed) == (1, 0)
+    beside = benched(trackers="warm_bodies")
+    assert set(beside.rows()["tracker"]) == {"mine", "warm_bodies"}
+
+
+TABLE = '[mine]\ncommand = "python x.py"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("mine", "process: expected NAME=COMMAND, or a TOML file, got 'mine'"),
+        ("a b=python", "process: expected NAME=COMMAND"),
+        ("mine=", "process mine: expected a command, got none"),
+        ("mine='python", "process mine: expected a command with closed quotes, got "),
+        ("mine=no_such_program", "process mine: expected a program, .*, got 'no_such_program'"),
+        ("none.toml", "process: expected a TOML file with a table for each tracker, got 'none.toml'"),
+        ("[mine", "process: expected a TOML file with a table for each tracker, got "),
+        ("mine = 3", r"process: expected a table \[mine\], got 3"),
+        ("[mine]\n", "process mine: expected a command, got none"),
+        (TABLE + "sweets = 3", r"process mine: expected one of command, .*; got 'sweets'"),
+        (TABLE + 'suites = "frame-out"', "process mine: suites: expected a list of suites, got 'frame-out'"),
+        (TABLE + 'suites = ["nix"]', "process mine: suites: expected one of .*; got 'nix'"),
+        (TABLE + "start_limit_s = 0", "process mine: start_limit_s: expected a number > 0, got 0"),
+        (TABLE + "memory_limit_gb = true", "process mine: memory_limit_gb: expected a number > 0, got True"),
+        (TABLE + 'reproducible = "no"', "process mine: reproducible: expected true or false, got 'no'"),
+        (TABLE + 'files = ["nix"]', "process mine: files: expected files that exist, got .*nix"),
+        (TABLE + "environment = {X = 1}", "process mine: environment: expected a table of texts, got "),
+    ],
+)
+def test_what_is_no_process_is_named(text: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    if "\n" in text or "[" in text or " = " in text:
+        Path("trackers.toml").write_text(text)
+        text = "trackers.toml"
+    with pytest.raises(ValueError, match=f"^{message}"):
+        process_trackers([text], 60.0)
+
+
+def test_names_of_trackers_are_taken(tmp_path: Path) -> None:
+    taken = process_trackers([f"hold={sys.executable}"], 60.0)
+    with (
+        pytest.raises(ValueError, match=r"process: expected names that no tracker of .* has, got hold"),
+        added_trackers(taken),
+    ):
+        pass
+
+
+def test_limits_and_parameters_come_from_the_table(tmp_path: Path) -> None:
+    (tmp_path / "x.py").write_text("")
+    table = (
+        TABLE + "start_limit_s = 7\nmemory_limit_gb = 2.5\nparameters = {size = 3}\nenvironment = {A = 'b'}\n"
+        "suites = ['fish']\nreproducible = false\nsummary = 'mine'\nfiles = ['x.py']\n"
+    )
+    (tmp_path / "trackers.toml").write_text(table)
+    mine = process_trackers([str(tmp_path / "trackers.toml")], 9.0)["mine"]
+    assert isinstance(mine, ProcessTracker)
+    assert mine.program.command[1:] == (str(tmp_path / "x.py"),)
+    assert mine.program.limits == Limits(start_s=7.0, frame_s=90.0, frame_cpu_s=9.0, memory_gb=2.5)
+    assert mine.program.environment == (("A", "b"),)
+    assert (mine.suites, mine.reproducible, mine.summary) == (("fish",), False, "mine")
+    assert mine.parameters.parameters == {"size": 3}
 
 
 OTHER_NUMPY = "1.26.4"
