@@ -71,6 +71,7 @@ def _seeds_kind(read_seeds: Callable[[str], range]) -> Any:
 
 
 Names: TypeAlias = Annotated[tuple[str, ...], _DEFAULT_IN_WORDS, _kind(_names, "NAME …", "*", list)]
+Values: TypeAlias = Annotated[tuple[str, ...], _DEFAULT_IN_WORDS, _kind(_some, "NAME.PARAMETER=VALUE,…", "*", list)]
 Files: TypeAlias = Annotated[
     tuple[Path, ...], _DEFAULT_IN_WORDS, _kind(lambda words: _some(map(Path, words)), "FILE …", "*", list)
 ]

@@ -24,6 +24,7 @@ from benchmarks.cli.arguments import (
     Names,
     Processes,
     UsualSeeds,
+    Values,
     WithModules,
 )
 from benchmarks.cli.bench_function import bench, check_suites, stored_seeds, with_added
@@ -35,7 +36,7 @@ from benchmarks.contract.text import printable
 from benchmarks.run.outcome import TrackerWarning
 from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.result_folder import check_file
-from benchmarks.run.selection import added_trackers
+from benchmarks.run.selection import added_trackers, varied_names
 from benchmarks.show.page import REPORT_FILE_NAME, is_current, write_report
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
@@ -60,6 +61,9 @@ class Bench(WithModules):
         preset: one or more presets of the scenarios (default: standard; with --quick: quick).
         trackers: names of trackers, see `frameout list` (default: all of the suite; with --quick all but variants;
             in the suite follow ours and one other for each scenario).
+        vary: a tracker with other values of one of its parameters, e.g. `colour_pf.particles=50,200,1000`, one or more;
+            each value is a row of its own, `colour_pf[particles=50]`, a name that all commands take. The report draws
+            the score over the time a frame. Without --trackers they run alone.
         process: a tracker in a process of its own, NAME=COMMAND, or a TOML file with a table for each of several; may
             be given several times. They run beside the others, or alone if --trackers names them, see CONTRIBUTING.md.
         controllers: names of controllers that steer the camera by the tracker's estimate, see `frameout list`;
@@ -114,6 +118,7 @@ class Bench(WithModules):
     scenario: Names = ()
     preset: Names = ()
     trackers: Names = ()
+    vary: Values = ()
     process: Processes = ()
     controllers: Names = ()
     link: str = "prompt"
@@ -145,7 +150,10 @@ class Bench(WithModules):
         if not self.real:
             chosen = {"scenarios": self.scenario, "presets": self.preset}
             added = process_trackers(self.process, self.limit_s)
-            chosen |= {"trackers": with_added(self.trackers, added), "controllers": self.controllers}
+            chosen |= {
+                "trackers": with_added((*self.trackers, *varied_names(self.vary)), added),
+                "controllers": self.controllers,
+            }
             suites = map(suite, self.suites)
             with added_trackers(added):
                 check_suites(suites, chosen, link=self.link, data=self.data, quick=self.quick)

@@ -24,12 +24,22 @@ from benchmarks.contract.rows import REAL
 from benchmarks.contract.suite import DEFAULT, Suite
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
+from benchmarks.contract.varied import base_of
 from benchmarks.run.experiment import Experiment, Progress, run
 from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
 from benchmarks.run.process_trackers import ProcessTracker, process_trackers
-from benchmarks.run.selection import Registered, added_trackers, choices, experiment_on, registered, trackers_of
+from benchmarks.run.selection import (
+    Registered,
+    added_trackers,
+    choices,
+    experiment_on,
+    registered,
+    trackers_of,
+    varied_names,
+    with_value,
+)
 from benchmarks.run.workers import cores
 from benchmarks.show.results import Results
 from sim.checks import check
@@ -63,6 +73,7 @@ def bench(
     limit_s: float = 60.0,
     real_time: float | None = None,
     repeats: int | None = None,
+    vary: str | Sequence[str] = (),
     modules: str | Sequence[str] = (),
     data: str | None = None,
     keep_estimates: bool = False,
@@ -91,6 +102,8 @@ def bench(
         real_time: pictures a second, which do not wait for a tracker, see ``benchmarks.run.real_time``.
         repeats: runs an episode of each tracker, with random numbers of their own; None = 3, with ``quick`` 1, of one
             that no seed makes reproducible, else 1.
+        vary: trackers with other values of a parameter, ``NAME.PARAMETER=V1,V2``, which are called
+            ``NAME[PARAMETER=V1]``; without ``trackers`` they run alone.
         modules: modules of yours to import first, also in the workers; they register trackers, metrics and so on.
         data: folder or URL of a data set with the episodes, whose scenario, preset and renderer are given.
         keep_estimates: whether all answers are kept as tables, see ``benchmarks.data.estimates.block_file``.
@@ -118,10 +131,11 @@ def bench(
     if isinstance(process, Mapping):
         process = [f"{name}={command}" for name, command in process.items()]
     added = process_trackers((process,) if isinstance(process, str) else process, limit_s)
+    other_values = varied_names((vary,) if isinstance(vary, str) else vary)
     names = {
         "scenarios": several("scenario", scenario),
         "presets": several("preset", preset),
-        "trackers": with_added(several("trackers", trackers), added),
+        "trackers": with_added((*several("trackers", trackers), *other_values), added),
         "controllers": several("controllers", controllers),
     }
     how: dict[str, Any] = {
@@ -260,9 +274,13 @@ def _trackers_on_real(wanted: Suite, names: tuple[str, ...], *, quick: bool) -> 
     if wanted.on_sequences is not None:
         ours = {name: each for name, each in ours.items() if each.role not in _NEED_TRUTH}
         for name in names:
-            check("trackers", name in ours, f"some of {', '.join(ours)}, which need pictures alone", repr(name))
+            check(
+                "trackers", base_of(name) in ours, f"some of {', '.join(ours)}, which need pictures alone", repr(name)
+            )
     able = (name for name, each in ours.items() if not each.missing() and not (quick and each.role == "variant"))
-    chosen: dict[str, TrackerSpec] = {name: ours.get(name) or registered(entry(name)) for name in names or able}
+    chosen: dict[str, TrackerSpec] = {
+        name: ours.get(name) or with_value(name) or registered(entry(name)) for name in names or able
+    }
     _check_usable(chosen.values())
     return chosen
 

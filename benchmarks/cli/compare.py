@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import tyro
 from rich import box
+from rich.markup import escape
 from rich.table import Table
 
 from benchmarks.cli.arguments import ONE_NAME, Names, WithModules, report_ignored_rows
@@ -116,7 +117,7 @@ class Compare(WithModules):
         self, words: EventWords, found: list[tuple[str, Metric, Comparison, float]], first_time: str, second_time: str
     ) -> Table:
         title = f"{self.first}{first_time} minus {self.second}{second_time}, paired over episodes"
-        table = Table(title=title, box=box.SIMPLE_HEAD)
+        table = Table(title=escape(title), box=box.SIMPLE_HEAD)
         for column in (words.name, "metric", "unit"):
             table.add_column(column, overflow="fold")
         for column in ("difference", "95 % interval", "p (Holm)", "episodes"):

@@ -7,6 +7,7 @@ from typing import Any
 
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
 
@@ -15,7 +16,7 @@ from benchmarks.contract.suite import suite
 from benchmarks.contract.text import counted, time_in_words
 from benchmarks.show import tables
 from benchmarks.show.progress import console_of
-from benchmarks.statistics.summary import condition_of, steering_words
+from benchmarks.statistics.summary import Groups, condition_of, steering_words
 
 _WIDTH = 132
 _ROLE_STYLES = {
@@ -62,6 +63,23 @@ def print_leaderboard(
             console.print(_that_fits(console, title, board, scores.key_columns))
 
 
+def print_by_episode(groups: Groups, metrics: Sequence[str] = ()) -> None:
+    """Print a Markdown table for each condition: the metric that ranks, of each episode or real sequence.
+
+    ``metrics``: see ``print_leaderboard``.
+    """
+    for condition, trackers in groups.items():
+        judging = suite(condition[0]).showing(metrics)
+        metric = judging.metric(judging.headline_in(condition[1])[0])
+        table = tables.by_episode(metric, trackers, list(trackers))
+        if table.lines:
+            unit = "sequence" if any("sequence" in row for rows in trackers.values() for row in rows[:1]) else "seed"
+            heads = [unit, *(column.name for column in table.columns)]
+            print(f"{' '.join(filter(None, condition[1:]))}: {tables.column_of(metric).head}\n")
+            lines = ([*line.names, *map(str, line.cells)] for line in table.lines)
+            print(tables.markdown_table(heads, lines, words=1), end="\n\n")
+
+
 def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
     groups: dict[str, list[dict[str, Any]]] = {}
     for entry in summary:
@@ -94,7 +112,8 @@ def _for_terminal(title: str, board: tables.Table, names: Sequence[str], count: 
     for part in board.parts:
         for line in part:
             cells = ("\n".join(_number_above_interval(cell)) for cell in line.cells[:count])
-            table.add_row(*line.names, line.role, *cells, style=_ROLE_STYLES.get(line.role, ""))
+            # Names may hold brackets, which are marks of style to rich.
+            table.add_row(*map(escape, line.names), line.role, *cells, style=_ROLE_STYLES.get(line.role, ""))
         table.add_section()
     return table
 

@@ -10,14 +10,15 @@ from typing import Annotated
 import tyro
 
 from benchmarks.cli.arguments import FOLDER, WORKERS, Names, WithModules, report_ignored_rows
-from benchmarks.cli.leaderboard import print_leaderboard
+from benchmarks.cli.leaderboard import print_by_episode, print_leaderboard
+from benchmarks.contract.rows import read_rows
 from benchmarks.contract.suite import check_metrics
 from benchmarks.contract.text import counted
 from benchmarks.run.packages import needs_data
 from benchmarks.run.workers import cores
 from benchmarks.show.page import write_report
 from benchmarks.show.progress import progress_bar
-from benchmarks.statistics.summary import write_summary
+from benchmarks.statistics.summary import grouped, write_summary
 from sim.checks import check
 
 
@@ -35,6 +36,8 @@ class Report(WithModules):
         data: with --from-estimates, folder or URL of a data set with the episodes, which are then not simulated.
         workers: with --from-estimates, number of worker processes; 0 = this process.
         markdown: also print the leaderboard as a Markdown table.
+        by_episode: also print, in Markdown, the metric that ranks of each episode or real sequence, a column for each
+            tracker.
         metric: names of the metrics on the leaderboard, see `frameout list --metrics`; the first one ranks (default:
             the suite's own).
     """
@@ -44,6 +47,7 @@ class Report(WithModules):
     data: Annotated[str | None, FOLDER] = None
     workers: Annotated[int | None, WORKERS] = None
     markdown: bool = False
+    by_episode: bool = False
     metric: Names = ()
     resumes = False
 
@@ -57,6 +61,8 @@ class Report(WithModules):
         check_metrics(self.metric, sorted({entry["suite"] for entry in summary}))
         if self.markdown:
             print_leaderboard(summary, self.metric, markdown=True)
+        if self.by_episode:
+            print_by_episode(grouped(read_rows(self.directory)), self.metric)
         print(write_report(self.directory, self.metric))
         return 0
 

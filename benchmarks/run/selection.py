@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import importlib
+import json
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -14,6 +17,7 @@ import numpy as np
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import DEFAULT, Scene, Suite, suite, suites
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
+from benchmarks.contract.varied import Varied, base_of, varied
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
 from benchmarks.run.episodes import Simulated, Steering, simulated
 from benchmarks.run.experiment import Experiment
@@ -121,9 +125,13 @@ def trackers_in(suite: Suite, scene: Scene) -> dict[str, TrackerSpec]:
 def tracker_named(name: str, **values: Any) -> TrackerSpec:
     """Return one tracker or reference; a tracker with ``values`` of its parameters, if any are given.
 
+    ``NAME[PARAMETER=VALUE]`` is a tracker too, see ``contract.varied``.
+
     Raises:
         ValueError: for an unknown name; lists the known ones.
     """
+    if (other := with_value(name)) is not None:
+        return other
     entry = registry.entry(name) if values else registry.entry_or_none(name)
     if entry is not None:
         return registered(entry, **values)
@@ -132,6 +140,45 @@ def tracker_named(name: str, **values: Any) -> TrackerSpec:
         unknown = f"{registry.OWN_NEEDS_MODULE} (--modules; in Python modules=)"
         check_choice("tracker", name, known, why=suggestion(name, known) or unknown)
     return known[name]
+
+
+def with_value(name: str) -> Registered | None:
+    """Return the tracker ``NAME[PARAMETER=VALUE]``; None for a name without a parameter.
+
+    Raises:
+        ValueError: for an unknown tracker or parameter, and for what is no value of it.
+    """
+    found = varied(name)
+    if found is None:
+        return None
+    entry = registry.entry(found.base)
+    try:
+        value = json.loads(found.value)
+    except ValueError:
+        value = found.value
+    fields = {field.name: field for field in dataclasses.fields(entry.parameters_class)}
+    usual = fields[found.parameter].default if found.parameter in fields else None
+    if isinstance(usual, int) and not isinstance(usual, bool):
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        check(f"{found.base}.{found.parameter}", whole, "a whole number", repr(found.value))
+    return registered(entry, **{found.parameter: value})
+
+
+def varied_names(words: Sequence[str]) -> tuple[str, ...]:
+    """Return the trackers' names that ``NAME.PARAMETER=V1,V2,…`` stand for.
+
+    Raises:
+        ValueError: for other words, and for what ``with_value`` refuses.
+    """
+    names = []
+    for word in words:
+        match = re.fullmatch(r"(\w+)\.(\w+)=([^=,\[\]]+(?:,[^=,\[\]]+)*)", word)
+        check("vary", match is not None, "NAME.PARAMETER=V1,V2,…, such as colour_pf.particles=50,200", repr(word))
+        assert match is not None
+        names += [str(Varied(match[1], match[2], value.strip())) for value in match[3].split(",")]
+    for name in names:
+        with_value(name)
+    return tuple(dict.fromkeys(names))
 
 
 def default_controllers(scenario: Scenario, *, variants: bool = False) -> tuple[str, ...]:
@@ -252,6 +299,9 @@ def _steering(
 
 def _tracker_of(suite: Suite, scenario: Scenario, name: str, own_modules: bool) -> TrackerSpec:
     """Return a tracker that may take part. Raises ValueError for another name."""
+    if (other := with_value(name)) is not None:
+        _tracker_of(suite, scenario, base_of(name), own_modules)
+        return other
     scene = suite.scene(scenario.id)
     entry = registry.entry_or_none(name)
     if entry is None or {suite.tracked_by(scene), suite.name}.isdisjoint(entry.suites or (DEFAULT,)):
@@ -319,7 +369,7 @@ def choices(
     for scene, its_presets, its_trackers, its_controllers in zip(
         scenes,
         filter(None, shown),
-        _shared(trackers, scenes, lambda scene, name: name in trackers_in(suite, scene)),
+        _shared(trackers, scenes, lambda scene, name: base_of(name) in trackers_in(suite, scene)),
         _shared(controllers, scenes, _steers),
         strict=True,
     ):

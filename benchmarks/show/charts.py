@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import zip_longest
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.metric import PooledRatios, Quantity, Statistic, collected
+from benchmarks.contract.metric import Metric, PooledRatios, Quantity, Statistic, collected
 from benchmarks.contract.rows import Row
+from benchmarks.contract.text import interval_text, number_text
 from benchmarks.statistics import froc
 from benchmarks.statistics.bootstrap import Interval, intervals_of
 from benchmarks.statistics.pooling import Froc, RestrictedMean, still_waiting
@@ -36,24 +37,36 @@ class Curve(NamedTuple):
     high: NDArray[np.float64]
 
 
+class Points(NamedTuple):
+    """Points that belong together, with their 95 % intervals in both directions, and a text beside each."""
+
+    x: Sequence[Interval]
+    y: Sequence[Interval]
+    texts: Sequence[str]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Chart:
-    """A curve for each tracker, or dots with intervals on named lines. One without values is not drawn.
+    """A curve for each tracker, dots with intervals on named lines, or points. One without values is not drawn.
 
     Attributes:
         title, words: text above and below the figure.
         curves: by tracker.
         lines: in place of curves: name of a line → tracker → value.
+        points: in place of curves: by tracker.
+        labels: tracker → its text in the legend, in the legend's order; those that are missing have their names.
         x_label, y_label, x_scale, y_scale: of the axes; lines have no y axis.
         steps: whether a curve's value holds until the next one.
         shaded: part of the x axis from 0 on, and what it means.
-        rule: a value on the y axis with a line of its own, and what it means.
+        rule: a value on the y axis with a line of its own, and what it means. mark: the same of the x axis.
     """
 
     title: str
     words: str
     curves: Mapping[str, Curve] | None = None
     lines: Mapping[str, Mapping[str, Interval]] | None = None
+    points: Mapping[str, Points] | None = None
+    labels: Mapping[str, str] = field(default_factory=dict)
     x_label: str
     y_label: str = ""
     x_scale: Scale
@@ -61,16 +74,26 @@ class Chart:
     steps: bool = False
     shaded: tuple[float, str] | None = None
     rule: tuple[float, str] | None = None
+    mark: tuple[float, str] | None = None
 
     @property
     def values(self) -> Mapping[str, object]:
-        """The curves, or the lines."""
-        return (self.curves if self.lines is None else self.lines) or {}
+        """The curves, the lines or the points."""
+        return self.curves or self.lines or self.points or {}
 
 
 def curves_of(drawn: Mapping[str, Sequence[Row]], compute: Callable[[Sequence[Row]], Curve | None]) -> dict[str, Curve]:
     """Return the curve of each tracker that has one."""
     return {name: curve for name, rows in drawn.items() if (curve := compute(rows)) is not None}
+
+
+def scored(drawn: Mapping[str, Sequence[Row]], metric: Metric) -> dict[str, str]:
+    """Return the labels of trackers that have a metric: their names with it and its interval, the best first."""
+    found = intervals_of(metric.statistic, drawn)
+    order = sorted(found, key=lambda name: found[name].mean, reverse=metric.better == "higher")
+    texts = {name: number_text(found[name].mean, metric.unit) for name in order}
+    spans = {name: interval_text(*found[name][1:], metric.unit).replace(" … ", "–") for name in order}
+    return {name: f"{name} {text}" + (f" ({spans[name]})" if spans[name] else "") for name, text in texts.items()}
 
 
 def lines_of(statistics: Mapping[str, Statistic], drawn: Mapping[str, Sequence[Row]]) -> dict[str, dict[str, Interval]]:
@@ -114,8 +137,10 @@ def found_at_alarms(rows: Sequence[Row], statistic: Froc, alarms_per_hour: NDArr
     return _with_band(replace(pool, finish=points), alarms_per_hour)
 
 
-def series_mean(rows: Sequence[Row], metric: str, first_x: float = 0.0, fewest: float = 1.0) -> Curve | None:
-    """Return the mean of a series, entry by entry, at ``first_x`` and on; None without rows.
+def series_mean(
+    rows: Sequence[Row], metric: str, first_x: float = 0.0, step_x: float = 1.0, fewest: float = 1.0
+) -> Curve | None:
+    """Return the mean of a series, entry by entry, at ``first_x`` and on in steps of ``step_x``; None without rows.
 
     An entry with less weight than ``fewest``, summed over all rows that are long enough, is left out. The band is a
     percentile bootstrap over seeds.
@@ -128,7 +153,7 @@ def series_mean(rows: Sequence[Row], metric: str, first_x: float = 0.0, fewest: 
     of_rows = [row["seed"] for row in chosen]
     sums = collected(np.unique(of_rows), [(of_rows, weights * np.nan_to_num(values), weights)], lambda ratios: ratios)
     kept = weights.sum(axis=0) >= fewest
-    return _with_band(sums, first_x + np.arange(float(len(kept))), kept) if kept.any() else None
+    return _with_band(sums, first_x + step_x * np.arange(float(len(kept))), kept) if kept.any() else None
 
 
 def _with_band(sums: PooledRatios, x: NDArray[np.float64], kept: NDArray[np.bool_] | slice = slice(None)) -> Curve:

@@ -15,10 +15,13 @@ from markupsafe import Markup
 from benchmarks.contract.rows import FILE_NAME, REAL, Row, read_rows
 from benchmarks.contract.suite import Condition, Suite, suite, suites
 from benchmarks.contract.text import time_in_words
+from benchmarks.contract.varied import varied
+from benchmarks.judges.tracker_speed import MS_PER_FRAME
 from benchmarks.run.blindfold import BLIND_NOTE
 from benchmarks.run.editions import judge_edition
 from benchmarks.run.failures import ended_processes
 from benchmarks.show import tables
+from benchmarks.show.against import against, points_of
 from benchmarks.show.charts import Chart
 from benchmarks.show.definitions import metric_definitions
 from benchmarks.show.palette import LineStyles, line_styles
@@ -93,7 +96,17 @@ class _Results:
             x_label="frames a second on one core",
             x_scale="log",
         )
-        return [chart for chart in (*showing_of(self.suite).charts(drawn), speed) if chart.values]
+        return [chart for chart in (*showing_of(self.suite).charts(drawn), *self._cost(), speed) if chart.values]
+
+    def _cost(self) -> Iterator[Chart]:
+        """Yield the score that ranks over the time a frame; nothing of a single point."""
+        y, x = (self.suite.metric(name) for name in (self.suite.headline_in(self.condition[1])[0], MS_PER_FRAME))
+        entries = [entry for entry in self.summary if entry["role"] in _DRAWN_ROLES]
+        found = points_of(entries, y.name, x.name)
+        points = {name: each for name, each in found.items() if name in self.styles}
+        if sum(len(each.texts) for each in points.values()) > 1 and x.name != y.name:
+            parameters = {each.parameter for entry in entries if (each := varied(entry["tracker"])) is not None}
+            yield against(points, y, x, "What does a better score cost?", sorted(parameters))
 
 
 def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
@@ -238,6 +251,9 @@ def _section(results: _Results, pictures: Entries) -> dict[str, Any]:
     sequences = scores.on_sequences if real else None
     everything = tables.every_metric(scores, summary)
     roles = {line.role for line in everything.lines}
+    ranking = scores.metric(scores.headline_in(scenario)[0])
+    order = [label for line in everything.lines if (label := "+".join(line.names)) in results.rows]
+    by_episode = tables.by_episode(ranking, results.rows, order)
     notes = {"blind": BLIND_NOTE, "oracle": showing.oracles}
     how = [] if real else [steering_words(results.condition), renderer]
     how += [time_in_words(summary[0]["real_time_hz"])] if "real_time_hz" in summary[0] else []
@@ -256,6 +272,8 @@ def _section(results: _Results, pictures: Entries) -> dict[str, Any]:
         "papers": _papers(everything),
         "differences": list(_differences(scores, results.comparisons, everything)),
         "everything": everything,
+        "by_episode": by_episode,
+        "ranking": tables.column_of(ranking),
         "facts": None if showing.facts is None else tables.facts_table(showing.facts, results.rows),
         "plots": [plot_of(chart, results.styles) for chart in results.charts()],
         "pictures": pictures,

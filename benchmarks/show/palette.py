@@ -7,6 +7,8 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from benchmarks.contract.varied import base_of
+
 INK, QUIET, GRID, GROUND = "#14171c", "#5b6370", "#dfe3e8", "#ffffff"
 _OURS, _PLAIN, _OWN = ["#c44a00"], ["#8a919c"], ["#5b2ecc"]
 _WRITTEN = ["#0064a8", "#00795a", "#a8487f"]
@@ -34,14 +36,21 @@ def line_styles(trackers: Sequence[tuple[str, str]]) -> LineStyles:
     """Return a style for each of the (name, role); the same list gives the same styles.
 
     A user's own method (role ``external``) has a colour that no other role has. A tuned method has the colour of the
-    same method as written, if that is in the list.
+    same method as written, if that is in the list. One with several values of a parameter has one colour, and its name
+    without them the same style as the first of them.
     """
+    bases = {base_of(name): role for name, role in reversed(trackers)}
     counts: dict[str, Iterator[int]] = defaultdict(itertools.count)
-    places = {name: next(counts[role]) for name, role in trackers}
-    styles = {}
+    places = {name: next(counts[bases[name]]) for name in dict.fromkeys(base_of(name) for name, _ in trackers)}
+    values: dict[str, Iterator[int]] = defaultdict(itertools.count)
+    styles: LineStyles = {}
     for name, role in trackers:
-        place = places.get(name.removesuffix("_tuned"), places[name])
+        base = base_of(name)
+        place = places.get(base.removesuffix("_tuned"), places[base])
         colours, dashes, width, order = _LOOKS.get(role, _LOOKS["baseline"])
         colour, dash = colours[place % len(colours)], dashes[place % len(dashes)]
+        if (other := next(values[base])) > 0:
+            dash = _DASHES[(other - 1) % len(_DASHES)]
         styles[name] = {"color": colour, "linestyle": dash, "linewidth": width, "zorder": order}
+        styles.setdefault(base, styles[name])
     return styles

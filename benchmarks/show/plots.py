@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import re
+from collections.abc import Mapping
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,11 +16,15 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, PercentFormatter
 
-from benchmarks.show.charts import Chart, Scale
+from benchmarks.show.charts import Chart, Points, Scale
 from benchmarks.show.palette import BANDED, GRID, GROUND, QUIET, LineStyles
 
 _STYLE = Path(__file__).with_name("report.mplstyle")
 _ENTRY_INCHES, _ENTRIES_A_LINE = 0.2, 3
+_HANDLE_INCHES, _LETTER_INCHES = 0.5, 0.06
+"""Width of an entry of a legend beside its text, and of a letter of that."""
+_MARKERS = "osD^vP*X<>ph"
+"""Of the points of trackers of one colour."""
 _LINE_INCHES, _FRAME_INCHES = 0.28, 0.9
 """Least height of a line of dots, and of what stands above and below all."""
 _GROUP_HEIGHT = 0.6
@@ -68,14 +73,17 @@ def figure_of(chart: Chart, styles: LineStyles, *, titled: bool = False) -> Show
         figure, axes = new_figure(chart.x_label, chart.y_label)
         if chart.lines is None:
             _draw_curves(axes, chart, styles)
+            _draw_points(axes, chart.points or {}, styles)
             _scale(axes, "y", chart.y_scale)
         else:
             figure.set_figheight(max(figure.get_figheight(), _FRAME_INCHES + _LINE_INCHES * len(chart.lines)))
             _draw_dots(axes, chart, styles)
         _scale(axes, "x", chart.x_scale)
-        if entries := len(axes.get_legend_handles_labels()[0]):
-            figure.set_figheight(figure.get_figheight() - (-entries // _ENTRIES_A_LINE) * _ENTRY_INCHES)
-            figure.legend(loc="outside lower center", ncols=min(entries, _ENTRIES_A_LINE))
+        if entries := len(labels := axes.get_legend_handles_labels()[1]):
+            fitting = figure.get_figwidth() / (_HANDLE_INCHES + _LETTER_INCHES * max(map(len, labels)))
+            a_line = max(1, min(_ENTRIES_A_LINE, int(fitting)))
+            figure.set_figheight(figure.get_figheight() - (-entries // a_line) * _ENTRY_INCHES)
+            figure.legend(loc="outside lower center", ncols=min(entries, a_line))
         if titled:
             figure.suptitle(chart.title, fontsize=11)
     return figure
@@ -83,10 +91,11 @@ def figure_of(chart: Chart, styles: LineStyles, *, titled: bool = False) -> Show
 
 def _draw_curves(axes: Axes, chart: Chart, styles: LineStyles) -> None:
     curves = chart.curves or {}
-    for name, style in styles.items():
+    for name in dict.fromkeys((*chart.labels, *styles)):
         if name in curves:
-            x, mean, low, high = curves[name]
-            axes.plot(x, mean, label=name, drawstyle="steps-post" if chart.steps else "default", **style)
+            (x, mean, low, high), style = curves[name], styles[name]
+            label = chart.labels.get(name, name)
+            axes.plot(x, mean, label=label, drawstyle="steps-post" if chart.steps else "default", **style)
             if style["zorder"] >= BANDED:
                 step: Any = "post" if chart.steps else None
                 axes.fill_between(x, low, high, step=step, color=style["color"], alpha=0.16, lw=0, zorder=2)
@@ -95,10 +104,37 @@ def _draw_curves(axes: Axes, chart: Chart, styles: LineStyles) -> None:
         axes.axhline(y, color=QUIET, linewidth=0.9, dashes=(1, 2))
         place = axes.get_yaxis_transform()
         axes.annotate(words, (1, y), xytext=(0, 3), xycoords=place, textcoords="offset points", ha="right", **_NOTE)
+    if chart.mark is not None:
+        at_x, words = chart.mark
+        axes.axvline(at_x, color=QUIET, linewidth=0.9, dashes=(1, 2))
+        place = axes.get_xaxis_transform()
+        axes.annotate(words, (at_x, 0.02), xytext=(3, 0), xycoords=place, textcoords="offset points", **_NOTE)
     if chart.shaded is not None:
         end, words = chart.shaded
         axes.axvspan(0, end, color=GRID, alpha=0.5, linewidth=0)
         axes.annotate(words, (end + 0.8, 0.02), **_NOTE)
+
+
+def _draw_points(axes: Axes, points: Mapping[str, Points], styles: LineStyles) -> None:
+    """Draw points with their intervals; those of a tracker are joined, each with its text."""
+    drawn = [name for name in styles if name in points]
+    for name in drawn:
+        own, colour = points[name], styles[name]["color"]
+        alike = [each for each in drawn if styles[each]["color"] == colour]
+        marker = _MARKERS[alike.index(name) % len(_MARKERS)]
+        x, y = ([interval.mean for interval in some] for some in (own.x, own.y))
+        # Ends that are not known, of a single seed, are drawn as the value itself.
+        away_x, away_y = (
+            np.nan_to_num([(each.mean - each.low, each.high - each.mean) for each in some]).clip(0).T
+            for some in (own.x, own.y)
+        )
+        look = {"color": colour, "marker": marker, "markersize": 6, "markeredgewidth": 0, "linewidth": 1.4}
+        axes.errorbar(x, y, away_y, away_x, label=name, elinewidth=1.0, **look)
+        note = {"color": colour, "fontsize": 8, "ha": "center", "textcoords": "offset points"}
+        for place, text in enumerate(own.texts):
+            # Neighbours stand on both sides of the line.
+            beside = (7, 6 if place % 2 == 0 else -12)
+            axes.annotate(text, (x[place], y[place]), xytext=beside, **note)
 
 
 def _draw_dots(axes: Axes, chart: Chart, styles: LineStyles) -> None:

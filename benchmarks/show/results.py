@@ -15,17 +15,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.contract.rows import FILE_NAME, Row, event_of, read_rows
-from benchmarks.contract.suite import suite
+from benchmarks.contract.suite import check_metrics, suite
 from benchmarks.contract.text import counted, number_text
 from benchmarks.run.outcome import Outcome
-from benchmarks.show.charts import Chart
+from benchmarks.show.against import against, points_of
+from benchmarks.show.charts import Chart, Points
 from benchmarks.show.palette import LineStyles, line_styles
 from benchmarks.show.tables import column_of, names_and_roles, rank
 from benchmarks.statistics.bootstrap import Interval
 from benchmarks.statistics.summary import (
     COMPARISONS_FILE_NAME,
     SUMMARY_FILE_NAME,
+    by_seed,
     condition_of,
+    episode_names,
+    grouped,
     label_of,
     read_entries,
 )
@@ -77,17 +81,45 @@ class Results:
         """Return paired differences of ours and each other tracker, see ``statistics.summary``."""
         return self._read(COMPARISONS_FILE_NAME)
 
-    def plot(self, metric: str) -> ShownFigure:
+    def plot(self, metric: str, over: str | None = None) -> ShownFigure:
         """Return a figure of a metric of the summary: a dot with its 95 % interval for each tracker, the best above.
 
         Those of several conditions stand below each other, condition by condition.
+
+        Args:
+            over: another metric, e.g. ``ms_per_frame``, for the x axis: points with intervals both ways, those of a
+                tracker with several values of a parameter joined.
 
         Raises:
             ValueError: for a metric that none has; lists those that there are.
         """
         from benchmarks.show.plots import figure_of
 
-        return figure_of(*metric_chart(read_entries(self.directory, SUMMARY_FILE_NAME), metric), titled=True)
+        entries = read_entries(self.directory, SUMMARY_FILE_NAME)
+        chart, styles = metric_chart(entries, metric) if over is None else over_chart(entries, metric, over)
+        return figure_of(chart, styles, titled=True)
+
+    def by_episode(self, metric: str) -> pd.DataFrame:
+        """Return a metric of each episode or sequence: a line for each, a column for each tracker.
+
+        Raises:
+            ValueError: for a metric that none has; lists those that there are.
+        """
+        import pandas as pd
+
+        groups = grouped(read_rows(self.directory))
+        check_metrics([metric], dict.fromkeys(condition[0] for condition in groups))
+        values = [
+            {"suite": suite_name, "scenario": scenario, "preset": preset, "episode": names[seed], "tracker": label}
+            | {metric: value}
+            for (suite_name, scenario, preset, *_), by_label in groups.items()
+            for names in [episode_names(by_label)]
+            for label, rows in by_label.items()
+            for seed, value in by_seed(rows, suite(suite_name).metric(metric)).items()
+        ]
+        return pd.DataFrame(values).pivot(
+            index=["suite", "scenario", "preset", "episode"], columns="tracker", values=metric
+        )
 
     def figures(self) -> list[ShownFigure]:
         """Return the plots of the report, condition by condition; a notebook shows each as a picture."""
@@ -130,6 +162,25 @@ def metric_chart(summary: Sequence[dict[str, Any]], metric: str) -> tuple[Chart,
         x_scale="share" if is_share else "linear",
     )
     return chart, styles
+
+
+def over_chart(summary: Sequence[dict[str, Any]], y: str, x: str) -> tuple[Chart, LineStyles]:
+    """Return the chart of one metric over another, see ``Results.plot``, and the report's styles."""
+    for metric in (y, x):
+        check_choice("metric", metric, list(dict.fromkeys(entry["metric"] for entry in summary)))
+    conditions = list(dict.fromkeys(map(condition_of, summary)))
+    points: dict[str, Points] = {}
+    styles: LineStyles = {}
+    for condition in conditions:
+        scores, entries = suite(condition[0]), [entry for entry in summary if condition_of(entry) == condition]
+        where = "" if len(conditions) == 1 else f", {' '.join(filter(None, condition[1:]))}"
+        looks = line_styles(names_and_roles(scores, entries))
+        own = points_of(entries, y, x)
+        points |= {f"{name}{where}": each for name, each in own.items()}
+        styles |= {f"{name}{where}": looks[name.partition("+")[0]] for name in own}
+    judged = suite(conditions[0][0])
+    of_y, of_x = judged.metric(y), judged.metric(x)
+    return against(points, of_y, of_x, f"{column_of(of_y).title} over {column_of(of_x).title}"), styles
 
 
 def numbers_table(rows: Iterable[Row]) -> pd.DataFrame:

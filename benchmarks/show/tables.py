@@ -12,6 +12,7 @@ from benchmarks.contract.suite import Suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
 from benchmarks.judges.tracker_speed import FRAMES_SEEN
 from benchmarks.statistics.bootstrap import interval_of
+from benchmarks.statistics.summary import by_seed, episode_names
 
 Entry = dict[str, Any]
 
@@ -238,6 +239,29 @@ def _difference(metric: Metric, entry: Entry | None) -> Cell:
         interval_text(low, high, metric.unit, signed=True),
         mark=mark,
     )
+
+
+def by_episode(metric: Metric, trackers: Mapping[str, Sequence[Row]], order: Sequence[str]) -> Table:
+    """Return a metric of each episode or sequence: a line for each, a column for each tracker, its best marked.
+
+    Args:
+        trackers: rows by tracker, of one condition. order: of the columns.
+    """
+    values = {name: by_seed(trackers[name], metric) for name in order}
+    shown = [name for name in order if values[name]]
+    lines = []
+    for seed, episode in episode_names(trackers).items():
+        own = {name: values[name][seed] for name in shown if seed in values[name]}
+        ranks = {name: rank(metric, {"mean": value}) for name, value in own.items()}
+        cells = (
+            Cell(number_text(own[name], metric.unit), mark="best" if ranks[name] == min(ranks.values()) else "")
+            if name in own
+            else Cell(NO_NUMBER)
+            for name in shown
+        )
+        if own:
+            lines.append(Line((episode,), "", tuple(cells)))
+    return Table(tuple(Column(name, name, "", "", "") for name in shown), tuple(lines))
 
 
 def facts_table(facts: Facts, trackers: Mapping[str, Sequence[Row]]) -> Table:

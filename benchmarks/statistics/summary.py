@@ -145,6 +145,24 @@ def _of(row: Row, *columns: str) -> dict[str, Any]:
     return {column: row[column] for column in columns if row.get(column)}
 
 
+def by_seed(rows: Sequence[Row], metric: Metric) -> dict[int, float]:
+    """Return a metric of each episode alone, by seed, of the rows of one tracker under one condition; without those in
+    which it is undefined.
+    """
+    pool = metric.statistic.pooled(rows)
+    if pool is None:
+        return {}
+    values = pool.value(np.eye(len(pool.seeds)))
+    return {int(seed): float(value) for seed, value in zip(pool.seeds, values, strict=True) if np.isfinite(value)}
+
+
+def episode_names(by_label: Mapping[str, Sequence[Row]]) -> dict[int, str]:
+    """Return seed → name of the episodes under one condition: the seed, or that of the real sequence."""
+    rows = (row for some in by_label.values() for row in some)
+    names = {row["seed"]: row.get("sequence", str(row["seed"])) for row in rows}
+    return dict(sorted(names.items()))
+
+
 def compare_ours(groups: Groups) -> list[dict[str, Any]]:
     """Return the list of ``comparisons.json``: the tracker with role ``ours`` against every other one.
 

@@ -143,3 +143,11 @@ def in_view_scores(
         yield Score("precision_20_px", float((error_px <= localisation.PRECISION_PX).mean()), weight)
         yield Score("success_auc", float(curve.mean()), weight)
         yield Score("success_curve", curve.tolist(), weight)
+
+
+def precision_plot(truth: TruthSeries, estimate: EstimateSeries) -> Iterator[Score]:
+    """Yield OTB's precision plot of the frames in view, weighted by their number; nothing without one."""
+    present, _ = in_view.present_and_absent(truth.state, truth.visible_fraction)
+    if present.any():
+        error_px = localisation.centre_error_px(truth, estimate)[present]
+        yield Score("precision_plot", localisation.precision_plot(error_px).tolist(), float(present.sum()))

@@ -38,15 +38,16 @@ tracker without a posterior in the episode; for others a frame without one is a 
 ``credible_level_histogram`` (*series* of 20: share of outside frames whose truth lay at level 0-5 %, 5-10 % … of the
 posterior; flat = calibrated), ``offscreen_error_car_lengths``, ``in_view_tpr``, ``in_view_tnr``, ``precision_curve``
 and ``recall_curve`` (*series* over ``statistics.long_term.THRESHOLDS``), ``centre_error_px``, ``precision_20_px``,
-``success_auc``, ``success_curve`` (*series* over ``metrics.localisation.THRESHOLDS``), ``time_seen``, ``time_in_view``
-and ``losses_per_minute`` (closed loop only, see ``judges.view_time``), ``run_kept`` (1 if every frame-out that can be
-judged was kept), ``silent_frames``, the times (see ``judges.tracker_speed.times``), ``failed_at_frame`` (only if the
-tracker failed), ``frames``. For real sequences see ``frame_out.real``.
+``success_auc``, ``success_curve`` (*series* over ``metrics.localisation.THRESHOLDS``), ``precision_plot`` (*series*
+over ``metrics.localisation.CENTRE_ERRORS_PX``, only drawn), ``time_seen``, ``time_in_view`` and ``losses_per_minute``
+(closed loop only, see ``judges.view_time``), ``run_kept`` (1 if every frame-out that can be judged was kept),
+``silent_frames``, the times (see ``judges.tracker_speed.times``), ``failed_at_frame`` (only if the tracker failed),
+``frames``. For real sequences see ``frame_out.real``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -56,7 +57,7 @@ from numpy.typing import NDArray
 from benchmarks.contract.judging import Ending, Score
 from benchmarks.contract.metric import Metric
 from benchmarks.contract.sequence_truth import SequenceTruth
-from benchmarks.judges.frame_out.episode_scores import score_episode
+from benchmarks.judges.frame_out.episode_scores import precision_plot, score_episode
 from benchmarks.judges.frame_out.metrics.posterior import NO_POSTERIOR, calibration
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
 from benchmarks.judges.masks import MaskScores
@@ -137,6 +138,10 @@ class FrameOutJudge:
             scores += view_scores(np.array(self._in_view), self.truth.visible_fraction, self.rate_hz)
         return scores
 
+    def drawn(self, estimate: EstimateSeries) -> Iterator[Score]:
+        """Yield what is only drawn of one tracker."""
+        yield from precision_plot(self.truth, estimate)
+
 
 class FrameOutSheet:
     """See ``benchmarks.contract.judging.ScoreSheet``. Posteriors are judged at once, to free particles."""
@@ -172,5 +177,12 @@ class FrameOutSheet:
 
     def scores(self, ending: Ending) -> Sequence[Score]:
         """See ``ScoreSheet``."""
-        series = EstimateSeries(*map(np.array, zip(*self._kept, strict=True)))
-        return [*self._judge.scores(series, ending.failed_at_frame), *self._masks.scores()]
+        return [*self._judge.scores(self._series, ending.failed_at_frame), *self._masks.scores()]
+
+    def drawn(self) -> Iterator[Score]:
+        """See ``DrawnSheet``."""
+        return self._judge.drawn(self._series)
+
+    @property
+    def _series(self) -> EstimateSeries:
+        return EstimateSeries(*map(np.array, zip(*self._kept, strict=True)))

@@ -17,12 +17,19 @@ since they may need metres.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from benchmarks.contract.judging import OnSequences, Score
-from benchmarks.judges.frame_out.episode_scores import in_view_scores, recovery_scores, run_kept, silent_frames
+from benchmarks.judges.frame_out.episode_scores import (
+    in_view_scores,
+    precision_plot,
+    recovery_scores,
+    run_kept,
+    silent_frames,
+)
 from benchmarks.judges.frame_out.judge import FrameOutJudge
 from benchmarks.judges.frame_out.metrics.frame_outs import find_frame_outs
 from benchmarks.judges.frame_out.metrics.localisation import ON_CAR_IOU, box_iou
@@ -47,9 +54,18 @@ class SequenceJudge(FrameOutJudge):
 
     def scores(self, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
         """Return the scores of one tracker, by boxes alone."""
+        return score_sequence(self._known, estimate, failed_at_frame)
+
+    def drawn(self, estimate: EstimateSeries) -> Iterator[Score]:
+        """See ``FrameOutJudge``."""
+        for score in precision_plot(labelled(self._known), estimate):
+            yield replace(score, weight=1.0)
+
+    @property
+    def _known(self) -> TruthSeries:
         truth = self.truth
         hidden = (truth.state == "occluded") & np.isnan(truth.box_xyxy[:, truth.target, 0])
-        known = replace(
+        return replace(
             truth,
             visible_fraction=np.where((truth.state == "out") | hidden, 0.0, np.nan),
             side=np.full_like(truth.side, ""),
@@ -57,7 +73,6 @@ class SequenceJudge(FrameOutJudge):
             turning=None,
             longest_frames=None,
         )
-        return score_sequence(known, estimate, failed_at_frame)
 
 
 def score_sequence(truth: TruthSeries, estimate: EstimateSeries, failed_at_frame: int | None) -> list[Score]:
@@ -75,13 +90,19 @@ def score_sequence(truth: TruthSeries, estimate: EstimateSeries, failed_at_frame
     for absence in find_frame_outs(truth):
         if (truth.state[max(absence.exit_frame - 1, 0) : absence.watch_end_frame] != "unlabelled").all():
             scores += recovery_scores(absence, on_target, None, round(truth.rate_hz), closed_loop=False)
-    if truth.outside is not None:
-        truth = replace(truth, state=np.where(np.isnan(box_xyxy).any(axis=1), truth.state, "in"))
     scores += [
         replace(score, weight=1.0) if score.metric in _EACH_SEQUENCE else score
-        for score in in_view_scores(truth, estimate, on_target, failed_at_frame)
+        for score in in_view_scores(labelled(truth), estimate, on_target, failed_at_frame)
     ]
     return [*scores, run_kept(scores), silent_frames(estimate)]
+
+
+def labelled(truth: TruthSeries) -> TruthSeries:
+    """Return a truth in which a frame with a box is in view, whatever is known of it."""
+    if truth.outside is None:
+        return truth
+    has_none = np.isnan(truth.box_xyxy[:, truth.target]).any(axis=1)
+    return replace(truth, state=np.where(has_none, truth.state, "in"))
 
 
 ON_SEQUENCES = OnSequences(

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from benchmarks.contract.rows import Row
+from benchmarks.judges.frame_out.metrics.localisation import PRECISION_PX, THRESHOLDS
+from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.judges.recovery import RECOVERY_WINDOW_FRAMES
-from benchmarks.show.charts import FEWEST, Chart, curves_of, recovery, series_mean
+from benchmarks.show.charts import FEWEST, Chart, Curve, curves_of, recovery, scored, series_mean
 from benchmarks.show.pictures import EventPicture, ShownEvent
 from benchmarks.show.showing import Showing
 from benchmarks.show.video.drawing import InLargerView
 
 _CAR_LENGTH_M = 4.5
+_IOU_STEP = float(THRESHOLDS[1])
 _LENGTHS = range(25, 91)
 """Lengths of a frame-out to show: long enough to lose a target, short enough to see where it went."""
 _CELL_PX = 600
@@ -23,7 +26,7 @@ _CAPTION = (
 
 
 def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
-    """Return the error while outside and the time to recover."""
+    """Return the error while outside, the time to recover, and OTB's plots of the frames in view."""
     return [
         Chart(
             title="Where is the target while outside the picture?",
@@ -46,7 +49,34 @@ def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
             steps=True,
             shaded=(RECOVERY_WINDOW_FRAMES, "← counts as recovered"),
         ),
+        Chart(
+            title="How well do the boxes fit?",
+            words="Success plot of OTB: frames in view whose box overlaps the true one by more than the threshold. "
+            "With each name the area under the curve, in per cent, and its 95 % interval.",
+            curves=curves_of(drawn, lambda rows: series_mean(rows, "success_curve", step_x=_IOU_STEP)),
+            labels=scored(drawn, FRAME_OUT.metric("success_auc")),
+            x_label="overlap threshold, IoU",
+            x_scale="linear",
+            y_label="frames with more overlap",
+        ),
+        Chart(
+            title="How near are the centres?",
+            words="Precision plot of OTB: frames in view whose centre is at most so far from the true one. With each "
+            f"name the share at {PRECISION_PX:g} pixels, in per cent, and its 95 % interval.",
+            curves=curves_of(drawn, precision),
+            labels=scored(drawn, FRAME_OUT.metric("precision_20_px")),
+            x_label="centre error, px",
+            x_scale="linear",
+            y_label="frames with no more error",
+            mark=(PRECISION_PX, f"{PRECISION_PX:g} px"),
+        ),
     ]
+
+
+def precision(rows: Sequence[Row]) -> Curve | None:
+    """Return OTB's precision plot; None without it, or where rows of an earlier version lack it in some episodes."""
+    alike = (sum(row["metric"] == name for row in rows) for name in ("precision_plot", "success_curve"))
+    return series_mean(rows, "precision_plot") if len(set(alike)) == 1 else None
 
 
 def first_frame_out(rows: Sequence[Row]) -> ShownEvent | None:

@@ -167,10 +167,10 @@ def test_a_wrong_controller_is_told_before_a_training_is_planned(
 
 
 def test_a_fault_of_the_program_is_not_dressed_up_as_a_wrong_argument(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken(directory: Path) -> None:
+    def broken(*of: object) -> None:
         raise ValueError("zip() argument 2 is longer than argument 1")
 
-    monkeypatch.setattr("benchmarks.cli.report.write_summary", broken)
+    monkeypatch.setattr("benchmarks.cli.report.report_ignored_rows", broken)
     with pytest.raises(ValueError, match="zip"):
         main(["report", "/nix"])
 
@@ -180,7 +180,7 @@ def test_a_fault_of_the_program_is_not_dressed_up_as_a_wrong_argument(monkeypatc
     [
         (["list"], "list_all.console_of", False),
         (["render"], "render.render_episode", False),
-        (["report", "/nix"], "report.write_summary", False),
+        (["report", "/nix"], "report.report_ignored_rows", False),
         (["bench"], "bench.bench", True),
         (["paper", "A2"], "paper.repeat", True),
         (["train"], "train.make_folder", True),

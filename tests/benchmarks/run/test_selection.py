@@ -1,4 +1,4 @@
-"""The trackers of each scenario of the suite ``follow``."""
+"""The trackers of each scenario of the suite ``follow``; trackers with other values of a parameter."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from benchmarks.cli.main import main
 from benchmarks.judges.follow.suite import FOLLOW
 from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.judges.stereo.suite import STEREO
-from benchmarks.run.selection import choices, trackers_of
+from benchmarks.run.editions import tracker_edition
+from benchmarks.run.selection import choices, experiment_on, tracker_named, trackers_of, varied_names
 from scenarios import catalog
 from scenarios.road_town.scenario import ROAD_TOWN
 from trackers import registry
@@ -116,3 +117,44 @@ def test_a_tracker_that_names_no_suite_is_of_the_default_one() -> None:
 def test_other_suites_know_no_link(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "stereo", "--link", "noisy", "--out", str(tmp_path)]) == 2
     assert "link: expected prompt, since suite stereo knows no other, got 'noisy'" in capsys.readouterr().err
+
+
+def test_a_value_of_a_parameter_makes_a_tracker_of_its_own() -> None:
+    names = varied_names(["colour_pf.particles=50,200", "road_shape_pf.particles=70"])
+    assert names == ("colour_pf[particles=50]", "colour_pf[particles=200]", "road_shape_pf[particles=70]")
+    made = tracker_named(names[0])
+    assert made.parameters == replace(tracker_named("colour_pf").parameters, particles=50)
+    # The same random numbers as without the value.
+    assert made.name == "colour_pf"
+    assert tracker_edition(made) != tracker_edition(tracker_named("colour_pf"))
+    usual = tracker_named("colour_pf").parameters.particles
+    assert tracker_edition(tracker_named(f"colour_pf[particles={usual}]")) == tracker_edition(
+        tracker_named("colour_pf")
+    )
+    experiment = experiment_on("frame-out", "road-town", ["quick"], names, range(2))
+    assert [each.parameters.particles for each in experiment.trackers.values()] == [50, 200, 70]
+    (choice,) = choices(FRAME_OUT, trackers=names, variants=False)
+    assert choice.trackers == names
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("colour_pf", r"vary: expected NAME.PARAMETER=V1,V2,…, such as colour_pf.particles=50,200, got 'colour_pf'"),
+        ("colour_pf.particles=", "vary: expected"),
+        ("colour_pf.particles=50,", "vary: expected"),
+        ("colour_pf.particles=many", "colour_pf.particles: expected a whole number, got 'many'"),
+        ("colour_pf.particles=2.5", "colour_pf.particles: expected a whole number, got '2.5'"),
+        ("colour_pf.grains=5", "colour_pf: expected parameters among .*, got 'grains'"),
+        ("nobody.particles=5", "tracker: expected one of .*; got 'nobody'"),
+        ("oracle_map.particles=5", "tracker: expected one of .*; got 'oracle_map'"),
+    ],
+)
+def test_what_is_no_value_of_a_parameter_is_named(word: str, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        varied_names([word])
+
+
+def test_a_tracker_of_another_suite_stays_one_whatever_its_values() -> None:
+    with pytest.raises(ValueError, match="trackers: expected one of"):
+        experiment_on("stereo", "stereo-follow", ["quick"], ["colour_pf[particles=5]"], range(1))

@@ -7,8 +7,10 @@ import pytest
 from statsmodels.duration.survfunc import SurvfuncRight
 
 from benchmarks.contract.rows import Row
+from benchmarks.judges.frame_out.metrics.localisation import CENTRE_ERRORS_PX, THRESHOLDS
+from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.show import charts
-from benchmarks.show.suites import follow
+from benchmarks.show.suites import follow, frame_out
 
 
 def test_recovery_curve_is_kaplan_meier() -> None:
@@ -67,3 +69,43 @@ def test_the_time_seen_has_a_line_for_each_tracker_and_a_dot_for_each_controller
     assert (chart.values["two"]["hold"].low, chart.values["two"]["hold"].high) == (0.1, 0.3)
     (nothing,) = follow.charts({})
     assert not nothing.values
+
+
+def test_labels_have_the_score_and_its_interval_the_best_first() -> None:
+    drawn = {
+        name: [
+            {"metric": "success_auc", "value": value, "weight": 1.0, "seed": seed} for seed, value in enumerate(some)
+        ]
+        for name, some in {"worse": [0.2, 0.2], "better": [0.25, 0.75], "single": [0.4], "none": []}.items()
+    }
+    labels = charts.scored(drawn, FRAME_OUT.metric("success_auc"))
+    assert labels == {
+        "better": "better 50.0 (25.0–75.0)",
+        "single": "single 40.0",
+        "worse": "worse 20.0 (20.0–20.0)",
+    }
+
+
+def test_success_and_precision_curves_stand_over_their_thresholds() -> None:
+    rng = np.random.default_rng(4)
+    rows: list[Row] = [
+        {"metric": name, "value": rng.random(length).tolist(), "weight": 3.0, "seed": seed, "event": None}
+        for seed in range(4)
+        for name, length in (("success_curve", 21), ("precision_plot", 51))
+    ]
+    for row in rows[::2]:
+        rows.append({**row, "metric": "success_auc", "value": float(np.mean(row["value"]))})
+    by_title = {chart.title: chart for chart in frame_out.charts({"one": rows})}
+    success, near = by_title["How well do the boxes fit?"], by_title["How near are the centres?"]
+    assert success.curves is not None
+    np.testing.assert_allclose(success.curves["one"].x, THRESHOLDS)
+    np.testing.assert_allclose(success.curves["one"].mean, np.mean([row["value"] for row in rows[:8:2]], axis=0))
+    assert near.curves is not None
+    np.testing.assert_allclose(near.curves["one"].x, CENTRE_ERRORS_PX)
+    assert near.mark == (20.0, "20 px")
+    # The area is the mean of the curve.
+    area = f"{100 * success.curves['one'].mean.mean():.1f}"
+    assert success.labels["one"].startswith(f"one {area} (")
+    # Rows of an earlier version lack the plot in one episode: it is not drawn of the others alone.
+    older = [row for row in rows if (row["metric"], row["seed"]) != ("precision_plot", 0)]
+    assert frame_out.precision(older) is None

@@ -11,6 +11,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from benchmarks import Results
+from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
 from benchmarks.show.palette import line_styles
 from benchmarks.show.results import lists_table, metric_chart, numbers_table
@@ -140,3 +141,37 @@ def test_a_missing_summary_is_made_again(results: Results) -> None:
     made = json.loads((results.directory / "summary.json").read_text())
     (results.directory / "summary.json").unlink()
     assert results.summary().to_dict("records") == made
+
+
+def test_each_episode_has_a_line_with_its_own_mean(results: Results) -> None:
+    table = results.by_episode("recovery_rate")
+    rows = results.rows()
+    own = rows[rows["metric"] == "recovered"].groupby(["seed", "tracker"])["value"].mean().unstack()
+    assert list(table.index.get_level_values("episode")) == [*map(str, own.index)]
+    np.testing.assert_allclose(table[own.columns], own)
+    with pytest.raises(ValueError, match=r"metric: expected one of .*recovery_rate.*; got 'recovery'"):
+        results.by_episode("recovery")
+
+
+def test_the_table_of_episodes_stands_on_the_page_and_in_markdown(
+    results: Results, capsys: pytest.CaptureFixture[str]
+) -> None:
+    values = results.by_episode("recovery_rate")
+    assert main(["report", str(results.directory), "--by-episode"]) == 0
+    lines = [line.split("|")[1:-1] for line in capsys.readouterr().out.splitlines() if line.startswith("|")]
+    heads, told = [each.strip() for each in lines[0]], [[cell.strip() for cell in line] for line in lines[2:]]
+    assert sorted(heads[1:]) == sorted(values.columns)
+    for line, (_, numbers) in zip(told, values.iterrows(), strict=True):
+        assert [float(cell) for cell in line[1:]] == [
+            pytest.approx(100 * numbers[name], abs=0.06) for name in heads[1:]
+        ]
+    page = (results.directory / "report.html").read_text()
+    assert "Each episode: recovery rate (%) ↑" in page
+
+
+def test_a_metric_over_another_is_a_figure(results: Results) -> None:
+    figure = results.plot("recovery_rate", over="offscreen_error_30_m")
+    assert figure.axes[0].get_xlabel() == "offscreen error 30 (m), lower is better"
+    assert {text.get_text() for text in figure.legends[0].get_texts()} == {*TRACKERS}
+    with pytest.raises(ValueError, match=r"metric: expected one of .*; got 'speed'"):
+        results.plot("recovery_rate", over="speed")

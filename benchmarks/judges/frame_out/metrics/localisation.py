@@ -12,6 +12,8 @@ WORST_ERROR_M = 200.0
 """Cap of every error, and the error without an answer, for NaN, and for a place above the horizon."""
 PRECISION_PX = 20.0
 """Largest centre error of a precise frame."""
+CENTRE_ERRORS_PX = np.arange(51.0)
+"""Centre errors at which precision is drawn."""
 THRESHOLDS = np.linspace(0.0, 1.0, 21)
 """Overlaps at which success is counted."""
 
@@ -77,6 +79,13 @@ def success_curve(iou: NDArray[np.float64]) -> NDArray[np.float64]:
     The area under it is the mean of its values, as the benchmark computes it.
     """
     return (iou[None] > THRESHOLDS[:, None]).mean(axis=1)
+
+
+def precision_plot(error_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return (51,): share of frames with a centre error of at most each of ``CENTRE_ERRORS_PX``, in [0, 1] (OTB, see
+    ``centre_error_px``); its value at 20 px is ``precision_20_px``.
+    """
+    return (error_px[None] <= CENTRE_ERRORS_PX[:, None]).mean(axis=1)
 
 
 def _distance_m(truth: TruthSeries, estimate: EstimateSeries) -> NDArray[np.float64]:

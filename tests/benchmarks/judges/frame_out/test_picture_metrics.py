@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from benchmarks.judges import in_view
+from benchmarks.judges.frame_out.episode_scores import precision_plot, score_episode
 from benchmarks.judges.frame_out.metrics import localisation
 from benchmarks.statistics import long_term
 from tests.benchmarks.hand_made import estimate_at, pixels_of, truth_of
@@ -85,3 +86,20 @@ def test_offscreen_error_is_in_metres_on_the_ground_and_unconditional() -> None:
     said[3] = np.nan
     error, worst = localisation.ground_error_m(truth, estimate_at(said)), localisation.WORST_ERROR_M
     np.testing.assert_allclose(error, [5.0, 0.0, worst, worst], atol=1e-6)
+
+
+@settings(max_examples=50)
+@given(offsets=arrays(float, (12, 2), elements=st.floats(-60, 60, allow_nan=False)), silent=st.integers(0, 11))
+def test_the_precision_plot_is_the_share_of_frames_within_each_distance(offsets: np.ndarray, silent: int) -> None:
+    truth = truth_of(["in"] * 10 + ["out"] * 2)
+    places = truth.position_px[:, 0] + offsets
+    places[silent] = np.nan
+    estimate = estimate_at(places)
+    scores = {score.metric: score for score in score_episode(truth, estimate, None, closed_loop=False)}
+    (plot,) = precision_plot(truth, estimate)
+    for distance_px, share in enumerate(plot.value):
+        near = sum(bool(np.linalg.norm(places[k] - truth.position_px[k, 0]) <= distance_px) for k in range(10))
+        assert share == pytest.approx(near / 10)
+    assert plot.value[20] == scores["precision_20_px"].value
+    assert plot.weight == scores["precision_20_px"].weight == 10.0
+    assert list(precision_plot(truth_of(["out"] * 3), estimate_at(places[:3]))) == []
