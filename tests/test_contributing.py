@@ -91,6 +91,18 @@ def test_answers_that_are_written_are_scored_as_contributing_says(tmp_path: Path
     assert {float(number) for each in differences for number in each} == {0.0}
 
 
+@pytest.mark.heavy
+def test_time_values_and_runs_are_compared_as_contributing_says(tmp_path: Path) -> None:
+    fair, varied, compared, table = [
+        succeeds(in_one_process(each), tmp_path) for each in commands("CONTRIBUTING.md", "fair")
+    ]
+    assert "in real time at 30 Hz" in fair
+    assert "colour_pf[particles=200]" in varied
+    assert "colour_pf[particles=50] minus colour_pf[particles=200]" in compared
+    assert "| seed | colour_pf[particles=200] | colour_pf[particles=50] |" in table
+    assert "What does a better score cost?" in (tmp_path / "results/compute/report.html").read_text()
+
+
 @pytest.mark.parametrize(
     "command", sorted({each for page in ("README.md", *RESULTS) for each in commands(page, "long")})
 )

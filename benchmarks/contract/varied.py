@@ -15,6 +15,11 @@ class Varied(NamedTuple):
     parameter: str
     value: str
 
+    @property
+    def curve(self) -> str:
+        """Name of all values of the parameter together: ``colour_pf[particles]``."""
+        return f"{self.base}[{self.parameter}]"
+
     def __str__(self) -> str:
         return f"{self.base}[{self.parameter}={self.value}]"
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from math import inf
 from typing import Any
 
 from benchmarks.contract.metric import Metric
-from benchmarks.contract.varied import base_of, varied
+from benchmarks.contract.varied import varied
 from benchmarks.show.charts import Chart, Points, Scale
 from benchmarks.show.tables import column_of
 from benchmarks.statistics.bootstrap import Interval
@@ -15,7 +15,7 @@ from benchmarks.statistics.summary import label_of
 
 
 def points_of(entries: Iterable[Mapping[str, Any]], y: str, x: str) -> dict[str, Points]:
-    """Return the points of each tracker, without the values of a parameter in its name; in the order of the values.
+    """Return the point of each tracker; those of one with several values of a parameter together, in their order.
 
     Args:
         entries: of the summary, of one condition. y, x: names of metrics.
@@ -27,10 +27,11 @@ def points_of(entries: Iterable[Mapping[str, Any]], y: str, x: str) -> dict[str,
             known.setdefault(label_of(entry), {})[entry["metric"]] = Interval(entry["mean"], *ends)
     groups: dict[str, list[str]] = {}
     for name in sorted((name for name, own in known.items() if {x, y} <= own.keys()), key=_order):
-        groups.setdefault(base_of(name), []).append(name)
+        found = varied(name)
+        groups.setdefault(name if found is None else found.curve, []).append(name)
     return {
-        base: Points([known[name][x] for name in own], [known[name][y] for name in own], [*map(_text, own)])
-        for base, own in groups.items()
+        curve: Points([known[name][x] for name in own], [known[name][y] for name in own], [*map(_text, own)])
+        for curve, own in groups.items()
     }
 
 
@@ -47,9 +48,13 @@ def _text(name: str) -> str:
     return "" if found is None else found.value
 
 
-def against(points: Mapping[str, Points], y: Metric, x: Metric, title: str, parameters: Sequence[str] = ()) -> Chart:
-    """Return the chart of one metric against another. ``parameters``: whose values stand beside points."""
-    beside = f" Beside a point: {', '.join(parameters)}." if parameters else ""
+def against(points: Mapping[str, Points], y: Metric, x: Metric, title: str) -> Chart:
+    """Return the chart of one metric against another."""
+    beside = (
+        " Beside points of one curve: the value of the parameter."
+        if any(any(each.texts) for each in points.values())
+        else ""
+    )
     return Chart(
         title=title,
         words=f"{y.summary[:1].upper()}{y.summary[1:]}; against it: {x.summary}. With 95 % intervals.{beside}",

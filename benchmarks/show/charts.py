@@ -55,6 +55,7 @@ class Chart:
         lines: in place of curves: name of a line → tracker → value.
         points: in place of curves: by tracker.
         labels: tracker → its text in the legend, in the legend's order; those that are missing have their names.
+        legend: what stands above them.
         x_label, y_label, x_scale, y_scale: of the axes; lines have no y axis.
         steps: whether a curve's value holds until the next one.
         shaded: part of the x axis from 0 on, and what it means.
@@ -67,6 +68,7 @@ class Chart:
     lines: Mapping[str, Mapping[str, Interval]] | None = None
     points: Mapping[str, Points] | None = None
     labels: Mapping[str, str] = field(default_factory=dict)
+    legend: str = ""
     x_label: str
     y_label: str = ""
     x_scale: Scale

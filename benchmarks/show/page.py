@@ -15,7 +15,6 @@ from markupsafe import Markup
 from benchmarks.contract.rows import FILE_NAME, REAL, Row, read_rows
 from benchmarks.contract.suite import Condition, Suite, suite, suites
 from benchmarks.contract.text import time_in_words
-from benchmarks.contract.varied import varied
 from benchmarks.judges.tracker_speed import MS_PER_FRAME
 from benchmarks.run.blindfold import BLIND_NOTE
 from benchmarks.run.editions import judge_edition
@@ -105,8 +104,7 @@ class _Results:
         found = points_of(entries, y.name, x.name)
         points = {name: each for name, each in found.items() if name in self.styles}
         if sum(len(each.texts) for each in points.values()) > 1 and x.name != y.name:
-            parameters = {each.parameter for entry in entries if (each := varied(entry["tracker"])) is not None}
-            yield against(points, y, x, "What does a better score cost?", sorted(parameters))
+            yield against(points, y, x, "What does a better score cost?")
 
 
 def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from benchmarks.contract.varied import base_of
+from benchmarks.contract.varied import base_of, varied
 
 INK, QUIET, GRID, GROUND = "#14171c", "#5b6370", "#dfe3e8", "#ffffff"
 _OURS, _PLAIN, _OWN = ["#c44a00"], ["#8a919c"], ["#5b2ecc"]
@@ -36,8 +36,8 @@ def line_styles(trackers: Sequence[tuple[str, str]]) -> LineStyles:
     """Return a style for each of the (name, role); the same list gives the same styles.
 
     A user's own method (role ``external``) has a colour that no other role has. A tuned method has the colour of the
-    same method as written, if that is in the list. One with several values of a parameter has one colour, and its name
-    without them the same style as the first of them.
+    same method as written, if that is in the list. One with several values of a parameter has one colour, and their
+    curve (``contract.varied``) the style of the first of them.
     """
     bases = {base_of(name): role for name, role in reversed(trackers)}
     counts: dict[str, Iterator[int]] = defaultdict(itertools.count)
@@ -52,5 +52,6 @@ def line_styles(trackers: Sequence[tuple[str, str]]) -> LineStyles:
         if (other := next(values[base])) > 0:
             dash = _DASHES[(other - 1) % len(_DASHES)]
         styles[name] = {"color": colour, "linestyle": dash, "linewidth": width, "zorder": order}
-        styles.setdefault(base, styles[name])
+        if (found := varied(name)) is not None:
+            styles.setdefault(found.curve, styles[name])
     return styles

@@ -82,8 +82,9 @@ def figure_of(chart: Chart, styles: LineStyles, *, titled: bool = False) -> Show
         if entries := len(labels := axes.get_legend_handles_labels()[1]):
             fitting = figure.get_figwidth() / (_HANDLE_INCHES + _LETTER_INCHES * max(map(len, labels)))
             a_line = max(1, min(_ENTRIES_A_LINE, int(fitting)))
-            figure.set_figheight(figure.get_figheight() - (-entries // a_line) * _ENTRY_INCHES)
-            figure.legend(loc="outside lower center", ncols=min(entries, a_line))
+            lines = bool(chart.legend) - (-entries // a_line)
+            figure.set_figheight(figure.get_figheight() + lines * _ENTRY_INCHES)
+            figure.legend(loc="outside lower center", ncols=min(entries, a_line), title=chart.legend, title_fontsize=8)
         if titled:
             figure.suptitle(chart.title, fontsize=11)
     return figure

@@ -52,19 +52,20 @@ def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
         Chart(
             title="How well do the boxes fit?",
             words="Success plot of OTB: frames in view whose box overlaps the true one by more than the threshold. "
-            "With each name the area under the curve, in per cent, and its 95 % interval.",
+            "The area under the curve is the success AUC.",
             curves=curves_of(drawn, lambda rows: series_mean(rows, "success_curve", step_x=_IOU_STEP)),
             labels=scored(drawn, FRAME_OUT.metric("success_auc")),
+            legend="area under the curve, % (95 % interval)",
             x_label="overlap threshold, IoU",
             x_scale="linear",
             y_label="frames with more overlap",
         ),
         Chart(
             title="How near are the centres?",
-            words="Precision plot of OTB: frames in view whose centre is at most so far from the true one. With each "
-            f"name the share at {PRECISION_PX:g} pixels, in per cent, and its 95 % interval.",
+            words="Precision plot of OTB: frames in view whose centre is at most so far from the true one.",
             curves=curves_of(drawn, precision),
             labels=scored(drawn, FRAME_OUT.metric("precision_20_px")),
+            legend=f"at {PRECISION_PX:g} px, % (95 % interval)",
             x_label="centre error, px",
             x_scale="linear",
             y_label="frames with no more error",

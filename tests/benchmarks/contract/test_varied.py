@@ -16,6 +16,7 @@ def test_a_name_is_read_as_it_was_written(base: str, parameter: str, value: str)
     written = str(Varied(base, parameter, value))
     assert varied(written) == (base, parameter, value)
     assert base_of(written) == base
+    assert Varied(base, parameter, value).curve == f"{base}[{parameter}]"
 
 
 @given(name=NAMES)

@@ -255,3 +255,34 @@ def test_settings_that_are_tried_draw_the_numbers_of_their_tracker() -> None:
     assert errors[0] == errors[1]
     with pytest.raises(ValueError, match="fake_knowing: expected no parameter, got 'nix'"):
         tracker_named("fake_knowing", nix=1)
+
+
+def test_each_tracker_runs_as_often_as_wanted_with_random_numbers_of_its_own(tmp_path: Path) -> None:
+    drawing = replace(TINY, trackers=("fake_knowing",), seeds=range(1))
+    once = run(drawing, tmp_path)
+    assert {row["repeat"] for row in read_rows(tmp_path)} == {0}
+    first = without_times(tmp_path)
+    again = run(replace(drawing, repeats=3), tmp_path)
+    assert (once.episodes, again.episodes, again.resumed) == (1, 1, 0)
+    rows = without_times(tmp_path)
+    by_repeat = [[row | {"repeat": 0} for row in rows if row["repeat"] == repeat] for repeat in range(3)]
+    # The first run is that without repeats; the others draw other numbers.
+    assert by_repeat[0] == first
+    errors = [[row["value"] for row in some if row["metric"] == "nees"] for some in by_repeat]
+    assert len({str(each) for each in errors}) == 3
+    assert "--repeats 3" in provenance(read_rows(tmp_path))["command"]
+    # More runs than are wanted are kept.
+    assert run(replace(drawing, repeats=2), tmp_path).episodes == 0
+    assert run(drawing, tmp_path).episodes == 0
+
+
+@pytest.mark.parametrize("repeats", [0, -1, 1.5, "many"])
+def test_a_number_of_runs_that_is_none_is_refused(repeats: Any) -> None:
+    with pytest.raises(ValueError, match=r"repeats: expected a whole number > 0, got"):
+        replace(TINY, repeats=repeats).made()
+
+
+def test_runs_that_a_controller_does_not_follow_are_refused() -> None:
+    steered = Experiment("follow", "road-town", ("quick",), ("hold",), range(1), controllers=("centre",), repeats=2)
+    with pytest.raises(ValueError, match="repeats: expected 1 where a controller steers"):
+        steered.made()

@@ -25,6 +25,8 @@ ENTRIES = [
     entry("colour_pf[particles=50]", "ms_per_frame", 4.0, 3.9, 4.1),
     entry("colour_pf[particles=200]", "recovery_rate", 0.6, 0.5, 0.7),
     entry("colour_pf[particles=200]", "ms_per_frame", 1.0, 0.9, 1.1),
+    entry("colour_pf", "recovery_rate", 0.8, 0.7, 0.9),
+    entry("colour_pf", "ms_per_frame", 3.0, 2.5, 3.5),
     entry("hold", "recovery_rate", 0.1),
     entry("hold", "ms_per_frame", 0.01),
     entry("untimed", "recovery_rate", 0.1),
@@ -35,8 +37,8 @@ ENTRIES = [
 
 def test_points_are_the_numbers_of_the_summary_in_the_order_of_the_values() -> None:
     points = points_of(ENTRIES, "recovery_rate", "ms_per_frame")
-    assert list(points) == ["hold", "colour_pf"]
-    own = points["colour_pf"]
+    assert set(points) == {"hold", "colour_pf", "colour_pf[particles]"}
+    own = points["colour_pf[particles]"]
     assert own.texts == ["50", "200", "1000"]
     assert [tuple(each) for each in own.x] == [(4.0, 3.9, 4.1), (1.0, 0.9, 1.1), (3.0, 2.5, 3.5)]
     assert [tuple(each) for each in own.y] == [(0.4, 0.3, 0.5), (0.6, 0.5, 0.7), (0.8, 0.7, 0.9)]
@@ -45,7 +47,7 @@ def test_points_are_the_numbers_of_the_summary_in_the_order_of_the_values() -> N
 
 def test_the_figure_has_a_line_a_tracker_with_bars_both_ways() -> None:
     points = points_of(ENTRIES, "recovery_rate", "ms_per_frame")
-    chart = against(points, FRAME_OUT.metric("recovery_rate"), FRAME_OUT.metric("ms_per_frame"), "Cost", ["particles"])
+    chart = against(points, FRAME_OUT.metric("recovery_rate"), FRAME_OUT.metric("ms_per_frame"), "Cost")
     assert chart.x_label == "ms per frame, lower is better"
     styles = line_styles([("colour_pf[particles=1000]", "as-written"), ("hold", "baseline")])
     axes = figure_of(chart, styles).axes[0]
@@ -62,8 +64,8 @@ def test_values_of_one_tracker_share_a_colour_and_differ_in_dashes() -> None:
     styles = line_styles([*((name, "as-written") for name in names), ("road_shape_pf", "as-written")])
     assert len({styles[name]["color"] for name in names}) == 1
     assert len({str(styles[name]["linestyle"]) for name in names}) == 3
-    assert styles["colour_pf"] == styles[names[0]]
-    assert styles["road_shape_pf"]["color"] != styles["colour_pf"]["color"]
+    assert styles["colour_pf[particles]"] == styles[names[0]]
+    assert styles["road_shape_pf"]["color"] != styles[names[0]]["color"]
 
 
 @pytest.mark.parametrize(("metric", "scale"), [("recovery_rate", "share"), ("frames_per_s", "log"), ("nees", "linear")])
