@@ -28,7 +28,7 @@ import numpy as np
 from joblib.externals.loky.backend import resource_tracker as resource_tracker_of_loky
 
 from benchmarks.contract.text import counted
-from trackers.clients.child import running
+from trackers.clients.child import children_of, running
 
 _NOTICED_S = 1.0
 Setting = tuple[Callable[[], Any], Callable[[Any], Any]]
@@ -150,10 +150,5 @@ def _children() -> set[int]:
     Those that ``multiprocessing`` and joblib's loky start once for all do not count, nor do trackers' own processes,
     which serve several episodes.
     """
-    found = set[int]()
-    with contextlib.suppress(OSError):
-        for thread in os.listdir("/proc/self/task"):
-            with contextlib.suppress(OSError), open(f"/proc/self/task/{thread}/children", "rb", 0) as file:
-                found.update(map(int, file.read().split()))
     trackers = (getattr(module, "_resource_tracker", None) for module in (resource_tracker, resource_tracker_of_loky))
-    return found - {getattr(each, "_pid", None) for each in trackers} - running()
+    return children_of("self") - {getattr(each, "_pid", None) for each in trackers} - running()

@@ -18,7 +18,7 @@ import tempfile
 import time
 import uuid
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from io import RawIOBase
@@ -35,13 +35,15 @@ _PASSED = re.compile(
 """Names of variables that a process gets; no ``PYTHONPATH``, which leads another Python to our packages."""
 _TICK_S = 0.05
 """How often limits are looked at while a process works."""
+_LISTED_S = 0.2
+"""How often its children, and theirs, are listed, whose CPU time counts too."""
 _SEARCH_S = 1.0
 """How often all processes of the machine are searched for those that it has started."""
 _ENDING_S = 1.0
 """Longest wait for the end of a process whose pipe is closed."""
 _LAST_WORDS = 4096
 _LONGEST_ANSWER = 1 << 30
-_PIECE = 1 << 16
+_PIECE, _WIDE = 1 << 16, 1 << 20
 
 
 _RUNNING: weakref.WeakSet[Child] = weakref.WeakSet()
@@ -132,6 +134,7 @@ class Child:
             self._poll.register(stream, select.POLLIN)
         self._known: dict[int, float] = {self.pid: 0.0}
         self._searched_s = self._looked_s = time.monotonic()
+        self._listed_s = 0.0
 
     @property
     def is_alive(self) -> bool:
@@ -198,6 +201,14 @@ class Child:
         """End it and all that it has started; a second call does nothing."""
         self._close()
 
+    def widen_input(self) -> None:
+        """Have the pipe of its standard input take a picture at once, where the system allows it."""
+        if sys.platform == "linux":
+            import fcntl  # Windows has none.
+
+            with contextlib.suppress(OSError):
+                fcntl.fcntl(self.stdin, fcntl.F_SETPIPE_SZ, _WIDE)
+
     def close(self, farewell: bytes = b"") -> None:
         """Let it end by itself, as all that it reads is at its end, after a ``farewell``; then ``kill`` it."""
         if self._close.alive:
@@ -211,7 +222,7 @@ class Child:
 
     def _write(self, file: int, unsent: memoryview) -> int:
         try:
-            return os.write(file, unsent[:_PIECE])
+            return os.write(file, unsent[:_WIDE])
         except BlockingIOError:
             return 0
         except BrokenPipeError:
@@ -235,7 +246,7 @@ class Child:
         self._looked_s = now_s = time.monotonic()
         if now_s - self._searched_s > _SEARCH_S:
             self._searched_s = now_s
-            self._known.update({pid: 0.0 for pid in _marked(self._mark) if pid not in self._known})
+            self._know(_marked(self._mark))
         if now_s - began_s > limit_s:
             raise ProcessError(f"it did not answer within {limit_s:g} s")
         if (used := sum(map(_resident_bytes, self._known))) > self.limits.memory_bytes:
@@ -244,10 +255,16 @@ class Child:
         if self._cpu_s() - sum(self._known.values()) > self.limits.frame_cpu_s:
             raise ProcessError(f"it took longer than {self.limits.frame_cpu_s:g} s of CPU time over one answer")
 
+    def _know(self, pids: Iterable[int]) -> None:
+        self._known.update({pid: 0.0 for pid in pids if pid not in self._known})
+
     def _cpu_s(self) -> float:
         return sum(max(_cpu_s(pid), before) for pid, before in self._known.items())
 
     def _account(self) -> None:
+        if time.monotonic() - self._listed_s > _LISTED_S:
+            self._listed_s = time.monotonic()
+            self._know(_below(self.pid))
         now = {pid: max(_cpu_s(pid), before) for pid, before in self._known.items()}
         self.spent_cpu_s = sum(now.values()) - sum(self._known.values())
         self._known = now
@@ -271,6 +288,26 @@ class Child:
             fate = f"it was ended by {signal.Signals(-code).name}"
         said = (self._said[self._stderr] or self._said[self.stdout]).decode(errors="replace").strip().splitlines()
         return f"{fate}: {said[-1][:200]}" if said else f"{fate}, without a word"
+
+
+def children_of(pid: int | str) -> set[int]:
+    """Return the processes that a process has started and that run; none where no file lists them (on Linux some do).
+
+    Args:
+        pid: of it, or ``self``.
+    """
+    found = set[int]()
+    with contextlib.suppress(OSError):
+        for thread in os.listdir(f"/proc/{pid}/task"):
+            with contextlib.suppress(OSError), open(f"/proc/{pid}/task/{thread}/children", "rb", 0) as file:
+                found.update(map(int, file.read().split()))
+    return found
+
+
+def _below(pid: int) -> set[int]:
+    """Return the processes that a process has started, and those that these have."""
+    children = children_of(pid)
+    return children.union(*map(_below, children))
 
 
 def _cpu_s(pid: int) -> float:

@@ -53,8 +53,7 @@ def whole(file: int, said: bytes) -> int | None:
 
 def written(name: str, *arguments: str) -> bytes:
     """Return a message as a line."""
-    quoted = (each.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") for each in arguments)
-    return PREFIX + " ".join([name, *(f'"{each}"' for each in quoted)]).encode() + b"\n"
+    return PREFIX + " ".join([name, *(f'"{_escaped(each)}"' for each in arguments)]).encode() + b"\n"
 
 
 def read(said: bytes) -> tuple[str, list[str], dict[str, str]]:
@@ -64,6 +63,13 @@ def read(said: bytes) -> tuple[str, list[str], dict[str, str]]:
     found = [_unescaped(quoted) if quoted else plain for quoted, plain in _ARGUMENT.findall(rest)]
     properties = {match[1]: match[2] for each in found if (match := _PROPERTY.fullmatch(each))}
     return name, [each for each in found if not _PROPERTY.fullmatch(each)], properties
+
+
+def _escaped(text: str) -> str:
+    # Of a picture of a million letters no copy is made.
+    for letter, written_as in (("\\", "\\\\"), ('"', '\\"'), ("\n", "\\n")):
+        text = text.replace(letter, written_as) if letter in text else text
+    return text
 
 
 def _unescaped(text: str) -> str:
@@ -87,6 +93,7 @@ class TraxTracker:
         self._channels = self._formats("trax.channels", "color") if self._version > 1 else ["color"]
         check("channels", {"color", "ir"}.issuperset(self._channels), "color or ir", ";".join(self._channels))
         self._sent = 0
+        child.widen_input()
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """See ``Tracker``."""

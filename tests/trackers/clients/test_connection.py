@@ -154,6 +154,20 @@ def test_cpu_time_is_that_of_the_process_and_its_children(tmp_path: Path) -> Non
     tracker.release(whole=False)
 
 
+def test_the_time_of_a_process_that_another_one_starts_counts(tmp_path: Path) -> None:
+    (tmp_path / "program.py").write_text(
+        PROGRAM.format(update="end = time.process_time() + 0.1\n        while time.process_time() < end: pass")
+    )
+    launcher = Program(("/bin/sh", "-c", f"{sys.executable} {tmp_path / 'program.py'}; true"))
+    tracker = remote_tracker(launcher, {}, np.random.default_rng(0))
+    tracker.update(SEEN)
+    assert 0.1 <= tracker.elsewhere_cpu_s < 2.0
+    pid = tracker._connection.child.pid
+    [below] = psutil.Process(pid).children()
+    tracker.release(whole=False)
+    assert not psutil.pid_exists(below.pid) or psutil.Process(below.pid).status() == psutil.STATUS_ZOMBIE
+
+
 def test_it_may_take_no_more_cpu_time_than_its_limit(tmp_path: Path) -> None:
     tracker = started(tmp_path, "while True: pass", frame_cpu_s=0.3)
     with pytest.raises(ProcessError, match=r"it took longer than 0\.3 s of CPU time over one answer"):
