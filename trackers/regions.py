@@ -131,15 +131,20 @@ class Mask:
 
     def __str__(self) -> str:
         """Return the text of the smallest window that has all pixels."""
-        box = box_of_mask(self.pixels)
-        if box is None:
+        least = self.trimmed()
+        pixels, (height, width) = least.pixels.ravel(), least.pixels.shape
+        if not pixels.size:
             return "m0,0,0,0,0"
-        x0, y0, x1, y1 = box.astype(int)
-        pixels = self.pixels[y0:y1, x0:x1].ravel()
         changes = np.flatnonzero(pixels[1:] != pixels[:-1]) + 1
         runs = np.diff(changes, prepend=0, append=pixels.size).tolist()
-        numbers = [self.x + x0, self.y + y0, x1 - x0, y1 - y0, *([0] if pixels[0] else []), *runs]
+        numbers = [least.x, least.y, width, height, *([0] if pixels[0] else []), *runs]
         return "m" + ",".join(map(str, numbers))
+
+    def trimmed(self) -> Mask:
+        """Return it with a copy of the smallest window that has all its pixels; (0, 0) without any."""
+        box = box_of_mask(self.pixels)
+        x0, y0, x1, y1 = (0, 0, 0, 0) if box is None else map(int, box)
+        return Mask(self.pixels[y0:y1, x0:x1].copy(), self.x + x0, self.y + y0)
 
     @property
     def box_xyxy(self) -> NDArray[np.float64] | None:

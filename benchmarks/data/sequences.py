@@ -21,6 +21,7 @@ from benchmarks.contract.sequence_truth import SequenceTruth
 from benchmarks.data.pictures import Picture, bytes_of, read_picture, short
 from scenarios.scenario import Frame
 from sim.checks import check
+from trackers.regions import Mask
 from trackers.types import CameraCommand, CameraModel, Observation, Start
 
 USUAL_FOCAL = 1.2
@@ -47,6 +48,7 @@ class BoxedSequence:
         state: (F,) words, see ``IN``; by default ``in`` where there is a box, else ``unseen``.
         place: (F,) places of the pictures among all that were taken at the rate; by default without gaps.
         skipped, after: numbers of pictures of its files before the first one, and after the last one.
+        masks: (F,) the target's pixels; None where it is not seen; () where files have no masks.
     """
 
     name: str
@@ -59,6 +61,7 @@ class BoxedSequence:
     place: NDArray[np.int64] = field(default_factory=lambda: np.empty(0, np.int64))
     skipped: int = 0
     after: int = 0
+    masks: tuple[Mask | None, ...] = ()
 
     def __post_init__(self) -> None:
         """Fill in the states and places that are not given."""
@@ -78,6 +81,7 @@ class BoxedSequence:
         content.update(np.ascontiguousarray(self.box_xyxy).tobytes())
         # Nothing of sequences with boxes alone, whose rows are older than states and places.
         usual = BoxedSequence(self.name, self.pictures, self.box_xyxy)
+        content.update("".join(f"\0{mask}" for mask in self.masks).encode())
         for mine, other in ((self.state, usual.state), (self.place, usual.place)):
             content.update(b"" if np.array_equal(mine, other) else repr(mine.tolist()).encode())
         for picture in self.pictures:
@@ -98,7 +102,7 @@ class Labelled:
             an ``out`` or ``unlabelled`` picture does not count.
         whole: whether boxes reach beyond the border where it cuts the target, which is then ``partial``.
         rate_hz: frames a second; 0 where files do not tell.
-        place: see ``BoxedSequence``.
+        place, masks: see ``BoxedSequence``.
         notes: what a user should know, a line each.
     """
 
@@ -111,6 +115,7 @@ class Labelled:
     rate_hz: float = 0.0
     place: NDArray[np.int64] | None = None
     notes: tuple[str, ...] = ()
+    masks: Sequence[Mask | None] = ()
 
 
 def boxed_sequence(labelled: Labelled) -> BoxedSequence:
@@ -163,6 +168,7 @@ def boxed_sequence(labelled: Labelled) -> BoxedSequence:
         place=np.empty(0, np.int64) if labelled.place is None else (labelled.place - labelled.place[begin])[begin:end],
         skipped=begin,
         after=len(pictures) - end,
+        masks=tuple(labelled.masks[begin:end]),
     )
 
 
@@ -232,6 +238,15 @@ class SequenceEpisode:
     def _time_s(self, k: int) -> float:
         return float(self._sequence.place[k]) / self.rate_hz
 
+    def _instance_map(self, k: int) -> NDArray[np.int32]:
+        """Return 0 on the target's pixels, else -1; empty where no file has them."""
+        masks, camera = self._sequence.masks, self._camera
+        if not masks or self._sequence.state[k] == UNLABELLED:
+            return np.empty((0, 0), np.int32)
+        mask = masks[k]
+        there = False if mask is None else mask.mask(camera.height_px, camera.width_px)
+        return np.where(there, 0, np.full((camera.height_px, camera.width_px), -1)).astype(np.int32)
+
     def _truth(self, k: int) -> SequenceTruth:
         box_xyxy, state = self._sequence.box_xyxy[k], str(self._sequence.state[k])
         seen, gone = not np.isnan(box_xyxy).any(), state in (OUT, UNSEEN)
@@ -252,7 +267,7 @@ class SequenceEpisode:
             state=np.array([OUT if gone else state]),
             side=np.array([""]),
             frames_since_exit=np.array([k - self._last_in - 1 if gone else -1]),
-            instance_map=np.empty((0, 0), np.int32),
+            instance_map=self._instance_map(k),
             depth_m=np.empty((0, 0), np.float32),
             exposure_s=float("nan"),
             gain=float("nan"),

@@ -4,10 +4,10 @@ Perazzi et al., A benchmark dataset and evaluation methodology for video object 
 al., The 2017 DAVIS challenge on video object segmentation, https://arxiv.org/abs/1704.00675. Of ``480p`` and
 ``Full-Resolution`` the first that there is; Xu et al., YouTube-VOS, ECCV 2018, has neither. A mask is a PNG with a
 palette: a pixel is the number of its object, 0 of none, 255 of what does not count; masks of DAVIS 2016 have 0 and 255
-alone, and 255 is the object. The box around the mask counts. A picture without a mask (of YouTube-VOS four in five) is
-shown to trackers and not scored. One object of each sequence is followed, see ``layouts.followed``: by its number, or
-by its name in ``objects.csv``, which ``export --format davis`` adds. Where no pixel is its own it is not seen, and no
-file says why.
+alone, and 255 is the object. The mask and the box around it count. A picture without a mask (of YouTube-VOS four in
+five) is shown to trackers and not scored. One object of each sequence is followed, see ``layouts.followed``: by its
+number, or by its name in ``objects.csv``, which ``export --format davis`` adds. Where no pixel is its own it is not
+seen, and no file says why.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from benchmarks.data.pictures import numbered_pictures, short, visible
 from benchmarks.data.sequences import UNLABELLED, UNSEEN, Labelled
 from benchmarks.run.packages import check_packages
 from sim.checks import check
-from trackers.regions import box_of_mask
+from trackers.regions import Mask
 
 _SIZES = ("480p", "Full-Resolution", ".")
 _VOID = 255
@@ -55,12 +55,13 @@ def _read(name: str, folder: Path, masks: Path, objects: Path, target: Target) -
     wanted = _named(objects, name).get(str(target), target)
     chosen, _ = followed(wanted, masks, ids)
     boxes, tags = np.full((len(pictures), 4), np.nan), np.full(len(pictures), UNLABELLED)
+    own: list[Mask | None] = [None] * len(pictures)
     for k, number in enumerate(pictures):
         if number in numbers:
-            box = box_of_mask(numbers[number] == int(chosen))
-            boxes[k], tags[k] = (np.nan, UNSEEN) if box is None else (box, "")
+            own[k] = mask = Mask(numbers[number] == int(chosen)).trimmed()
+            boxes[k], tags[k] = (np.nan, UNSEEN) if mask.box_xyxy is None else (mask.box_xyxy, "")
     place = np.array(list(pictures))
-    return Labelled(f"{printable(name)}-{chosen}", masks, list(pictures.values()), boxes, tags, place=place)
+    return Labelled(f"{printable(name)}-{chosen}", masks, list(pictures.values()), boxes, tags, place=place, masks=own)
 
 
 def _mask(file: Path) -> NDArray[np.uint8]:

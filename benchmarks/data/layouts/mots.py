@@ -4,7 +4,8 @@ Voigtlaender et al., MOTS: multi-object tracking and segmentation, CVPR 2019,
 https://www.vision.rwth-aachen.de/page/mots. Rows are those of ``benchmarks.data.mots_text``. The files of KITTI MOTS
 are ``instances_txt/0000.txt`` and ``training/image_02/0000/000000.png …``, with ``label_02`` in place of
 ``instances_txt`` where TrackEval and ``export --format mots`` have them; those of MOTS Challenge lie as in MOT:
-``NAME/gt/gt.txt`` and ``NAME/img1/000001.jpg …``. A frame is the number of its picture. The box around the mask counts.
+``NAME/gt/gt.txt`` and ``NAME/img1/000001.jpg …``. A frame is the number of its picture. The mask and the box around it
+count.
 One target is followed, see ``layouts.followed``; class 10, what is not annotated, is none. Where it has no row it is
 not seen, and no file says why. KITTI takes 10 pictures a second; ``seqinfo.ini`` tells that of MOTS Challenge.
 """
@@ -26,7 +27,7 @@ from benchmarks.data.layouts.layout import Source, Target, folders_with, layout
 from benchmarks.data.mots_text import IGNORED, read_mots
 from benchmarks.data.pictures import numbered_pictures, visible
 from benchmarks.data.sequences import Labelled
-from trackers.regions import box_of_mask
+from trackers.regions import Mask
 
 _LABELS, _PICTURES = ("instances_txt", "label_02"), ("training/image_02", "image_02")
 
@@ -59,9 +60,10 @@ def _read(name: str, folder: Path, file: Path, rate_hz: float, target: Target) -
     mine = of[mine]
     held, places, notes = in_pictures(file, rows.frame[mine], list(pictures), rows.line[mine])
     boxes = np.full((len(pictures), 4), np.nan)
+    own: list[Mask | None] = [None] * len(pictures)
     for row, place in zip(mine[held], places, strict=True):
-        box = box_of_mask(rows.mask(int(row)))
-        boxes[place] = np.nan if box is None else box
+        own[place] = mask = Mask(rows.mask(int(row))).trimmed()
+        boxes[place] = np.nan if mask.box_xyxy is None else mask.box_xyxy
     place = np.array(list(pictures))
     name = f"{printable(name)}-{chosen}"
-    return Labelled(name, file, list(pictures.values()), boxes, rate_hz=rate_hz, place=place, notes=notes)
+    return Labelled(name, file, list(pictures.values()), boxes, rate_hz=rate_hz, place=place, notes=notes, masks=own)

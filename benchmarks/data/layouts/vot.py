@@ -4,8 +4,9 @@ The VOT toolkit 0.9, https://github.com/votchallenge/toolkit (``vot/dataset/comm
 ``NAME/sequence`` holds properties, a line ``name=value`` each: ``channels.color``, the pattern of the pictures, counted
 from 1 (default ``color/%08d.jpg``; else the channel ``ir`` or ``depth``), ``fps`` and ``length``. Sequences of VOT2013
 to VOT2017 without that file have their pictures beside ``groundtruth.txt``. Regions are rectangles, polygons and masks,
-see ``trackers.regions``; here the box around each counts. A code in place of a region, NaN, and an empty mask mean that
-the target is not there; the toolkit takes lines that are missing at the end for unknown, and so does this.
+see ``trackers.regions``; the box around each counts, and its pixels where all are masks. A code in place of a region,
+NaN, and an empty mask mean that the target is not there; the toolkit takes lines that are missing at the end for
+unknown, and so does this.
 ``groundtruth_NAME.txt`` of VOTS are targets, each of which is a sequence of its own.
 
 Tags are files ``out_of_view.tag``, ``occlusion.tag`` … (``.label`` before 2018) with 0 or 1 for each picture, missing
@@ -29,7 +30,7 @@ from benchmarks.data.layouts.layout import Source, Target, check_one_target, fol
 from benchmarks.data.pictures import short
 from benchmarks.data.sequences import OCCLUDED, OUT, UNLABELLED, Labelled
 from sim.checks import check
-from trackers.regions import read_region
+from trackers.regions import Mask, Region, read_region
 
 _USUAL, _OLD = "color/%08d.jpg", "%08d.jpg"
 _CHANNELS = ("color", "ir", "depth")
@@ -68,13 +69,17 @@ def _read(name: str, file: Path, pattern: str, target: Target) -> Labelled:
     pictures = _pictures(folder, pattern, properties.get("length", ""))
     check(short(file), len(lines) <= len(pictures), f"{len(pictures)} regions at most, one a picture", len(lines))
     boxes = np.full((len(pictures), 4), np.nan)
+    regions: list[Region | None] = [None] * len(pictures)
     for k, line in enumerate(lines):
         try:
-            box_xyxy = read_region(line).box_xyxy
+            region = read_region(line)
         except ValueError as error:
             raise ValueError(f"{short(file)}, line {k + 1}: {error}") from None
+        box_xyxy = region.box_xyxy
         if box_xyxy is not None and (box_xyxy[2:] > box_xyxy[:2]).all():
-            boxes[k] = box_xyxy
+            boxes[k], regions[k] = box_xyxy, region
+    masks = [each if isinstance(each, Mask) else None for each in regions]
+    masks = masks if any(masks) and masks == regions else []
     none = np.isnan(boxes[:, 0])
     outside, hidden, occluded = (
         _tag(folder, each, len(pictures)) for each in ("out_of_view", "full_occlusion", "occlusion")
@@ -82,7 +87,7 @@ def _read(name: str, file: Path, pattern: str, target: Target) -> Labelled:
     rest = np.arange(len(pictures)) >= len(lines)
     tags = np.select([rest, outside & none, (hidden & none) | occluded], [UNLABELLED, OUT, OCCLUDED], "")
     rate_hz = rate_of(properties.get("exact_fps", properties.get("fps", "")))
-    return Labelled(printable(name), file, pictures, boxes, tags, whole=True, rate_hz=rate_hz)
+    return Labelled(printable(name), file, pictures, boxes, tags, whole=True, rate_hz=rate_hz, masks=masks)
 
 
 def _pictures(folder: Path, pattern: str, length: str) -> list[Path]:
