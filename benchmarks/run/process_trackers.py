@@ -60,6 +60,7 @@ from trackers.protocols import MultiTracker, Tracker
 _NAME = re.compile(r"[A-Za-z_][\w.-]*")
 _SUMMARY = "in a process of its own"
 _LONGEST_PATH = 1000
+_LARGEST = 1_000_000
 _WALL = 10.0
 """Limit of wall time over that of CPU time, as in ``time_limit``."""
 
@@ -177,7 +178,9 @@ _KINDS: Mapping[str, tuple[type | tuple[type, ...], str]] = {
     "environment": (dict, "a table of texts"),
     "files": (list, "a list of files"),
     "reproducible": (bool, "true or false"),
-    **dict.fromkeys(("start_limit_s", "frame_limit_s", "memory_limit_gb"), ((int, float), "a number > 0")),
+    **dict.fromkeys(
+        ("start_limit_s", "frame_limit_s", "memory_limit_gb"), ((int, float), f"a number > 0, at most {_LARGEST:,}")
+    ),
 }
 
 
@@ -187,8 +190,9 @@ def _tracker(name: str, table: Any, folder: Path, argument: str, limit_s: float)
         check_choice(f"process {name}", key, _KINDS)
         kind, words = _KINDS[key]
         good = isinstance(value, kind) and (kind is bool or not isinstance(value, bool))
-        good = good and (not key.endswith(("_s", "_gb")) or value > 0)
-        good = good and (key != "environment" or all(isinstance(each, str) for each in value.values()))
+        good = good and (not key.endswith(("_s", "_gb")) or 0 < value <= _LARGEST)
+        texts = value.values() if good and key == "environment" else value if good and kind is list else ()
+        good = good and all(isinstance(each, str) for each in texts)
         check(f"process {name}: {key}", good, words, repr(value))
     check(f"process {name}", bool(table.get("command", "").strip()), "a command", "none")
     try:
