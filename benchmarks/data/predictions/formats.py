@@ -6,6 +6,7 @@ format    a sequence's file                                                     
 ``vot``   a line a frame: a region, see ``trackers.regions``; separated by comma, tab or spaces 0, 0
 ``otb``   the same, as OTB counts                                                               1, 1
 ``mot``   a row a track and frame, see ``benchmarks.data.mot_text``                             1, 1
+``mots``  likewise with masks, frames counted from 0, see ``benchmarks.data.mots_text``           0, 0
 ``coco``  JSON results of COCO or TAO for all sequences, see ``benchmarks.data.coco_json``      0, 0
 ========= ===================================================================================== ====================
 
@@ -23,13 +24,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from pycocotools.mask import toBbox
 
 from benchmarks.contract.text import counted
 from benchmarks.data.box_files import BETWEEN, numbers_of, text_lines
 from benchmarks.data.coco_json import NO_TRACK, Pictures, Results, read_pictures, read_results
 from benchmarks.data.mot_text import FIRST, read_mot
+from benchmarks.data.mots_text import read_mots
 from benchmarks.data.pictures import short
 from sim.checks import check
 from trackers.regions import Rectangle, Region, Special, read_region
@@ -37,7 +41,8 @@ from trackers.types import Estimate, Track
 
 LINES = {"vot": 0.0, "otb": 1.0}
 """Format with a line a frame → coordinate of the top left corner of the picture."""
-FORMATS = (*LINES, "mot", "coco")
+FORMATS = (*LINES, "mot", "mots", "coco")
+_CELLS_OF_MOTS = 6
 _NUMBER = re.compile(r"\d+$")
 
 
@@ -69,6 +74,7 @@ class Predictions:
         regions: (F,) of one target; None of many.
         confidence: (F,) that the target is in view, NaN where it is not said.
         tracks: frame → tracks of many targets.
+        masks: frame → of each of its tracks the mask, see ``codec.mask_of``; None where files have none.
         detections: frame → what was found, without identities.
         digest: of all of it.
     """
@@ -77,6 +83,7 @@ class Predictions:
     regions: Sequence[Region] | None = None
     confidence: Sequence[float] = ()
     tracks: Mapping[int, list[Track]] | None = None
+    masks: Mapping[int, list[Mapping[str, Any]]] | None = None
     detections: Mapping[int, list[Track]] | None = None
 
 
@@ -90,7 +97,8 @@ def read_predictions(file: SequenceFile) -> Predictions:
     assert file.path is not None
     if file.format in LINES:
         return _read_lines(file, file.path)
-    return _read_mot(file, file.path) if file.format == "mot" else _read_coco(file, file.path)
+    read = {"mot": _read_mot, "mots": _read_mots, "coco": _read_coco}[file.format]
+    return read(file, file.path)
 
 
 def format_of(path: Path) -> str:
@@ -98,7 +106,9 @@ def format_of(path: Path) -> str:
     if path.suffix == ".json":
         return "coco"
     first = next((line for line in text_lines(path) if line.strip()), "")
-    numbers = numbers_of(first)
+    numbers, last = numbers_of(first), first.split()[-1:]
+    if len(first.split()) == _CELLS_OF_MOTS and not numbers_of(last[0]):
+        return "mots"
     return "mot" if len(numbers) >= 6 and not first.strip().startswith("m") else "vot"
 
 
@@ -174,6 +184,24 @@ def _read_mot(file: SequenceFile, path: Path) -> Predictions:
         if 0 <= frame < file.frame_count:
             tracks[frame].append(_track(identity, box_xyxy, known))
     return Predictions(_digest("mot", rows.frame, rows.identity, rows.box_xyxy, rows.confidence), tracks=tracks)
+
+
+def _read_mots(file: SequenceFile, path: Path) -> Predictions:
+    rows, where = read_mots(path), short(path, 4)
+    whole = file.skipped + file.frame_count + file.after
+    tracks: dict[int, list[Track]] = defaultdict(list)
+    masks: dict[int, list[Mapping[str, Any]]] = defaultdict(list)
+    boxes_xywh = np.array(toBbox(rows.runs), float).reshape(-1, 4)
+    numbers = zip(rows.frame.tolist(), rows.identity.tolist(), rows.runs, rows.line.tolist(), strict=True)
+    for (number, identity, runs, line), box_xywh in zip(numbers, boxes_xywh, strict=True):
+        check(f"{where}, line {line}", number < whole, f"a frame of 0 to {whole - 1}", number)
+        frame = number - file.skipped
+        if 0 <= frame < file.frame_count and box_xywh[2:].all():
+            box_xyxy = np.concatenate([box_xywh[:2], box_xywh[:2] + box_xywh[2:]])
+            tracks[frame].append(_track(identity, box_xyxy, None))
+            masks[frame].append(runs)
+    digest = _digest("mots", rows.frame, rows.identity, rows.runs)
+    return Predictions(digest, tracks=tracks, masks=masks)
 
 
 def _read_coco(file: SequenceFile, path: Path) -> Predictions:

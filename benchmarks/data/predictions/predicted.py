@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.rows import Row
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
+from benchmarks.data.codec import mask_of
 from benchmarks.data.predictions.formats import SequenceFile, read_predictions
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode
@@ -57,14 +58,14 @@ class Predicted(TrackerSpec):
         wanted = f"{file.path} as it was when the run began"
         check("predictions", found.digest == self.content(named), wanted, "another content")
         if many:
-            return ManyFromPictures(Recalled(found.tracks or {}))
+            return ManyFromPictures(Recalled(found.tracks or {}, found.masks))
         if found.regions is not None:
             return FromPictures(RecalledRegions(found.regions, found.confidence))
         if found.detections is not None:
             return FromPictures(Likeliest(found.detections))
         tracks = found.tracks or {}
         alone = len({each.identity for some in tracks.values() for each in some}) == 1
-        return FromPictures(Likeliest(tracks) if alone else FollowOne(Recalled(tracks)))
+        return FromPictures(Likeliest(tracks, found.masks) if alone else FollowOne(Recalled(tracks, found.masks)))
 
     @property
     def columns(self) -> Row:
@@ -79,8 +80,11 @@ class Predicted(TrackerSpec):
 class Recalled:
     """Tracks of many targets from a file, see ``trackers.protocols.MultiTracker``."""
 
-    def __init__(self, tracks: Mapping[int, Sequence[Track]]) -> None:
-        self._tracks, self._next = tracks, 0
+    def __init__(
+        self, tracks: Mapping[int, Sequence[Track]], masks: Mapping[int, Sequence[Mapping[str, Any]]] | None = None
+    ) -> None:
+        """``masks``: see ``Predictions``; those of a picture are made when it comes."""
+        self._tracks, self._masks, self._next = tracks, masks, 0
 
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
         """See ``MultiTracker``."""
@@ -88,7 +92,12 @@ class Recalled:
     def update(self, observation: Observation) -> Sequence[Track]:
         """See ``MultiTracker``."""
         self._next += 1
-        return self._tracks.get(self._next - 1, ())
+        tracks = self._tracks.get(self._next - 1, ())
+        if self._masks is None:
+            return tracks
+        masks = map(mask_of, self._masks.get(self._next - 1, ()))
+        pairs = zip(tracks, masks, strict=True)
+        return [replace(track, estimate=replace(track.estimate, mask=mask)) for track, mask in pairs]
 
 
 class Likeliest(Recalled):

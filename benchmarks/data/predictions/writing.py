@@ -9,9 +9,10 @@ format    file                                                           read by
 ========= ============================================================== ===============================================
 
 Boxes stand as they were answered; one that was not is of the size of the first one, or without one of none, about the
-position. A tracker of one target has the identity 1 in ``mot``. Confidences are those of tracks, or the probability of
-being in view; -1 in ``mot``, and nothing in ``vot``, where there is none. A tracker that decides with hindsight has
-these answers. Of several runs in an episode the first is written. A frame without an answer has no row, or ``0``.
+position. In ``vot`` a mask stands where one was answered. A tracker of one target has the identity 1 in ``mot``.
+Confidences are those of tracks, or the probability of being in view; -1 in ``mot``, and nothing in ``vot``, where there
+is none. A tracker that decides with hindsight has these answers. Of several runs in an episode the first is written. A
+frame without an answer has no row, or ``0``.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from benchmarks.data.exports.mot import SPLIT
 from benchmarks.data.mot_text import FIRST
 from benchmarks.data.sequence_names import sequence_name, set_name
 from sim.checks import check, check_choice
-from trackers.regions import Rectangle, Special
+from trackers.regions import Mask, Rectangle, Special
 from trackers.types import Answer, Estimate, Track
 
 WRITTEN = ("mot", "vot")
@@ -77,7 +78,10 @@ def _regions(estimates: Sequence[Estimate]) -> Iterator[str]:
     yield str(Special(1))
     for each in estimates[1:]:
         box = _box(each, first)
-        yield str(Special(0) if box is None else Rectangle(box))
+        if each.mask is not None and each.mask.any():
+            yield str(Mask(each.mask))
+        else:
+            yield str(Special(0) if box is None else Rectangle(box))
 
 
 def _mot_rows(answers: Sequence[Answer | Sequence[Track]]) -> Iterator[str]:

@@ -35,6 +35,7 @@ from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode
 from tests import fakes_scenario
 from tests.benchmarks.data.written_sequences import lines_of, true_boxes, write_lines, write_otb
+from trackers.regions import Mask, Rectangle, estimate_of
 from trackers.registry import NoParameters
 from trackers.types import CameraModel, Estimate, Observation, Track
 
@@ -118,6 +119,30 @@ class One:
         return said
 
 
+class Masked(One):
+    """Answers with a mask wherever it has a box in the picture, but not always."""
+
+    def update(self, observation: Observation) -> Estimate:
+        """See ``Tracker``."""
+        said, size = super().update(observation), observation.image_rgb.shape[:2]
+        mask = np.zeros(size, bool) if said.box_xyxy is None else Rectangle(said.box_xyxy).mask(*size)
+        mask &= self._lot._rng.random(size) < 0.9
+        return estimate_of(Mask(mask), *size) if mask.any() and self._lot._rng.random() < 0.8 else said
+
+
+@dataclass(frozen=True, kw_only=True)
+class DrawnMasks(Drawn):
+    """A tracker of one target that answers with masks."""
+
+    def create(
+        self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False
+    ) -> LoopTracker:
+        """See ``TrackerSpec``."""
+        camera = episode.start.camera
+        lot = Lot(np.random.default_rng(self.draw + named.seed), camera.width_px, camera.height_px)
+        return FromPictures(Masked(lot))
+
+
 def _answered(experiment: Experiment, folder: Path, format: str) -> Path:
     """Run trackers with their estimates kept, and return the folder with the trackers' folders of predictions."""
     run(replace(experiment, keeper=Estimates()), folder / "run")
@@ -163,6 +188,17 @@ def test_answers_written_and_scored_give_the_rows_of_their_run(
     predictions = _answered(experiment, folder, format)
     score(SUITE, predictions=predictions, out=folder / "scored", workers=0)
     _same(_numbers(folder / "scored"), _numbers(folder / "run"))
+
+
+@pytest.mark.filterwarnings("ignore:.*gave no answer")
+def test_masks_written_and_scored_give_the_rows_of_their_run(tmp_path: Path) -> None:
+    trackers = {"by_lot": DrawnMasks(name="by_lot", draw=3)}
+    experiment = experiment_on(SUITE, "fake-town-v1", ["brief"], trackers, range(2, 4), workers=0)
+    predictions = _answered(experiment, tmp_path, "vot")
+    score(SUITE, predictions=predictions, out=tmp_path / "scored", workers=0)
+    wanted = _numbers(tmp_path / "run")
+    assert {value for (_, _, metric, _), (value, _) in wanted.items() if metric == "j_and_f"} - {0.0, None}
+    _same(_numbers(tmp_path / "scored"), wanted)
 
 
 @pytest.mark.heavy

@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pycocotools.mask import encode
 
 from benchmarks.data.predictions.formats import SequenceFile, format_of, read_predictions, sequences_in
+from benchmarks.data.predictions.predicted import Recalled
 from trackers.regions import Mask, Polygon, Rectangle, Special
 
 
@@ -67,6 +69,31 @@ def test_mot_rows_are_tracks_counted_from_one(tmp_path: Path) -> None:
     assert (first.confidence, first.estimate.in_view_probability, point.confidence) == (0.5, 0.5, None)
     np.testing.assert_array_equal(point.estimate.position_px, [4, 4])
     assert point.estimate.box_xyxy is None
+
+
+def _runs(mask: np.ndarray) -> str:
+    text: str = encode(np.asfortranarray(mask, np.uint8))["counts"].decode()
+    return text
+
+
+def test_rows_of_mots_are_tracks_with_masks_counted_from_zero(tmp_path: Path) -> None:
+    first, second = np.zeros((2, 12, 16), bool)
+    first[2:5, 3:9], second[6:9, 0:2] = True, True
+    rows = [(0, 1000, first), (0, 2001, second), (2, 1000, second), (1, 1000, ~(first | ~first))]
+    text = "".join(f"{frame} {identity} 1 12 16 {_runs(mask)}\n" for frame, identity, mask in rows)
+    file = _file(tmp_path / "a.txt", text)
+    assert file.format == "mots"
+    read = read_predictions(file)
+    assert read.tracks is not None
+    recalled = Recalled(read.tracks, read.masks)
+    said = [recalled.update(None) for _ in range(3)]  # type: ignore[arg-type]
+    assert [[each.identity for each in tracks] for tracks in said] == [[1000, 2001], [], [1000]]
+    np.testing.assert_array_equal(said[0][0].estimate.mask, first)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(said[0][0].estimate.box_xyxy, [3, 2, 9, 5])  # type: ignore[arg-type]
+    np.testing.assert_array_equal(said[2][0].estimate.mask, second)  # type: ignore[arg-type]
+    assert said[2][0].estimate.position_px.tolist() == [1, 7.5]
+    with pytest.raises(ValueError, match=r"a\.txt, line 1: expected a frame of 0 to 2, got 3"):
+        read_predictions(_file(tmp_path / "a.txt", f"3 1000 1 12 16 {_runs(first)}\n"))
 
 
 def _coco(folder: Path, results: list[dict[str, Any]], name: str = "{}/{:06d}.png") -> SequenceFile:
