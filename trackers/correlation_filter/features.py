@@ -49,16 +49,14 @@ def _shares_of_terms() -> NDArray[np.float32]:
     return shares.reshape(_LEVELS, _LEVELS, _LEVELS, -1).astype(np.float32)
 
 
-def _directions_of_gradients() -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
-    """Return direction, 0 to 17, and length (511, 511) of a gradient by its y and its x component plus 255."""
-    steps = np.arange(-255, 256)
-    y, x = np.meshgrid(steps, steps, indexing="ij")
-    directions = np.rint(np.arctan2(y, x) * _DIRECTIONS / (2.0 * np.pi)).astype(int) % _DIRECTIONS
-    return directions.astype(np.uint8), np.hypot(x, y).astype(np.float32)
+def _directions_of_gradients() -> NDArray[np.uint8]:
+    """Return the direction, 0 to 17, of a gradient (511, 511) by its y and its x component plus 255."""
+    y, x = np.meshgrid(np.arange(-255, 256), np.arange(-255, 256), indexing="ij")
+    return (np.rint(np.arctan2(y, x) * _DIRECTIONS / (2.0 * np.pi)).astype(int) % _DIRECTIONS).astype(np.uint8)
 
 
 _SHARES = _shares_of_terms()
-_DIRECTION, _LENGTH = _directions_of_gradients()
+_DIRECTION = _directions_of_gradients()
 
 
 def cell_features(patch_rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
@@ -76,11 +74,11 @@ def cell_features(patch_rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 def gradients(patch_rgb: NDArray[np.uint8]) -> NDArray[np.float32]:
     """Return histograms of oriented gradients (31, rows, columns) of the cells of a patch (4 rows, 4 columns, 3)."""
-    return np.asarray(_normalised(_histograms(patch_rgb, _DIRECTION, _LENGTH)))
+    return np.asarray(_normalised(_histograms(patch_rgb, _DIRECTION)))
 
 
 @njit(cache=True, fastmath=True)
-def _histograms(patch, directions, lengths):  # type: ignore[no-untyped-def]
+def _histograms(patch, directions):  # type: ignore[no-untyped-def]
     """Return lengths of gradients by direction (rows, columns, 18): each sample's is shared among four cells."""
     height, width = patch.shape[:2]
     # A cell of margin takes the shares that fall outside.
@@ -101,7 +99,7 @@ def _histograms(patch, directions, lengths):  # type: ignore[no-untyped-def]
                     most, best_y, best_x = dx * dx + dy * dy, dy + 255, dx + 255
             if most == 0:
                 continue
-            length, direction = lengths[best_y, best_x], directions[best_y, best_x]
+            length, direction = np.sqrt(np.float32(most)), directions[best_y, best_x]
             x = (j + 0.5) / CELL + 0.5
             column = int(x)
             low_x = np.float32(x - column)

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, ndimage
 
@@ -51,7 +52,7 @@ _COLOUR_CORE = 0.8
 """Sides of the part of the box whose colours are the target's."""
 _PEAK_CELLS = 3
 """Half the side of the part of the response that belongs to its peak."""
-_NEWTON_STEPS = 4
+_NEWTON_STEPS, _NEWTON_ENDS = 4, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +120,9 @@ class CorrelationFilter:
         self._on_target = np.outer(down, across).astype(np.float32)
         hann = np.cos(np.pi * (offsets + 0.5) / (_CELLS + 1)).astype(np.float32) ** 2
         self._window = np.outer(hann, hann)
-        self._core = self._inside(_COLOUR_CORE * self._box_samples)
+        self._core = np.flatnonzero(self._inside(_COLOUR_CORE * self._box_samples))
         beyond = self._box_samples + self._box_samples.mean()
-        self._around = self._inside(beyond) & ~self._inside(self._box_samples)
+        self._around = np.flatnonzero(self._inside(beyond) & ~self._inside(self._box_samples))
         self._colours = ColourModel()
         self._sizes = ScaleFilter(self.size_px)
         self._weights: NDArray[np.float32] | None = None
@@ -173,7 +174,7 @@ class CorrelationFilter:
         scale = float(np.sqrt(box_size(box_xyxy).prod() / self.size_px.prod()))
         samples = CELL * _CELLS
         patch = patch_around(image_rgb, centre_px, np.full(2, self._step_px * scale), (samples, samples))
-        bins = colour_bins(patch)
+        bins = colour_bins(patch).ravel()
         self._colours.learn(bins[self._core], bins[self._around], 1.0 if self._weights is None else _COLOUR_RATE)
         self._learn(fft.rfft2(cell_features(patch) * self._window))
         self._sizes.learn(image_rgb, centre_px, scale)
@@ -181,8 +182,7 @@ class CorrelationFilter:
     def _learn(self, spectra: NDArray[np.complex64]) -> None:
         """Learn the weights on features of these spectra (CHANNELS, n, n // 2 + 1)."""
         first = self._weights is None
-        turned = spectra.conj()
-        energies = (spectra * turned).real.sum(0)
+        energies = (spectra.real**2 + spectra.imag**2).sum(0)
         energy = np.float32(max(float(energies.mean()), 1e-6))
         hold = np.float32(0.0 if first else _HOLD) * energy
         penalty = np.float32(_PENALTY) * energy
@@ -190,10 +190,7 @@ class CorrelationFilter:
         wanted = spectra * self._wanted.conj() + hold * before
         confined, dual = before, np.zeros_like(spectra)
         for _ in range(_FIRST_ITERATIONS if first else _ITERATIONS):
-            # The optimum for each frequency, by the Sherman-Morrison formula.
-            pull = wanted + penalty * (confined - dual)
-            along = (turned * pull).sum(0) / (hold + penalty + energies)
-            free = (pull - spectra * along) / (hold + penalty) + dual
+            free = _free_optimum(spectra, energies, wanted, confined, dual, hold, penalty)
             self._weights = fft.irfft2(free, (_CELLS, _CELLS)) * self._on_target
             confined = fft.rfft2(self._weights)
             dual = free - confined
@@ -227,6 +224,32 @@ class CorrelationFilter:
         return np.outer(down, across)
 
 
+@njit(cache=True, fastmath=True)
+def _free_optimum(spectra, energies, wanted, confined, dual, hold, penalty):  # type: ignore[no-untyped-def]
+    """Return the weights that are best for each frequency, not confined to the target, plus ``dual``.
+
+    By the Sherman-Morrison formula, since each frequency has one sample.
+    """
+    channels, rows, columns = spectra.shape
+    along = np.zeros((rows, columns), np.complex64)
+    free = np.empty_like(spectra)
+    for c in range(channels):
+        for i in range(rows):
+            for j in range(columns):
+                pull = wanted[c, i, j] + penalty * (confined[c, i, j] - dual[c, i, j])
+                free[c, i, j] = pull
+                along[i, j] += np.conj(spectra[c, i, j]) * pull
+    for i in range(rows):
+        for j in range(columns):
+            along[i, j] /= hold + penalty + energies[i, j]
+    share = np.float32(1) / (hold + penalty)
+    for c in range(channels):
+        for i in range(rows):
+            for j in range(columns):
+                free[c, i, j] = (free[c, i, j] - spectra[c, i, j] * along[i, j]) * share + dual[c, i, j]
+    return free
+
+
 def _peak(response: NDArray[np.float32], top: tuple[int, int]) -> tuple[float, float]:
     """Return row and column of the highest point of the Fourier series through a response (n, n), n even.
 
@@ -246,9 +269,12 @@ def _peak(response: NDArray[np.float32], top: tuple[int, int]) -> tuple[float, f
         hessian = np.array([[((down * waves**2) @ middle).real, mixed], [mixed, (down @ bend).real]])
         if not (hessian[0, 0] < 0 and np.linalg.det(hessian) > 0):
             return top
-        place -= np.linalg.solve(hessian, gradient)
+        step = np.linalg.solve(hessian, gradient)
+        place -= step
         if np.abs(place - top).max() > 1.0:
             return top
+        if np.abs(step).max() < _NEWTON_ENDS:
+            break
     return float(place[0]), float(place[1])
 
 

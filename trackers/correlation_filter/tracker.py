@@ -20,7 +20,9 @@ _USUAL_RATE, _USUAL_FADE = 0.1, 0.98
 """How fast the usual sharpness follows that of a match, and falls on each picture on which the target is hidden."""
 
 
-@register("correlation_filter", role="baseline", summary="discriminative correlation filter, a general tracker")
+@register(
+    "correlation_filter", role="baseline", summary="discriminative correlation filter, a general tracker", edition=2
+)
 class CorrelationFilterTracker:
     """``CorrelationFilter`` around the last place.
 
