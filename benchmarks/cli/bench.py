@@ -213,10 +213,11 @@ def print_results(
     if is_current(out, metric):
         print("nothing new: the report stays as it is", file=sys.stderr)
     else:
-        what = "the report" if real else "the report, whose pictures take another run of a tracker"
-        print(f"making {what} …", file=sys.stderr)
+        from benchmarks.data.real import reopened  # It imports the readers of all layouts.
+
+        print("making the report, whose pictures take another run of a tracker …", file=sys.stderr)
         with trackers_print_to_stderr():
-            write_report(out, metric)
+            write_report(out, metric, reopened)
     if as_json:
         document = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
         print(json.dumps(document, indent=1))

@@ -63,7 +63,9 @@ class Report(WithModules):
             print_leaderboard(summary, self.metric, markdown=True)
         if self.by_episode:
             print_by_episode(grouped(read_rows(self.directory)), self.metric)
-        print(write_report(self.directory, self.metric))
+        from benchmarks.data.real import reopened  # It imports the readers of all layouts.
+
+        print(write_report(self.directory, self.metric, reopened))
         return 0
 
     def _rejudge(self) -> None:

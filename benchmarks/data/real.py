@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.contract import suite as registry
 from benchmarks.contract.judging import Judge, Recording, UnreadableSequence, check_no_layout
 from benchmarks.contract.rows import REAL, Row
 from benchmarks.contract.suite import Suite, suites
@@ -94,6 +95,35 @@ def real_episodes(
     Raises:
         ValueError: for a suite that judges nothing real, and if nothing can be read.
     """
+    found, unusable, notes = _read(suite, paths, layout, target, rate_hz)
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    return found, unusable
+
+
+def reopened(row: Row, seed: int) -> RealEpisode | None:
+    """Return the sequence with this number among those that a row names; None if it cannot be read any more."""
+    options: dict[str, list[str]] = {}
+    for word in row["recorded"]:
+        if word.startswith("--"):
+            options[word] = []
+        else:
+            options[next(reversed(options))].append(word)
+    layout, target, rate = (next(iter(options.get(name, ())), None) for name in ("--layout", "--target", "--rate-hz"))
+    paths = [Path(word) for word in options["--real"]]
+    try:
+        found, _, _ = _read(
+            registry.suite(row["suite"]), paths, layout or "", target, None if rate is None else float(rate)
+        )
+    except (ValueError, OSError):
+        return None
+    return next((each for each in found if (each.preset, each.seed) == (row["preset"], seed)), None)
+
+
+def _read(
+    suite: Suite, paths: Sequence[Path], layout: str, target: Target, rate_hz: float | None
+) -> tuple[list[RealEpisode], list[str], list[str]]:
+    """Return what ``real_episodes`` does, and what a user should know of how it was read."""
     if suite.on_sequences is None:
         check_no_layout(layout, target, rate_hz)
     words = ["--layout", layout] if layout else []
@@ -116,6 +146,4 @@ def real_episodes(
     else:
         able = sorted(name for name, each in suites().items() if each.recordings or each.on_sequences)
         raise ValueError(f"real: expected a suite that judges recordings ({', '.join(able)}), got {suite.name}")
-    for note in notes:
-        print(f"note: {note}", file=sys.stderr)
-    return found, unusable
+    return found, unusable, notes

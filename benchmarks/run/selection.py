@@ -19,7 +19,7 @@ from benchmarks.contract.suite import DEFAULT, Scene, Suite, suite, suites
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
 from benchmarks.contract.varied import Varied, base_of, varied
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
-from benchmarks.run.episodes import Simulated, Steering, simulated
+from benchmarks.run.episodes import EpisodeSpec, Simulated, Steering, simulated
 from benchmarks.run.experiment import Experiment
 from benchmarks.run.jobs import Job
 from benchmarks.run.own_inputs import own
@@ -266,12 +266,14 @@ def job_on(
     return Job(judged, episode, {name: tracker_named(name) for name in trackers}, **how)
 
 
-def job_of(row: Row, seed: int) -> Job:
-    """Return the job that repeats the run of a row, on this ``seed``."""
+def job_of(row: Row, seed: int, episode: EpisodeSpec | None = None) -> Job:
+    """Return the job that repeats the run of a row, on this ``seed``; on ``episode`` of what is real."""
     steered = {"controller": row["controller"], "link": row.get("link"), "renderer": row["renderer"]}
     how: Any = {"modules": tuple(row.get("modules", ())), "real_time_hz": row.get("real_time_hz")}
     how |= {"limit_s": row.get("limit_s", Job.limit_s), "repeats": 1}
     with added_trackers(process_trackers([row["process"]] if "process" in row else [], how["limit_s"])):
+        if episode is not None:
+            return Job(suite(row["suite"]), episode, {row["tracker"]: tracker_named(row["tracker"])}, **how)
         return job_on(row["suite"], row["scenario"], row["preset"], seed, (row["tracker"],), **steered, **how)
 
 

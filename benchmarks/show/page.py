@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,14 @@ from benchmarks.show.against import against, points_of
 from benchmarks.show.charts import Chart
 from benchmarks.show.definitions import metric_definitions
 from benchmarks.show.palette import LineStyles, line_styles
-from benchmarks.show.pictures import keep_event_picture, name_of, read_pictures, remove_picture
+from benchmarks.show.pictures import (
+    Reopen,
+    keep_event_picture,
+    keep_sequence_picture,
+    name_of,
+    read_pictures,
+    remove_picture,
+)
 from benchmarks.show.provenance import provenance
 from benchmarks.show.showing import showing_of
 from benchmarks.statistics.bootstrap import Interval
@@ -107,14 +114,15 @@ class _Results:
             yield against(points, y, x, "What does a better score cost?")
 
 
-def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
+def write_report(directory: Path, metrics: Sequence[str] = (), reopen: Reopen = lambda row, seed: None) -> Path:
     """Make ``directory/report.html`` from the rows in ``directory`` and return its path.
 
-    For a picture of the suite part of a simulated episode is run again, if this code made the rows. A missing summary
+    For a picture of the suite part of an episode is run again, if this code made the rows. A missing summary
     or comparison file is made again.
 
     Args:
         metrics: names of those on the leaderboard, the first one ranks; () = the suite's headline.
+        reopen: opens real sequences again; without it there is no picture of them.
 
     Raises:
         ValueError: if the folder holds no results.
@@ -124,7 +132,7 @@ def write_report(directory: Path, metrics: Sequence[str] = ()) -> Path:
     check("directory", bool(rows), "one that holds results", f"no whole episode in {str(directory)!r}")
     summary, comparisons = (read_entries(directory, name) for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME))
     results = list(_by_condition(rows, summary, comparisons, metrics))
-    _draw_pictures(directory, results)
+    _draw_pictures(directory, results, reopen)
     pictures = read_pictures(directory)
     sections = [_section(each, [one for one in pictures if one["condition"] == [*each.condition]]) for each in results]
     headings = (each["showing"].heading or each["suite"].summary for each in sections)
@@ -215,17 +223,19 @@ def _by_condition(
         yield _Results(condition, by_name, entries, compared, judging, styles)
 
 
-def _draw_pictures(directory: Path, results: Sequence[_Results]) -> None:
-    """Draw a picture of each condition that is simulated and whose suite has one."""
+def _draw_pictures(directory: Path, results: Sequence[_Results], reopen: Reopen) -> None:
+    """Draw a picture of each condition whose suite has one."""
     deadly = ended_processes(directory)
     for each in results:
-        event = showing_of(each.suite).event_picture
+        showing = showing_of(each.suite)
+        event = showing.sequence_picture if each.is_real else showing.event_picture
         # What runs again: no tracker that ended its process, and none that ran elsewhere.
         elsewhere = {name for name, rows in each.rows.items() if "predicted" in rows[0]}
         gone = deadly | elsewhere
         alive = [entry for entry in each.summary if gone.isdisjoint((entry["tracker"], entry.get("controller")))]
-        if event is not None and alive and not each.is_real:
-            keep_event_picture(directory, each.condition, each.rows, worth_showing(each.suite, alive), event)
+        if event is not None and alive:
+            keep = partial(keep_sequence_picture, reopen=reopen) if each.is_real else keep_event_picture
+            keep(directory, each.condition, each.rows, worth_showing(each.suite, alive), event)
         elif event is not None:
             remove_picture(directory, name_of(each.condition))
 

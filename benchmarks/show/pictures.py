@@ -19,14 +19,20 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import Condition
+from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.selection import job_of
-from benchmarks.show.replay import is_of_present_editions, replay_all
+from benchmarks.show.replay import is_of_present_editions, replay, replay_all
 from benchmarks.show.video.drawing import Drawing, picture_sheet
+from benchmarks.show.video.surroundings import surrounded
 from scenarios.scenario import Episode
 from trackers.atomic_file import write_atomic
 
 FOLDER_NAME = "pictures"
+
+
+Reopen = Callable[[Row, int], EpisodeSpec | None]
+"""Returns the real episode with this seed, of the recordings that a row names; None if it is gone."""
 
 
 class ShownEvent(NamedTuple):
@@ -71,16 +77,50 @@ def keep_event_picture(
     """
     name, event = name_of(condition), picture.find(trackers[shown[0]])
     first = [trackers[tracker][0] for tracker in shown]
-    key = json.dumps([event, [(tracker, row.get("editions")) for tracker, row in zip(shown, first, strict=True)]])
-    words = directory / FOLDER_NAME / f"{name}.json"
-    if words.is_file() and json.loads(words.read_text())["made_from"] == key:
+    if _is_kept(directory, name, key := _key(event, shown, first)):
         return
     remove_picture(directory, name)
     if event is not None and all(map(is_of_present_editions, first)):
         drawn = (drawn_cells(job, picture.drawing, event.frames, picture.scale) for job in _jobs(first, event.seed))
-        cells = [row for rows in drawn for row in rows]
-        sheet = picture_sheet(cells, picture.cell_width_px)
+        sheet = picture_sheet([row for rows in drawn for row in rows], picture.cell_width_px)
         write_picture(directory, name, sheet, condition, event.title, f"Seed {event.seed}: {event.caption}", key)
+
+
+def keep_sequence_picture(
+    directory: Path,
+    condition: Condition,
+    trackers: Mapping[str, Sequence[Row]],
+    shown: Sequence[str],
+    picture: EventPicture,
+    reopen: Reopen,
+) -> None:
+    """Write the picture of an event of a real sequence, see ``keep_event_picture``; none of one that has changed or is
+    gone. Earlier pictures stand around those that are shown.
+    """
+    name, event = name_of(condition), picture.find(trackers[shown[0]])
+    first = [row for tracker in shown for row in trackers[tracker] if event is not None and row["seed"] == event.seed]
+    first = list({row["tracker"]: row for row in reversed(first)}.values())[::-1]
+    if _is_kept(directory, name, key := _key(event, shown, first)):
+        return
+    remove_picture(directory, name)
+    episode = None if event is None else reopen(first[0], event.seed)
+    if event is not None and episode is not None and all(is_of_present_editions(row, episode) for row in first):
+        jobs = [job_of(row, event.seed, episode) for row in first]
+        cells = [surrounded_cells(job, picture.drawing, event.frames, picture.scale) for job in jobs]
+        caption = f"Sequence {episode.sequence}: {event.caption}"
+        write_picture(
+            directory, name, picture_sheet(cells, picture.cell_width_px), condition, event.title, caption, key
+        )
+
+
+def _key(event: ShownEvent | None, shown: Sequence[str], rows: Sequence[Row]) -> str:
+    """Return what identifies the rows that a picture shows."""
+    return json.dumps([event, [(tracker, row.get("editions")) for tracker, row in zip(shown, rows, strict=False)]])
+
+
+def _is_kept(directory: Path, name: str, key: str) -> bool:
+    words = directory / FOLDER_NAME / f"{name}.json"
+    return words.is_file() and bool(json.loads(words.read_text())["made_from"] == key)
 
 
 def drawn_cells(
@@ -96,6 +136,23 @@ def drawn_cells(
                 frame = instant.frame.truth.frame
                 own[frame] = f"{tracker}   frame {frame}   {each.describe(instant)}", each.picture(instant)
     return [[own[frame] for frame in frames] for own in cells]
+
+
+def surrounded_cells(
+    job: Job, drawing: Callable[[Episode], Drawing], frames: Sequence[int], scale: float
+) -> list[tuple[str, NDArray[np.uint8]]]:
+    """Run the one tracker of a job on a real sequence; return its line of pictures with their words."""
+    (tracker,) = job.trackers
+    with opened(job) as live:
+        count = live.loop.episode.frame_count
+        frames = [min(frame, count - 1) for frame in frames]
+        drawn, count = drawing(live.loop.episode), max(frames) + 1
+        cells: dict[int, tuple[str, NDArray[np.uint8]]] = {}
+        instants = replay(live, scale=1.0, wanted=range(count), frame_count=count)
+        for frame, instant in enumerate(surrounded(instants, live.loop.episode.rate_hz, scale)):
+            if frame in frames:
+                cells[frame] = f"{tracker}   frame {frame}   {drawn.describe(instant)}", drawn.picture(instant)
+    return [cells[frame] for frame in frames]
 
 
 def _jobs(rows: Sequence[Row], seed: int) -> list[Job]:

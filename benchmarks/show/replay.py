@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Sequence
 
 from benchmarks.contract.rows import Row
-from benchmarks.run.episodes import editions_of
+from benchmarks.run.episodes import EpisodeSpec, editions_of
 from benchmarks.run.jobs import OpenJob
 from benchmarks.run.selection import job_of
 from benchmarks.show.video.drawing import Instant
@@ -35,10 +35,10 @@ def replay_all(live: OpenJob, *, scale: float, wanted: Container[int], frame_cou
             yield [Instant(frame, targets, answer, view, from_on) for answer, from_on in answered]
 
 
-def is_of_present_editions(row: Row) -> bool:
-    """Return whether a row is of the present editions, the controller's included."""
+def is_of_present_editions(row: Row, episode: EpisodeSpec | None = None) -> bool:
+    """Return whether a row is of the present editions, the controller's included; ``episode``: see ``job_of``."""
     try:
-        job = job_of(row, row["seed"])
+        job = job_of(row, row["seed"], episode)
         return editions_of(job.suite, job.episode, job.trackers[row["tracker"]]) == row.get("editions")
     except ValueError:
         return False

@@ -28,7 +28,7 @@ class Showing:
     Attributes:
         heading: of its report page; "" = its summary.
         charts: returns the report's charts from rows by tracker.
-        event_picture: how the report shows one event; None = not at all.
+        event_picture: how the report shows one event; None = not at all. sequence_picture: the same of real sequences.
         facts: table of the report about the episodes themselves.
         oracles: note of the report about references with unfair knowledge.
         drawings: scenario without version -> what makes the drawing of an episode; else the larger view.
@@ -37,6 +37,7 @@ class Showing:
     heading: str = ""
     charts: Callable[[Mapping[str, Sequence[Row]]], Iterable[Chart]] = lambda rows: ()
     event_picture: EventPicture | None = None
+    sequence_picture: EventPicture | None = None
     facts: Facts | None = None
     oracles: str = ""
     drawings: Mapping[str, Callable[[Episode], Drawing]] = field(default_factory=dict)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from benchmarks.contract.rows import Row
+import numpy as np
+
+from benchmarks.contract.rows import LAST_METRIC, Row
 from benchmarks.judges.frame_out.metrics.localisation import PRECISION_PX, THRESHOLDS
 from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.judges.recovery import RECOVERY_WINDOW_FRAMES
@@ -18,6 +20,12 @@ _IOU_STEP = float(THRESHOLDS[1])
 _LENGTHS = range(25, 91)
 """Lengths of a frame-out to show: long enough to lose a target, short enough to see where it went."""
 _CELL_PX = 600
+_NOTICED = 3
+"""Least length of an absence to show, frames."""
+_ON_FOOTAGE = (
+    "White: the camera's picture, around it what earlier ones showed; trackers get the picture alone. Blue: the true "
+    "box. Orange: the estimate and its path. Yellow: the particles."
+)
 _CAPTION = (
     "the first frame-out of 25 to 90 frames, just before, in its middle, at its end, and five frames after the whole "
     "target is back. White: the camera's picture; its surroundings are not shown to trackers. Blue: the target. "
@@ -91,9 +99,28 @@ def first_frame_out(rows: Sequence[Row]) -> ShownEvent | None:
     return None
 
 
+def first_absence(rows: Sequence[Row]) -> ShownEvent | None:
+    """Return the first absence of a real sequence that can be judged and lasts three frames; without one four frames of
+    the first sequence.
+    """
+    judged = [row for row in rows if row["metric"] == "recovered" and row["frame_out"]["length_frames"] >= _NOTICED]
+    for row in sorted(judged, key=lambda row: (row["seed"], row["frame_out"]["index"])):
+        left, length, back = (row["frame_out"][key] for key in ("exit_frame", "length_frames", "back_frame"))
+        frames = [max(left - 1, 0), left + length // 2, back, back + RECOVERY_WINDOW_FRAMES]
+        when = "the first absence, just before, in its middle, at its end, and five frames later. "
+        return ShownEvent(row["seed"], frames, "One absence", when + _ON_FOOTAGE)
+    counts = {row["seed"]: int(row["value"]) for row in rows if row["metric"] == LAST_METRIC}
+    if not counts:
+        return None
+    last = counts[first := min(counts)] - 1
+    frames = np.linspace(0, last, 4).round().astype(int).tolist()
+    return ShownEvent(first, frames, "One sequence", f"four of its frames. {_ON_FOOTAGE}")
+
+
 SHOWING = Showing(
     heading="What happens outside the picture",
     charts=charts,
+    sequence_picture=EventPicture(first_absence, lambda episode: InLargerView(_CELL_PX), _CELL_PX, scale=1.5),
     event_picture=EventPicture(first_frame_out, lambda episode: InLargerView(_CELL_PX), _CELL_PX, scale=2.5),
     oracles="Oracles know the map and the target's state at the exit, and get no picture until it is back: "
     "what they miss is hardly predictable.",

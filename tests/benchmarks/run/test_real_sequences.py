@@ -12,10 +12,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks import Results
 from benchmarks.cli.bench_function import bench as python_bench
 from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
@@ -166,6 +168,41 @@ def test_the_same_command_continues_and_a_new_annotation_is_run_again(
     finally:
         truth.write_text(written)
         bench(ran / "cars", ran / "out")
+
+
+def test_the_report_shows_an_absence_as_long_as_the_sequence_is_what_was_run(ran: Path, tmp_path: Path) -> None:
+    out = shutil.copytree(ran / "out", tmp_path / "out")
+    (words,) = [json.loads(file.read_text()) for file in (out / "pictures").glob("*.json")]
+    first = AWAY.start
+    assert words["title"] == "One absence"
+    assert words["caption"].startswith("Sequence Car1: the first absence, just before, in its middle, at its end, and")
+    assert json.loads(words["made_from"])[0][1] == [first - 1, first + len(AWAY) // 2, AWAY.stop, AWAY.stop + 5]
+    sheet = cv2.imread(str(next((out / "pictures").glob("*.jpg"))))
+    # A line of four pictures of 600 pixels for ours and each one of a user's own.
+    assert sheet.shape[1] == 4 * 606 - 6
+    assert len(json.loads(words["made_from"])[1]) == len(TRACKERS)
+    # The boxes are others now: the runs cannot be repeated.
+    truth = ran / "cars" / "Car1" / "groundtruth_rect.txt"
+    written = truth.read_text()
+    try:
+        write_lines(truth, lines_of(true_boxes(away=range(15, 21))))
+        next((out / "pictures").glob("*.json")).unlink()
+        assert main(["report", str(out)]) == 0
+        assert not list((out / "pictures").iterdir())
+    finally:
+        truth.write_text(written)
+
+
+def test_the_table_and_the_curves_are_those_of_sequences(ran: Path, tmp_path: Path) -> None:
+    results = Results(ran / "out")
+    table = results.by_episode("success_auc")
+    assert list(table.index.get_level_values("episode")) == ["Car1", "Car2", "Car3"]
+    found = summary(ran)
+    for name in TRACKERS:
+        assert table[name].mean() == pytest.approx(found[name, "success_auc"]["mean"], abs=1e-5)
+    titles = [figure.get_suptitle() for figure in results.figures()]
+    assert {"How well do the boxes fit?", "How near are the centres?", "What does a better score cost?"} <= {*titles}
+    assert "Each sequence: success AUC (%) ↑" in (ran / "out" / "report.html").read_text()
 
 
 @pytest.mark.heavy
