@@ -83,7 +83,8 @@ class Bench(WithModules):
             h5, slp) and DeepLabCut (csv, h5), and rows of MOT; gaps are cut out of the tracks and bridged, and pieces
             of tracks linked; intervals are over blocks of time. For the suite frame-out folders of pictures with the
             boxes of one target, see --layout: each folder, of one sequence or many, gets a leaderboard, in pixels
-            alone; intervals are over its sequences.
+            alone; intervals are over its sequences. For the suite many folders of MOT Challenge or DanceTrack, in which
+            all targets are followed.
         layout: of the folders of --real, which is recognised unless you choose it: coco, davis (YouTube-VOS too),
             got10k, kitti (tracking), lasot, mot (DanceTrack too), mots, otb, oxuva, tao (TAO-Amodal too), trackingnet,
             uav123, uavdt, vot (VOTS too), webdataset or yolo (the last two as `frameout export` writes them);

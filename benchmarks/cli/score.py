@@ -34,8 +34,9 @@ class Score(WithModules):
     files that have changed since, and those alone.
 
     Attributes:
-        suite: name of the suite: frame-out, stereo or fish, or one of yours. The camera of follow cannot be steered by
-            predictions, and harbour needs distances, which files of boxes lack.
+        suite: name of the suite: frame-out, stereo, fish, many (by boxes, as MOT Challenge; with --real its folders) or
+            one of yours. The camera of follow cannot be steered by predictions, and harbour needs distances, which
+            files of boxes lack.
         predictions: the folders.
         truth: a scenario of the suite, or the folder or URL of a data set of its episodes (default: the suite's first
             scenario).

@@ -27,6 +27,7 @@ _MODULES = {
     "stereo": "benchmarks.judges.stereo.suite",
     "fish": "benchmarks.judges.fish.suite",
     "harbour": "benchmarks.judges.harbour.suite",
+    "many": "benchmarks.judges.many.suite",
 }
 """Suite -> module that defines it; the first is the default. Add yours here."""
 DEFAULT = next(iter(_MODULES))

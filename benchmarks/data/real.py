@@ -18,10 +18,12 @@ from benchmarks.contract.text import printable
 from benchmarks.data.layouts.collection import read_collections
 from benchmarks.data.layouts.layout import Target
 from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode
+from benchmarks.data.tracked import TrackedEpisode, TrackedSequence, tracked_folders
 from benchmarks.data.tracks import read_each
 from benchmarks.run.episodes import EpisodeSpec
 from scenarios.scenario import Episode
 from scenarios.truth import TruthExtent
+from sim.checks import check
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,14 +39,14 @@ class RealEpisode(EpisodeSpec):
     preset: str
     seed: int
     recorded: tuple[str, ...]
-    content: BoxedSequence | Recording
+    content: BoxedSequence | TrackedSequence | Recording
     scenario = None
     renderer = REAL
 
     @property
     def sequence(self) -> str:
         """See ``EpisodeSpec``."""
-        return self.content.name if isinstance(self.content, BoxedSequence) else ""
+        return self.content.name if isinstance(self.content, BoxedSequence | TrackedSequence) else ""
 
     @property
     def has_one_target(self) -> bool:
@@ -54,7 +56,7 @@ class RealEpisode(EpisodeSpec):
     @property
     def extent(self) -> tuple[int, int, int]:
         """Numbers of its frames, and of the pictures of its files before and after them; of tracks none."""
-        sequence = self.content
+        sequence = self.content.pictured if isinstance(self.content, TrackedSequence) else self.content
         if not isinstance(sequence, BoxedSequence):
             return 0, 0, 0
         return len(sequence.pictures), sequence.skipped, sequence.after
@@ -74,12 +76,14 @@ class RealEpisode(EpisodeSpec):
 
     def open(self, truth: TruthExtent) -> Episode:
         """See ``EpisodeSpec``."""
+        if isinstance(self.content, TrackedSequence):
+            return TrackedEpisode(self.content)
         tracks = BoxedSequence(self.content.name, (), np.empty((0, 4)))
         return SequenceEpisode(self.content if isinstance(self.content, BoxedSequence) else tracks)
 
     def judge(self, suite: Suite, episode: Episode) -> Judge:
         """See ``EpisodeSpec``."""
-        if not isinstance(self.content, BoxedSequence):
+        if not isinstance(self.content, BoxedSequence | TrackedSequence):
             return self.content
         assert suite.on_sequences is not None
         return suite.on_sequences.judge(episode)
@@ -130,7 +134,13 @@ def _read(
     words += [] if target is None else ["--target", str(target)]
     words += [] if rate_hz is None else ["--rate-hz", f"{rate_hz:g}"]
     recorded = ("--real", *map(printable, paths), *words)
-    if suite.on_sequences is not None:
+    if suite.on_sequences is not None and suite.follows_many:
+        one = (layout in ("", "mot")) and target is None
+        check("layout", one, "mot, in which all targets of many are read, and no target", layout or f"target {target}")
+        tracked, unusable = tracked_folders(paths, rate_hz)
+        notes = []
+        found = [RealEpisode(name, each.pictured.number, recorded, each) for name, each in tracked]
+    elif suite.on_sequences is not None:
         collections = read_collections(paths, layout, target, rate_hz)
         notes = [f"the sequences tell no focal length: {USUAL_FOCAL:g} times the longer side of the picture is taken"]
         notes += [note for each in collections for sequence in each.sequences for note in sequence.notes]

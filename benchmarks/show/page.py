@@ -270,7 +270,7 @@ def _section(results: _Results, pictures: Entries) -> dict[str, Any]:
         "title": " · ".join([scenario, preset, *how]),
         "is_real": real,
         "anchor": results.anchor,
-        "about": scores.summary if sequences is None else _ABOUT_SEQUENCES,
+        "about": _ABOUT_SEQUENCES if sequences is not None and not scores.follows_many else scores.summary,
         "silence": scores.silence if sequences is None else sequences.silence,
         "suite": scores,
         "showing": showing,

@@ -63,7 +63,13 @@ HERE = Path(__file__).parent
 DIGESTS = HERE / "digests.json"
 EPISODES = {"road-town": 0, "stereo-follow": 2, "fish-tank": 0, "harbour": 0}
 """Stored episode -> its seed."""
-WATCHED = {"frame-out": "road-town", "stereo": "stereo-follow", "fish": "fish-tank", "harbour": "harbour"}
+WATCHED = {
+    "frame-out": "road-town",
+    "stereo": "stereo-follow",
+    "fish": "fish-tank",
+    "harbour": "harbour",
+    "many": "fish-tank",
+}
 """Suite -> stored episode that its trackers watch."""
 WATCHED_FRAMES = {"road-town": 72, "stereo-follow": 30, "fish-tank": 36, "harbour": 16}
 """How long trackers watch: the car is outside from frame 31 to 60, the person hidden from 26 to 29."""

@@ -99,7 +99,9 @@ class _Target:
         self.detection, self.last_frame, self.confirmed = detection, frame, True
 
 
-@register("bytetrack", role="baseline", summary="ByteTrack: weak detections continue tracks too", suites=("fish",))
+@register(
+    "bytetrack", role="baseline", summary="ByteTrack: weak detections continue tracks too", suites=("fish", "many")
+)
 class ByteTrack(FollowsDetections):
     """ByteTrack; it answers the detections that it assigned. Identities are those of the authors' program (checked).
 

@@ -129,7 +129,7 @@ class FollowsDetections:
         raise NotImplementedError
 
 
-@register("sort", role="baseline", summary="SORT: box Kalman filters, assignment by overlap", suites=("fish",))
+@register("sort", role="baseline", summary="SORT: box Kalman filters, assignment by overlap", suites=("fish", "many"))
 class Sort(FollowsDetections):
     """SORT; it answers the detections that it assigned, which lie nearer to the fish than the filters' boxes.
 

@@ -106,7 +106,7 @@ class LookingTarget(Target):
     "sort_appearance",
     role="baseline",
     summary="SORT that also compares shade, shape, size and colour, as DeepSORT without a network",
-    suites=("fish",),
+    suites=("fish", "many"),
 )
 class SortAppearance(Sort):
     """Detections go to targets by place and look, those of most recent targets first; what is left by overlap.

@@ -202,10 +202,13 @@ def test_masks_written_and_scored_give_the_rows_of_their_run(tmp_path: Path) -> 
 
 
 @pytest.mark.heavy
-def test_tracks_of_many_written_and_scored_give_the_rows_of_their_run(tmp_path: Path) -> None:
+@pytest.mark.parametrize("judging", ["fish", "many"])
+def test_tracks_of_many_written_and_scored_give_the_rows_of_their_run(judging: str, tmp_path: Path) -> None:
     trackers = {"by_lot": Drawn(name="by_lot", draw=5)}
-    predictions = _answered(experiment_on("fish", "fish-tank", ["few"], trackers, range(1), workers=0), tmp_path, "mot")
-    score("fish", predictions=predictions, preset="few", out=tmp_path / "scored", workers=0)
+    predictions = _answered(
+        experiment_on(judging, "fish-tank", ["few"], trackers, range(1), workers=0), tmp_path, "mot"
+    )
+    score(judging, predictions=predictions, preset="few", out=tmp_path / "scored", workers=0)
     _same(_numbers(tmp_path / "scored"), _numbers(tmp_path / "run"))
 
 

@@ -1,0 +1,171 @@
+"""Real sequences of many targets: pictures with all boxes of MOT Challenge's truth, and the episode that shows them.
+
+Layouts are those of ``layouts.mot``. Targets are pedestrians that count, class 1 with the seventh number 1; persons on
+vehicles, resting persons, distractors and reflections (classes 2, 7, 8 and 12, and 6, vehicles without a motor, in
+sequences called MOT20) are distractors, as in TrackEval's preprocessing; the others are none. Files without classes, as
+of MOT15, have targets alone.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.contract.judging import USUAL_RATE_HZ
+from benchmarks.contract.text import printable
+from benchmarks.data.box_files import rate_of, read_properties
+from benchmarks.data.layouts.mot import find_mot
+from benchmarks.data.mot_text import read_mot
+from benchmarks.data.pictures import numbered_pictures, short
+from benchmarks.data.sequences import BoxedSequence, SequenceEpisode
+from benchmarks.judges.many.judge import DISTRACTOR, OTHER
+from scenarios.truth import Truth
+from sim.checks import check
+from trackers.types import Start
+
+TARGET_KIND, _ABSENT = "target", "absent"
+_PEDESTRIAN, _DISTRACTORS, _OF_MOT20 = 1, (2, 7, 8, 12), (6,)
+
+
+@dataclass(frozen=True, eq=False)
+class TrackedSequence:
+    """N objects in F pictures.
+
+    Attributes:
+        pictured: the pictures and their rate, without boxes.
+        names: (N,) of the objects. kinds: (N,) ``target``, or see ``benchmarks.judges.many.judge``.
+        frame: (R,) of R boxes, from 0 on. object: (R,) of them. box_xyxy: (R, 4) pixels.
+    """
+
+    pictured: BoxedSequence
+    names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    frame: NDArray[np.int64]
+    object: NDArray[np.int64]
+    box_xyxy: NDArray[np.float64]
+
+    @property
+    def name(self) -> str:
+        """Name of the sequence."""
+        return self.pictured.name
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """See ``BoxedSequence.fingerprint``, with all boxes."""
+        content = hashlib.sha256(f"{self.pictured.fingerprint}{self.names}{self.kinds}".encode())
+        for each in (self.frame, self.object, self.box_xyxy):
+            content.update(np.ascontiguousarray(each).tobytes())
+        return content.hexdigest()[:10]
+
+
+def read_tracked(path: Path, rate_hz: float | None) -> tuple[str, list[TrackedSequence], list[str]]:
+    """Return the name of a folder, its sequences in order, and what is wrong with those that cannot be read.
+
+    Raises:
+        ValueError: for a folder that is missing or has none.
+    """
+    check("real", path.is_dir(), "folders that exist", repr(printable(path)))
+    sources = sorted(find_mot(path.resolve()), key=lambda each: printable(each.name))
+    check("real", bool(sources), "NAME/gt/gt.txt beside NAME/img1/, as of MOT Challenge", f"{str(path)!r}, without any")
+    sequences, unusable = [], []
+    for number, source in enumerate(sources):
+        try:
+            folder, directory, file = source.places
+            sequences.append(_read(folder, directory, file, number, rate_hz))
+        except ValueError as error:
+            unusable.append(str(error))
+    return printable(path.resolve().name), sequences, unusable
+
+
+def _read(folder: Path, directory: Path, file: Path, number: int, rate_hz: float | None) -> TrackedSequence:
+    pictures, rows = numbered_pictures(directory, gaps=True), read_mot(file)
+    check(short(file), len(rows.frame) > 0, "rows of targets", "none")
+    numbers = np.array(list(pictures))
+    beyond = (rows.frame < numbers[0]) | (rows.frame > numbers[-1])
+    wanted = f"frames from {numbers[0]} to {numbers[-1]}, of which there are pictures"
+    first = int(np.argmax(beyond))
+    check(f"{short(file)}, line {rows.line[first]}", not beyond.any(), wanted, f"{rows.frame[first]}")
+    held = np.isin(rows.frame, numbers)
+    classes = np.where(np.isnan(rows.further[:, 0]) | (rows.further[:, 0] < 0), _PEDESTRIAN, rows.further[:, 0])
+    distractors = _DISTRACTORS + (_OF_MOT20 if folder.name.startswith("MOT20") else ())
+    counts = (classes == _PEDESTRIAN) & (rows.confidence != 0)
+    kinds = np.select([counts, np.isin(classes, distractors)], [TARGET_KIND, DISTRACTOR], OTHER)[held]
+    # A target may count on some frames alone, and is another object on the others.
+    known, objects = np.unique(np.column_stack([rows.identity[held].astype(str), kinds]), axis=0, return_inverse=True)
+    told = read_properties(folder / "seqinfo.ini")
+    rate = rate_hz or rate_of(told.get("exactFrameRate", told.get("frameRate", ""))) or USUAL_RATE_HZ
+    nowhere = np.full((len(pictures), 4), np.nan)
+    place = numbers - numbers[0]
+    pictured = BoxedSequence(printable(folder.name), tuple(pictures.values()), nowhere, rate, number, place=place)
+    frames = np.searchsorted(numbers, rows.frame[held])
+    names, kind = known.T.tolist()
+    return TrackedSequence(pictured, tuple(names), tuple(kind), frames, objects.ravel(), rows.box_xyxy[held])
+
+
+class TrackedEpisode(SequenceEpisode):
+    """See ``SequenceEpisode``; of many targets, none of which is given."""
+
+    def __init__(self, tracked: TrackedSequence) -> None:
+        super().__init__(tracked.pictured)
+        self._tracked = tracked
+        self._rows = np.split(
+            np.argsort(tracked.frame, kind="stable"),
+            np.cumsum(np.bincount(tracked.frame, minlength=self.frame_count))[:-1],
+        )
+
+    @property
+    def start(self) -> Start:
+        """See ``Episode``. No picture without targets is known."""
+        return Start(self._camera)
+
+    def _truth(self, k: int) -> Truth:  # type: ignore[override]
+        count, mine = len(self._tracked.names), self._rows[k]
+        box_xyxy, there = np.full((count, 4), np.nan), np.zeros(count, bool)
+        box_xyxy[self._tracked.object[mine]], there[self._tracked.object[mine]] = self._tracked.box_xyxy[mine], True
+        return Truth(
+            frame=k,
+            time_s=self._time_s(k),
+            T_world_camera=np.full((4, 4), np.nan),
+            names=self._tracked.names,
+            kinds=self._tracked.kinds,
+            T_world_object=np.full((count, 4, 4), np.nan),
+            size_m=np.full((count, 3), np.nan),
+            speed_mps=np.full(count, np.nan),
+            position_px=0.5 * (box_xyxy[:, :2] + box_xyxy[:, 2:]),
+            box_xyxy=box_xyxy,
+            instance_id=np.arange(count),
+            visible_fraction=np.full(count, np.nan),
+            state=np.where(there, "in", _ABSENT),
+            side=np.full(count, ""),
+            frames_since_exit=np.full(count, -1),
+            instance_map=np.empty((0, 0), np.int32),
+            depth_m=np.empty((0, 0), np.float32),
+            exposure_s=float("nan"),
+            gain=float("nan"),
+        )
+
+
+def tracked_folders(
+    paths: Sequence[Path], rate_hz: float | None
+) -> tuple[list[tuple[str, TrackedSequence]], list[str]]:
+    """Return folder and sequence of all sequences of folders, and what is wrong with others, a line each.
+
+    Raises:
+        ValueError: for a folder without sequences, two of one name, and if no sequence can be read.
+    """
+    found, unusable = list[tuple[str, TrackedSequence]](), list[str]()
+    names = [path.resolve().name for path in paths]
+    check("real", len(set(names)) == len(names), "folders of different names", ", ".join(map(printable, names)))
+    for path in paths:
+        name, sequences, wrong = read_tracked(path, rate_hz)
+        found += [(name, each) for each in sequences]
+        unusable += wrong
+    if not found:
+        raise ValueError(unusable[0])
+    return found, unusable
