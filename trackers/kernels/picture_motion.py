@@ -14,14 +14,17 @@ _LEAST_DEPTH = 0.5
 
 
 def picture_motion(
-    before: NDArray[np.uint8], now: NDArray[np.uint8], without_xyxy: NDArray[np.float64] | None = None
+    before: NDArray[np.uint8],
+    now: NDArray[np.uint8],
+    without_xyxy: NDArray[np.float64] | None = None,
+    least_share: float = 0.0,
 ) -> NDArray[np.float64]:
     """Return the homography (3, 3) from pixels of one grey picture (H, W) to those of the next one.
 
     Up to 200 corners (Shi and Tomasi) are followed, once from where they were and once from the shift that phase
     correlation finds; RANSAC fits each, so that houses and cars are outliers, and the fit with more corners counts.
-    Where fewer than ten agree, or the picture would shrink or grow by more than half, the motion is the identity; a
-    picture of another size counts as the same view.
+    Where fewer than ten agree, or fewer than ``least_share`` of them, or the picture would shrink or grow by more than
+    half, the motion is the identity; a picture of another size counts as the same view.
 
     Args:
         without_xyxy: (4,) box in the first picture whose corners are left out: those of a target, which moves.
@@ -40,7 +43,8 @@ def picture_motion(
     if corners is None or len(corners) < _FEWEST:
         return resized
     fits = [_fitted(before, now, corners[:, 0], shift_px) for shift_px in (np.zeros(2), _shift_px(before, now))]
-    return max(fits, key=lambda fit: fit[1])[0] @ resized
+    motion, count = max(fits, key=lambda fit: fit[1])
+    return motion @ resized if count >= least_share * len(corners) else resized
 
 
 def moved_points(H: NDArray[np.float64], points_px: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-_TARGET = (np.log(0.3), 0.5, 2.0)
-_OTHERS = (np.log(0.07), 0.4, 8.0)
-"""Mean and deviation of the log of the peak, and the number of pictures that this prior is worth: of a filter whose
-peak is about 1 where the target looks as it was learnt.
+_TARGET = (np.log(0.3), 0.5, 2.0, 0.5)
+_OTHERS = (np.log(0.07), 0.4, 8.0, 0.3)
+"""Mean and deviation of the log of the peak, the number of pictures that this prior is worth, and the least deviation:
+of a filter whose peak is about 1 where the target looks as it was learnt.
 """
-_LEAST_DEVIATION = 0.3
 _LONGEST_MEMORY = 60.0
 _TAIL, _MOST = 4.0, 6.0
+_UNUSUAL = 0.6
 _LEAST_PEAK = 1e-3
 
 
 class _Class:
     """Running mean and deviation of the log of the peaks of one class, starting from a prior."""
 
-    def __init__(self, mean: float, deviation: float, count: float) -> None:
-        self.mean, self._square, self._count = mean, deviation**2, count
+    def __init__(self, mean: float, deviation: float, count: float, least: float) -> None:
+        self.mean, self._square, self._count, self._least = mean, deviation**2, count, least
 
     def learn(self, value: float) -> None:
         self._count = min(self._count + 1.0, _LONGEST_MEMORY)
@@ -28,7 +28,7 @@ class _Class:
         self._square += (surprise**2 - self._square) / self._count
 
     def log_density(self, value: float) -> float:
-        deviation = max(float(np.sqrt(self._square)), _LEAST_DEVIATION)
+        deviation = max(float(np.sqrt(self._square)), self._least)
         return -0.5 * min(abs(value - self.mean) / deviation, _TAIL) ** 2 - float(np.log(deviation))
 
 
@@ -45,6 +45,10 @@ class MatchOdds:
     def learn_other(self, peak: float) -> None:
         """Learn the peak of the best match in a place without the target."""
         self._others.learn(_log(peak))
+
+    def is_usual(self, peak: float) -> bool:
+        """Return whether a peak is more than half of the usual one: below that the target is partly hidden."""
+        return _log(peak) > self._target.mean - _UNUSUAL
 
     def log_ratio(self, peak: float) -> float:
         """Return ``log p(peak | target) / p(peak | something else)``, in [-6, 6].

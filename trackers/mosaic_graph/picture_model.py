@@ -144,7 +144,9 @@ class PictureModel:
             born = chosen[k * each : (k + 1) * each]
             count = len(born)
             states[born, :SPEED_X] = place_px + rng.normal(0, _BORN_SIZES * observed.side_px, (count, 2))
-            states[born, SPEED_X:VISIBLE] = velocity + rng.normal(0, _SPEED_SIZES * observed.side_px, (count, 2))
+            # It has leapt since it was last held: had it moved so fast, it would be there.
+            faster = velocity + (place_px - expected_px) / observed.unheld_s
+            states[born, SPEED_X:VISIBLE] = faster + rng.normal(0, _SPEED_SIZES * observed.side_px, (count, 2))
             states[born, VISIBLE] = 1.0
             away = float(((place_px - expected_px) ** 2).sum()) / leap_px**2
             states[born, LOG_PRIOR] = np.log(self.leap * len(states) / each) + thinner - 0.5 * away

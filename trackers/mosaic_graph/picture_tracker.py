@@ -23,7 +23,7 @@ _MOST_SEARCHED, _LEFT_OUT = 8, 0.03
 _HELD_SIZES, _HELD_MASS = 0.4, 0.5
 _ELSEWHERE_SIZES, _FIRST_LESSONS, _LESSON_FRAMES = 2.0, 8, 4
 _LEAP = 0.1
-_TARGET_AND_RIM = 1.2
+_TARGET_AND_RIM, _LEAST_SHARE = 1.2, 0.4
 _MOST_GROWTH = 1.1
 _LEAST_SIDE_PX, _LARGEST_SIDE = 2.0, 4.0
 _WIDEST_PX = 480
@@ -97,7 +97,7 @@ class PictureTracker:
         (before, shrink_before), (now, shrink) = self._grey, _small_grey(image_rgb)
         self._grey = now, shrink
         target_xyxy = shrink_before * box_around(self._position_px, _TARGET_AND_RIM * self._size_px)
-        small = picture_motion(before, now, target_xyxy)
+        small = picture_motion(before, now, target_xyxy, _LEAST_SHARE)
         motion = np.diag([1.0 / shrink, 1.0 / shrink, 1.0]) @ small @ np.diag([shrink_before, shrink_before, 1.0])
         if self._unheld_s > 0:
             # Far outside the picture the growth is extrapolated too far.
@@ -141,12 +141,13 @@ class PictureTracker:
         return None
 
     def _hold(self, held: Match, image_rgb: NDArray[np.uint8]) -> None:
-        """Take a match for the target, and learn from it."""
+        """Take a match for the target, and learn from it; how the target looks, while it is not partly hidden."""
         self._position_px, self._unheld_s = held.position_px, 0.0
         self._size_px = held.scale * self._look.size_px
         self._resize(1.0, image_rgb)
+        if self._odds.is_usual(held.peak):
+            self._look.update(image_rgb, box_around(self._position_px, self._size_px))
         self._odds.learn_target(held.peak)
-        self._look.update(image_rgb, box_around(self._position_px, self._size_px))
         if self._frame % _LESSON_FRAMES == 0:
             self._learn_elsewhere(image_rgb)
 

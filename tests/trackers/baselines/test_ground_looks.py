@@ -1,4 +1,4 @@
-"""Looks of a car from above, the projection of the ground, and the picture's motion, against independent formulas."""
+"""Looks of a car from above, and the projection of the ground, against independent formulas."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from trackers.baselines.ground_looks import ColourLook, Look, TemplateLook, middle_of
-from trackers.baselines.ground_view import GroundViews, picture_motion
+from trackers.baselines.ground_view import GroundViews
 from trackers.types import CameraModel, EgoPose, Observation
 
 SIDE = 12
@@ -116,23 +116,3 @@ def test_a_rectified_cell_shows_its_own_ground() -> None:
         x, y = view.to_picture((corner_m + cell_m * (np.array([column, row]) + 0.5))[None])[0] - 0.5
         expected = cv2.getRectSubPix(image, (1, 1), (x, y))[0, 0]
         assert np.abs(patch[row, column].astype(int) - expected).max() <= 6
-
-
-@given(st.floats(-0.05, 0.05), st.floats(0.95, 1.05), st.floats(-8, 8), st.floats(-8, 8))
-@settings(max_examples=15, deadline=None)
-def test_the_motion_of_a_picture_is_found(turn: float, scale: float, right: float, down: float) -> None:
-    before = cv2.cvtColor(cv2.resize(texture((60, 80), 4), (320, 240)), cv2.COLOR_RGB2GRAY)
-    c, s = scale * np.cos(turn), scale * np.sin(turn)
-    M = np.array([[c, -s, right], [s, c, down], [0.0, 0.0, 1.0]])
-    now = cv2.warpPerspective(before, M, (320, 240), borderMode=cv2.BORDER_REFLECT)
-    corners = np.array([[40.0, 40, 1], [280, 40, 1], [280, 200, 1], [40, 200, 1]])
-    found = corners @ picture_motion(before, now).T
-    # In OpenCV's warp, whole numbers are centres of pixels.
-    expected = (corners - [0.5, 0.5, 0]) @ M.T
-    np.testing.assert_allclose(found[:, :2] / found[:, 2:], expected[:, :2] + 0.5, atol=0.5)
-
-
-@pytest.mark.parametrize("size", [(1, 1), (2, 2), (5, 3), (120, 160)])
-def test_pictures_without_corners_do_not_move(size: tuple[int, int]) -> None:
-    blank = np.full(size, 90, np.uint8)
-    np.testing.assert_array_equal(picture_motion(blank, blank), np.eye(3))

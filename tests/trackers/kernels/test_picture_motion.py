@@ -1,0 +1,70 @@
+"""The motion of a picture is that of the warp that made it."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from trackers.kernels.picture_motion import moved_points, picture_motion
+
+_SIZE = (320, 240)
+
+
+def grey(seed: int) -> NDArray[np.uint8]:
+    """Return a smooth random grey picture."""
+    coarse = np.random.default_rng(seed).integers(0, 256, (22, 28), dtype=np.uint8)
+    return cv2.resize(cv2.resize(coarse, (80, 60), interpolation=cv2.INTER_CUBIC), _SIZE)
+
+
+def shifted(picture: NDArray[np.uint8], right: float, down: float) -> NDArray[np.uint8]:
+    return cv2.warpAffine(
+        picture, np.array([[1.0, 0.0, right], [0.0, 1.0, down]]), picture.shape[::-1], borderMode=cv2.BORDER_REFLECT
+    )
+
+
+@given(st.floats(-0.05, 0.05), st.floats(0.95, 1.05), st.floats(-8, 8), st.floats(-8, 8))
+@settings(max_examples=15, deadline=None)
+def test_the_motion_of_a_picture_is_found(turn: float, scale: float, right: float, down: float) -> None:
+    before = grey(4)
+    c, s = scale * np.cos(turn), scale * np.sin(turn)
+    M = np.array([[c, -s, right], [s, c, down], [0.0, 0.0, 1.0]])
+    now = cv2.warpPerspective(before, M, (320, 240), borderMode=cv2.BORDER_REFLECT)
+    corners = np.array([[40.0, 40, 1], [280, 40, 1], [280, 200, 1], [40, 200, 1]])
+    found = corners @ picture_motion(before, now).T
+    # In OpenCV's warp, whole numbers are centres of pixels.
+    expected = (corners - [0.5, 0.5, 0]) @ M.T
+    np.testing.assert_allclose(found[:, :2] / found[:, 2:], expected[:, :2] + 0.5, atol=0.5)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 2), (5, 3), (120, 160)])
+def test_pictures_without_corners_do_not_move(size: tuple[int, int]) -> None:
+    blank = np.full(size, 90, np.uint8)
+    np.testing.assert_array_equal(picture_motion(blank, blank), np.eye(3))
+
+
+def test_the_target_s_own_motion_is_left_out() -> None:
+    """It fills half of the picture and moves to the right; the background moves down."""
+    before, now = grey(1), shifted(grey(1), 0.0, 6.0)
+    before[40:200, 60:240] = grey(2)[:160, :180]
+    now[40:200, 65:245] = grey(2)[:160, :180]
+    H = picture_motion(before, now, np.array([50.0, 30.0, 250.0, 210.0]))
+    np.testing.assert_allclose(moved_points(H, np.array([[160.0, 120.0]])), [[160.0, 126.0]], atol=0.7)
+
+
+def test_a_motion_with_which_few_agree_is_none() -> None:
+    before, now = grey(3), grey(5)
+    before[:, :70] = grey(6)[:, :70]
+    now[:, :70] = shifted(grey(6), 0.0, 5.0)[:, :70]
+    assert not np.array_equal(picture_motion(before, now), np.eye(3))
+    np.testing.assert_array_equal(picture_motion(before, now, least_share=0.6), np.eye(3))
+
+
+def test_points_beyond_the_horizon_are_moved_far_and_stay_finite() -> None:
+    H = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -0.02, 1.0]])
+    np.testing.assert_allclose(
+        moved_points(H, np.array([[10.0, 20.0], [10.0, 60.0]])), [[10 / 0.6, 20 / 0.6], [20, 120]]
+    )
