@@ -143,6 +143,7 @@ def _read(
     elif suite.on_sequences is not None:
         collections = read_collections(paths, layout, target, rate_hz)
         notes = [f"the sequences tell no focal length: {USUAL_FOCAL:g} times the longer side of the picture is taken"]
+        notes += [note for each in collections for note in each.notes]
         notes += [note for each in collections for sequence in each.sequences for note in sequence.notes]
         unusable = [line for each in collections for line in each.unusable]
         found = [RealEpisode(each.name, one.number, recorded, one) for each in collections for one in each.sequences]

@@ -239,4 +239,5 @@ def _readme(data: DataSet, name: str, chosen: type[Exporter], labels: Labels) ->
         ranges=ranges_text,
         text=inspect.getdoc(chosen),
         axes=axes_text(channels),
+        rates=", ".join(dict.fromkeys(f"{data.episode(seed).rate_hz:g}" for seed in data.seeds)),
     )

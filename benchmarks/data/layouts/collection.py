@@ -12,6 +12,7 @@ from itertools import islice, takewhile
 from pathlib import Path
 from tempfile import gettempdir
 
+from benchmarks.contract.judging import USUAL_RATE_HZ
 from benchmarks.contract.text import printable
 from benchmarks.data.layouts.layout import Find, Source, Target, layouts
 from benchmarks.data.sequences import BoxedSequence, boxed_sequence
@@ -29,11 +30,13 @@ class Collection:
         name: of the data set's folder, or of the sequence.
         sequences: in order of their names.
         unusable: what is wrong with those that could not be read, a line each.
+        notes: what a user should know of how all of it was read, a line each.
     """
 
     name: str
     sequences: tuple[BoxedSequence, ...]
     unusable: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def read_collections(
@@ -72,15 +75,18 @@ def _collection(path: Path, layout: str, target: Target, rate_hz: float | None) 
     wanted = known[layout].looks_for if layout else some
     check("real", bool(sources), wanted, f"{str(path)!r}, which has none")
     sequences: list[BoxedSequence] = []
-    unusable = []
+    unusable, rates_hz = [], set[float]()
     for number, source in enumerate(sorted(sources, key=lambda each: printable(each.name))):
         try:
-            read = boxed_sequence(source.read(target))
+            told = source.read(target)
+            read = boxed_sequence(told)
             sequences.append(replace(read, rate_hz=rate_hz or read.rate_hz, number=number))
+            rates_hz.add(told.rate_hz)
         except ValueError as error:
             unusable.append(str(error))
     name = sequences[0].name if len(sources) == len(sequences) == 1 else printable(path.name)
-    return Collection(name, tuple(sequences), tuple(unusable))
+    usual = f"{name}: files tell no rate, {USUAL_RATE_HZ:g} pictures a second are taken (--rate-hz)"
+    return Collection(name, tuple(sequences), tuple(unusable), (usual,) if rate_hz is None and 0.0 in rates_hz else ())
 
 
 def _inside(path: Path, find: Find) -> list[Source]:

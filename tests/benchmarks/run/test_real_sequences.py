@@ -25,6 +25,7 @@ from benchmarks.data.estimates.block_file import scan
 from benchmarks.data.estimates.rejudging import rejudge
 from benchmarks.data.exports.exporter import export
 from benchmarks.data.layouts.collection import read_collections
+from benchmarks.data.sets.data_set import DataSet
 from benchmarks.judges.frame_out.metrics import localisation
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.outcome import TrackerWarning
@@ -515,3 +516,38 @@ def test_an_exported_episode_read_back_has_the_scores_of_the_simulated_one(expor
     assert found["success_auc"] == pytest.approx(directly(success_auc), abs=1e-5)
     assert found["f_measure"] == pytest.approx(directly(best_f), abs=1e-5)
     assert 0.2 < found["success_auc"] < 0.95
+
+
+PIXELS = ("success_auc", "success_curve", "precision_20_px", "precision_curve", "recall_curve", "in_view_tnr")
+"""Scores that simulated episodes and sequences define alike, where no picture shows a part of the target."""
+
+
+@pytest.mark.heavy
+def test_a_stored_set_and_its_exports_have_the_same_scores_in_pixels(tmp_path: Path) -> None:
+    """Of a tracker that needs pictures alone; formats that tell the same have the same rows in full."""
+    words = ["generate", "road-town", "--preset", "quick", "--seeds", "0", "--pictures", "png", "--workers", "0"]
+    assert main([*words, "--out", str(tmp_path / "set")]) == 0
+    given: dict[str, Any] = {"trackers": "hold", "workers": 0}
+    stored = python_bench("frame-out", data=str(tmp_path / "set"), seeds=range(1), out=tmp_path / "stored", **given)
+    told = {}
+    for name, target in (("vot", None), ("webdataset", "target"), ("tao-amodal", "target")):
+        export(DataSet(str(tmp_path / "set")), name, tmp_path / name)
+        real = python_bench("frame-out", real=tmp_path / name, target=target, out=tmp_path / f"{name}-out", **given)
+        told[name] = _values_of(real.directory)
+        assert told[name] == told["vot"]
+    simulated = _values_of(stored.directory)
+    for metric in PIXELS:
+        assert told["vot"][metric, None] == simulated[metric, None], metric
+    (event,) = {key[1] for key in told["vot"] if key[1] is not None and key[0] == "watched_frames"}
+    assert ("watched_frames", event) in simulated
+
+
+def _values_of(folder: Path) -> dict[tuple[str, tuple[int, int, int] | None], Any]:
+    """Return the values of rows but times, by metric and frame-out: its exit, length and return."""
+    found = {}
+    for row in read_rows(folder):
+        event = row["frame_out"]
+        place = None if event is None else (event["exit_frame"], event["length_frames"], event["back_frame"])
+        if row["metric"] not in TIMES:
+            found[row["metric"], place] = row["value"]
+    return found
