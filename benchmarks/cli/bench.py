@@ -87,8 +87,8 @@ class Bench(WithModules):
             all targets are followed.
         layout: of the folders of --real, which is recognised unless you choose it: coco, davis (YouTube-VOS too),
             got10k, kitti (tracking), lasot, mot (DanceTrack too), mots, otb, oxuva, tao (TAO-Amodal too), trackingnet,
-            uav123, uavdt, vot (VOTS too), webdataset or yolo (the last two as `frameout export` writes them);
-            `frameout list` says what each looks for. A folder is a data set's, or a part or one sequence of it.
+            uav123, uavdt, vot (VOTS too), or, as `frameout export` writes them, webdataset or yolo. What each looks
+            for `frameout list` says. A folder is a data set's, or a part or one sequence of it.
             Trackers start on the first picture that shows the target. A picture with a box counts as in view, one that
             files call outside, or that has no box, as a frame-out; one that they call hidden is no frame-out, and one
             without a label is shown and counts in no score.

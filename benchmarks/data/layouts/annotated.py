@@ -78,7 +78,7 @@ def labelled(
     places = {root / each["file_name"]: each["id"] for each in images}
     folder = root / Path(images[0]["file_name"]).parent
     pictures = pictures_in(folder)
-    missing = next((short(each) for each in places if each not in set(pictures)), "")
+    missing = next((short(each) for each in sorted(places.keys() - set(pictures))), "")
     check(short(said.file), not missing, f"pictures that are in {short(folder)}", f"{missing}, which is not")
     own = [each for picture in pictures for each in said.boxes.get(places.get(picture, -1), [])]
     mine = _of_target(target, said.file, own)
