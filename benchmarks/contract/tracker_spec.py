@@ -46,6 +46,7 @@ class TrackerSpec(ABC):
         parameters: its settings.
         module: where it is defined. edition: of its answers, see ``registry.TrackerEntry``.
         reproducible: False if no seed reaches the method's own random numbers; it then runs several times.
+        takes_all: whether it gets all pictures of an episode before its first answer.
         start_limit_s, frame_limit_s: of its construction and of its work on a frame, see ``Guard``; None = the run's.
         timed: whether its speed is measured.
     """
@@ -58,6 +59,7 @@ class TrackerSpec(ABC):
     module: str
     edition: int = 1
     reproducible: bool = True
+    takes_all: bool = False
     start_limit_s: float | None = None
     frame_limit_s: float | None = None
     timed: bool = True

@@ -62,6 +62,8 @@ class Experiment:
         rate_hz = self.real_time_hz
         good = rate_hz is None or (isinstance(rate_hz, int | float) and 0 < rate_hz < inf)
         check("real_time", good, "pictures a second, a number > 0", repr(rate_hz))
+        at_once = [name for name, each in self.trackers.items() if each.takes_all and rate_hz is not None]
+        check("real_time", not at_once, "none with trackers that get all pictures at once", ", ".join(at_once))
 
     @property
     def block_count(self) -> int:

@@ -13,6 +13,9 @@ key                                     meaning
                                         TOML file lies. A Python file that begins it and says which packages it needs
                                         runs in an environment of its own, see ``trackers.clients.environments``; ours
                                         (``opencv_contrib.py``) are found by their names
+``protocol``                            ``"folder"`` for a program of VOTS' folder protocol, which gets all pictures of
+                                        an episode at once, see ``trackers.clients.folder``; others say in their
+                                        greeting what they speak
 ``suites``                              suites that it is entered for; without it all
 ``summary``                             one line
 ``parameters``                          a table, for the tracker's ``parameters``
@@ -37,6 +40,7 @@ import shlex
 import shutil
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -46,21 +50,25 @@ import numpy as np
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import suites
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
+from benchmarks.run.episodes import EpisodeSpec
 from benchmarks.run.own_inputs import own
-from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
-from scenarios.scenario import Episode
+from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures, first_box, given
+from scenarios.scenario import Episode, Frame
 from sim.checks import check, check_choice
 from trackers.clients.child import Limits
 from trackers.clients.environments import made_environment, needs
+from trackers.clients.folder import answers_on
 from trackers.clients.remote import Program, RemoteMultiTracker, RemoteTracker, found_program, remote_tracker
 from trackers.clients.trax import TraxTracker
 from trackers.follow_one import FollowOne
 from trackers.protocols import MultiTracker, Tracker
+from trackers.types import Estimate, Start
 
 _NAME = re.compile(r"[A-Za-z_][\w.-]*")
 _SUMMARY = "in a process of its own"
 _LONGEST_PATH = 1000
 _LARGEST = 1_000_000
+_FOLDER = "folder"
 _WALL = 10.0
 """Limit of wall time over that of CPU time, as in ``time_limit``."""
 
@@ -101,6 +109,10 @@ class ProcessTracker(TrackerSpec):
         self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False
     ) -> LoopTracker:
         """See ``TrackerSpec``."""
+        if self.takes_all:
+            check("tracker", not many, "one of many targets, with a method start", "one of VOTS' folder protocol")
+            assert isinstance(named, EpisodeSpec)
+            return _FromFolder(self.program, named)
         remote = remote_tracker(self.program, self.parameters.parameters, rng)
         if isinstance(remote, RemoteMultiTracker):
             if many:
@@ -131,6 +143,34 @@ class _ManyFromProcess(ManyFromPictures):
     def release(self, whole: bool) -> list[str]:
         """See ``ReleasedLoopTracker``."""
         return _released(self._remote, whole)
+
+
+class _FromFolder:
+    """Answers by what a program of the folder protocol has left: it gets another pass through the same episode."""
+
+    def __init__(self, program: Program, named: EpisodeSpec) -> None:
+        wanted = "one that answers picture by picture, as a controller steers by it"
+        check("tracker", named.steering is None, wanted, "one of VOTS' folder protocol")
+        with closing(named.open("target")) as episode:
+            pictures = (episode.step().observation.image_rgb for _ in range(episode.frame_count))
+            how = (program.command, dict(program.environment), program.limits)
+            self._answers, self._cpu_s = answers_on(*how, pictures, lambda: first_box(episode.start))
+
+    def initialise(self, frame: Frame, start: Start) -> Estimate:
+        """See ``LoopTracker``."""
+        return given(start)
+
+    def update(self, frame: Frame) -> Estimate:
+        """See ``LoopTracker``."""
+        return self._answers[frame.truth.frame]
+
+    def elsewhere_cpu_s(self) -> float:
+        """See ``OutsourcingLoopTracker``: each picture's share."""
+        return self._cpu_s
+
+    def release(self, whole: bool) -> list[str]:
+        """See ``ReleasedLoopTracker``."""
+        return ["gets all pictures of an episode before its first answer"] if whole else []
 
 
 def _released(remote: RemoteTracker | RemoteMultiTracker | TraxTracker, whole: bool) -> list[str]:
@@ -172,6 +212,7 @@ def _tables_in(file: Path) -> Mapping[str, Any]:
 
 _KINDS: Mapping[str, tuple[type | tuple[type, ...], str]] = {
     "command": (str, "a command, in quotes"),
+    "protocol": (str, "'folder', or none"),
     "suites": (list, "a list of suites"),
     "summary": (str, "a line of text"),
     "parameters": (dict, "a table"),
@@ -192,7 +233,7 @@ def _tracker(name: str, table: Any, folder: Path, argument: str, limit_s: float)
         good = isinstance(value, kind) and (kind is bool or not isinstance(value, bool))
         good = good and (not key.endswith(("_s", "_gb")) or 0 < value <= _LARGEST)
         texts = value.values() if good and key == "environment" else value if good and kind is list else ()
-        good = good and all(isinstance(each, str) for each in texts)
+        good = good and all(isinstance(each, str) for each in texts) and (key != "protocol" or value == _FOLDER)
         check(f"process {name}: {key}", good, words, repr(value))
     check(f"process {name}", bool(table.get("command", "").strip()), "a command", "none")
     try:
@@ -224,7 +265,9 @@ def _tracker(name: str, table: Any, folder: Path, argument: str, limit_s: float)
         parameters=Served(written, _digest(files), table.get("parameters", {}), environment),
         module="",
         reproducible=table.get("reproducible", True),
-        start_limit_s=limits.start_s,
+        takes_all="protocol" in table,
+        # All of its work is in its construction, for which it has its own limits.
+        start_limit_s=_LARGEST if "protocol" in table else limits.start_s,
         frame_limit_s=limits.frame_s,
         program=Program(command, tuple(environment.items()), limits),
         argument=argument,

@@ -89,9 +89,15 @@ class Child:
     """
 
     def __init__(
-        self, command: Sequence[str], limits: Limits, environment: Mapping[str, str], files: Sequence[int] = ()
+        self,
+        command: Sequence[str],
+        limits: Limits,
+        environment: Mapping[str, str],
+        files: Sequence[int] = (),
+        fill: Callable[[Path], object] = lambda folder: None,
     ) -> None:
-        """Start ``command``, with variables ``environment`` beside those of ``_PASSED``; it inherits ``files``.
+        """Start ``command``, with variables ``environment`` beside those of ``_PASSED``; it inherits ``files``, and its
+        folder holds what ``fill`` puts there.
 
         Raises:
             ProcessError: if it cannot be started.
@@ -103,6 +109,7 @@ class Child:
         passed = {name: value for name, value in os.environ.items() if _PASSED.fullmatch(name)}
         with ExitStack() as made:
             folder = made.enter_context(tempfile.TemporaryDirectory(prefix="tracker-", ignore_cleanup_errors=True))
+            fill(Path(folder))
             try:
                 process = subprocess.Popen(
                     command,
@@ -187,6 +194,23 @@ class Child:
                 raise ProcessError(self._ending())
             if time.monotonic() - max(self._looked_s, began_s) > _TICK_S:
                 self._look(began_s, limit_s)
+
+    def wait(self, limit_s: float) -> None:
+        """Wait for its end. Raises ProcessError if that comes late, is no success, or is one of a limit."""
+        began_s = time.monotonic()
+        while self._runs():
+            for file, _ in self._poll.poll(1000.0 * _TICK_S):
+                self._read(file, (-1,))
+            self._look(began_s, limit_s)
+        self._account()
+        if self._process.wait() != 0:
+            raise ProcessError(self._ending())
+
+    def _runs(self) -> bool:
+        if not hasattr(os, "waitid"):  # macOS
+            return self._process.poll() is None
+        # It is not reaped: the clock of its CPU time is still there.
+        return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
 
     def strays(self) -> set[int]:
         """Return the processes that it has started and that are not below it any more."""

@@ -107,6 +107,24 @@ def test_rows_name_the_process_and_are_made_again_when_its_files_change(
     assert set(beside.rows()["tracker"]) == {"mine", "warm_bodies"}
 
 
+def test_a_program_of_the_folder_protocol_runs_like_others(tmp_path: Path) -> None:
+    (tmp_path / "trackers.toml").write_text(
+        f"[vots]\ncommand = '{sys.executable} {Path(followers.__file__).with_name('vots_program.py')}'\n"
+        "protocol = 'folder'\n"
+    )
+    vots = process_trackers([str(tmp_path / "trackers.toml")], 60.0)
+    outcome = run(experiment_on("frame-out", "fake-town", ["tiny"], vots, range(1), workers=0), tmp_path / "rows")
+    assert not outcome.failures, outcome.failures
+    assert outcome.silent["vots"] == 239  # Its pictures are black.
+    assert dict(outcome.oddities) == {("vots", "gets all pictures of an episode before its first answer"): 1}
+    with pytest.raises(
+        ValueError, match="real_time: expected none with trackers that get all pictures at once, got vots"
+    ):
+        experiment_on("frame-out", "fake-town", ["tiny"], vots, range(1), workers=0, real_time_hz=15.0)
+    outcome = run(experiment_on("frame-out", "fake-town", ["tiny-loop"], vots, range(1), workers=0), tmp_path / "loop")
+    assert outcome.failures[0].reason.startswith("ValueError: tracker: expected one that answers picture by picture")
+
+
 TABLE = '[mine]\ncommand = "python x.py"\n'
 
 
@@ -127,6 +145,7 @@ TABLE = '[mine]\ncommand = "python x.py"\n'
         (TABLE + 'suites = ["nix"]', "process mine: suites: expected one of .*; got 'nix'"),
         (TABLE + "start_limit_s = 0", "process mine: start_limit_s: expected a number > 0, at most 1,000,000, got 0"),
         (TABLE + "frame_limit_s = inf", "process mine: frame_limit_s: expected a number > 0, .*, got inf"),
+        (TABLE + "protocol = 'mail'", "process mine: protocol: expected 'folder', or none, got 'mail'"),
         (TABLE + "files = [1]", r"process mine: files: expected a list of files, got \[1\]"),
         (TABLE + "memory_limit_gb = true", "process mine: memory_limit_gb: expected a number > 0, .*, got True"),
         (TABLE + 'reproducible = "no"', "process mine: reproducible: expected true or false, got 'no'"),
