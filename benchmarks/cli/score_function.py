@@ -83,7 +83,7 @@ def score(
 
         refuse("none with real, which has its own truth", truth=truth or None, preset=preset, seeds=seeds)
         sequences = _paths(real)
-        episodes, outcome.unusable = real_episodes(wanted, sequences, layout, target, rate_hz)
+        episodes, outcome.unusable = real_episodes(wanted, sequences, layout, target, rate_hz, labels_serve=True)
         experiment, name, silence = Experiment(wanted, episodes, {}, **how), f"{name}-real", wanted.silence_in(REAL)
         files = [SequenceFile(each.sequence, *each.extent) for each in episodes]
         sequence_names = [each.sequence for each in files]

@@ -59,7 +59,7 @@ class RealEpisode(EpisodeSpec):
         sequence = self.content.pictured if isinstance(self.content, TrackedSequence) else self.content
         if not isinstance(sequence, BoxedSequence):
             return 0, 0, 0
-        return len(sequence.pictures), sequence.skipped, sequence.after
+        return len(sequence.box_xyxy), sequence.skipped, sequence.after
 
     @cached_property
     def edition(self) -> str:
@@ -90,16 +90,25 @@ class RealEpisode(EpisodeSpec):
 
 
 def real_episodes(
-    suite: Suite, paths: Sequence[Path], layout: str, target: Target, rate_hz: float | None
+    suite: Suite,
+    paths: Sequence[Path],
+    layout: str,
+    target: Target,
+    rate_hz: float | None,
+    *,
+    labels_serve: bool = False,
 ) -> tuple[list[RealEpisode], list[str]]:
     """Return the sequences or recordings of paths, and what is wrong with those that cannot be read, a line each.
 
     What a user should know of how they were read is printed to stderr.
 
+    Args:
+        labels_serve: whether pictures of many targets may be missing, since no tracker sees them.
+
     Raises:
         ValueError: for a suite that judges nothing real, and if nothing can be read.
     """
-    found, unusable, notes = _read(suite, paths, layout, target, rate_hz)
+    found, unusable, notes = _read(suite, paths, layout, target, rate_hz, labels_serve=labels_serve)
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
     return found, unusable
@@ -125,7 +134,13 @@ def reopened(row: Row, seed: int) -> RealEpisode | None:
 
 
 def _read(
-    suite: Suite, paths: Sequence[Path], layout: str, target: Target, rate_hz: float | None
+    suite: Suite,
+    paths: Sequence[Path],
+    layout: str,
+    target: Target,
+    rate_hz: float | None,
+    *,
+    labels_serve: bool = False,
 ) -> tuple[list[RealEpisode], list[str], list[str]]:
     """Return what ``real_episodes`` does, and what a user should know of how it was read."""
     if suite.on_sequences is None:
@@ -137,7 +152,7 @@ def _read(
     if suite.on_sequences is not None and suite.follows_many:
         one = (layout in ("", "mot")) and target is None
         check("layout", one, "mot, in which all targets of many are read, and no target", layout or f"target {target}")
-        tracked, unusable = tracked_folders(paths, rate_hz)
+        tracked, unusable = tracked_folders(paths, rate_hz, labels_serve=labels_serve)
         notes = []
         found = [RealEpisode(name, each.pictured.number, recorded, each) for name, each in tracked]
     elif suite.on_sequences is not None:

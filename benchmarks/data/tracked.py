@@ -23,11 +23,12 @@ from benchmarks.data.box_files import rate_of, read_properties
 from benchmarks.data.layouts.mot import find_mot
 from benchmarks.data.mot_text import read_mot
 from benchmarks.data.pictures import numbered_pictures, short
-from benchmarks.data.sequences import BoxedSequence, SequenceEpisode
+from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode
 from benchmarks.judges.many.judge import DISTRACTOR, OTHER
+from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from sim.checks import check
-from trackers.types import Start
+from trackers.types import CameraCommand, CameraModel, Observation, Start
 
 TARGET_KIND, _ABSENT = "target", "absent"
 _PEDESTRIAN, _DISTRACTORS, _OF_MOT20 = 1, (2, 7, 8, 12), (6,)
@@ -38,7 +39,8 @@ class TrackedSequence:
     """N objects in F pictures.
 
     Attributes:
-        pictured: the pictures and their rate, without boxes.
+        pictured: the pictures and their rate, without boxes; no picture where labels alone are known.
+        size_px: width and height of the pictures, where there are none.
         names: (N,) of the objects. kinds: (N,) ``target``, or see ``benchmarks.judges.many.judge``.
         frame: (R,) of R boxes, from 0 on. object: (R,) of them. box_xyxy: (R, 4) pixels.
     """
@@ -49,6 +51,7 @@ class TrackedSequence:
     frame: NDArray[np.int64]
     object: NDArray[np.int64]
     box_xyxy: NDArray[np.float64]
+    size_px: tuple[int, int] = (1, 1)
 
     @property
     def name(self) -> str:
@@ -64,8 +67,14 @@ class TrackedSequence:
         return content.hexdigest()[:10]
 
 
-def read_tracked(path: Path, rate_hz: float | None) -> tuple[str, list[TrackedSequence], list[str]]:
+def read_tracked(
+    path: Path, rate_hz: float | None, *, labels_serve: bool = False
+) -> tuple[str, list[TrackedSequence], list[str]]:
     """Return the name of a folder, its sequences in order, and what is wrong with those that cannot be read.
+
+    Args:
+        rate_hz: frames a second; None = as files say.
+        labels_serve: whether a sequence without pictures can be used.
 
     Raises:
         ValueError: for a folder that is missing or has none.
@@ -77,16 +86,25 @@ def read_tracked(path: Path, rate_hz: float | None) -> tuple[str, list[TrackedSe
     for number, source in enumerate(sources):
         try:
             folder, directory, file = source.places
-            sequences.append(_read(folder, directory, file, number, rate_hz))
+            sequences.append(_read(folder, directory, file, number, rate_hz, labels_serve))
         except ValueError as error:
             unusable.append(str(error))
     return printable(path.resolve().name), sequences, unusable
 
 
-def _read(folder: Path, directory: Path, file: Path, number: int, rate_hz: float | None) -> TrackedSequence:
-    pictures, rows = numbered_pictures(directory, gaps=True), read_mot(file)
+def _read(
+    folder: Path, directory: Path, file: Path, number: int, rate_hz: float | None, labels_serve: bool
+) -> TrackedSequence:
+    rows, told = read_mot(file), read_properties(folder / "seqinfo.ini")
     check(short(file), len(rows.frame) > 0, "rows of targets", "none")
-    numbers = np.array(list(pictures))
+    count, width, height = (int(told.get(each, "0")) for each in ("seqLength", "imWidth", "imHeight"))
+    if labels_serve and not directory.is_dir():
+        good = min(count, width, height) > 0
+        check(short(folder / "seqinfo.ini"), good, "seqLength, imWidth and imHeight, as there are no pictures", told)
+        pictures, numbers = {}, np.arange(1, count + 1)
+    else:
+        pictures = numbered_pictures(directory, gaps=True)
+        numbers = np.array(list(pictures))
     beyond = (rows.frame < numbers[0]) | (rows.frame > numbers[-1])
     wanted = f"frames from {numbers[0]} to {numbers[-1]}, of which there are pictures"
     first = int(np.argmax(beyond))
@@ -98,14 +116,15 @@ def _read(folder: Path, directory: Path, file: Path, number: int, rate_hz: float
     kinds = np.select([counts, np.isin(classes, distractors)], [TARGET_KIND, DISTRACTOR], OTHER)[held]
     # A target may count on some frames alone, and is another object on the others.
     known, objects = np.unique(np.column_stack([rows.identity[held].astype(str), kinds]), axis=0, return_inverse=True)
-    told = read_properties(folder / "seqinfo.ini")
     rate = rate_hz or rate_of(told.get("exactFrameRate", told.get("frameRate", ""))) or USUAL_RATE_HZ
-    nowhere = np.full((len(pictures), 4), np.nan)
+    nowhere = np.full((len(numbers), 4), np.nan)
     place = numbers - numbers[0]
     pictured = BoxedSequence(printable(folder.name), tuple(pictures.values()), nowhere, rate, number, place=place)
     frames = np.searchsorted(numbers, rows.frame[held])
     names, kind = known.T.tolist()
-    return TrackedSequence(pictured, tuple(names), tuple(kind), frames, objects.ravel(), rows.box_xyxy[held])
+    return TrackedSequence(
+        pictured, tuple(names), tuple(kind), frames, objects.ravel(), rows.box_xyxy[held], (width, height)
+    )
 
 
 class TrackedEpisode(SequenceEpisode):
@@ -113,7 +132,9 @@ class TrackedEpisode(SequenceEpisode):
 
     def __init__(self, tracked: TrackedSequence) -> None:
         super().__init__(tracked.pictured)
-        self._tracked = tracked
+        self._tracked, self.frame_count = tracked, len(tracked.pictured.box_xyxy)
+        if not tracked.pictured.pictures:
+            self._camera = CameraModel(*tracked.size_px, USUAL_FOCAL * max(tracked.size_px))
         self._rows = np.split(
             np.argsort(tracked.frame, kind="stable"),
             np.cumsum(np.bincount(tracked.frame, minlength=self.frame_count))[:-1],
@@ -123,6 +144,14 @@ class TrackedEpisode(SequenceEpisode):
     def start(self) -> Start:
         """See ``Episode``. No picture without targets is known."""
         return Start(self._camera)
+
+    def step(self, command: CameraCommand | None = None) -> Frame:
+        """See ``SequenceEpisode``. Where there are no pictures they are black."""
+        if self._tracked.pictured.pictures:
+            return super().step(command)
+        k, black = self._next, np.zeros((self._camera.height_px, self._camera.width_px, 3), np.uint8)
+        self._next += 1
+        return Frame(Observation(black, self._time_s(k), self._camera), self._truth(k))
 
     def _truth(self, k: int) -> Truth:  # type: ignore[override]
         count, mine = len(self._tracked.names), self._rows[k]
@@ -152,7 +181,7 @@ class TrackedEpisode(SequenceEpisode):
 
 
 def tracked_folders(
-    paths: Sequence[Path], rate_hz: float | None
+    paths: Sequence[Path], rate_hz: float | None, *, labels_serve: bool = False
 ) -> tuple[list[tuple[str, TrackedSequence]], list[str]]:
     """Return folder and sequence of all sequences of folders, and what is wrong with others, a line each.
 
@@ -163,7 +192,7 @@ def tracked_folders(
     names = [path.resolve().name for path in paths]
     check("real", len(set(names)) == len(names), "folders of different names", ", ".join(map(printable, names)))
     for path in paths:
-        name, sequences, wrong = read_tracked(path, rate_hz)
+        name, sequences, wrong = read_tracked(path, rate_hz, labels_serve=labels_serve)
         found += [(name, each) for each in sequences]
         unusable += wrong
     if not found:

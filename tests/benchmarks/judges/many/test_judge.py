@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import Any
 
 import cv2
 import numpy as np
+import pandas as pd
 import pytest
 import trackeval
 from hypothesis import given, settings
@@ -80,6 +82,10 @@ def test_predictions_on_a_real_sequence_have_trackeval_s_scores(folder: Path, tm
         "many", real=folder / "gt/MOT17-train", predictions=folder / "answers/MOT17-train", out=tmp_path, workers=0
     )
     values = results.rows().pivot(index="tracker", columns="metric", values="value")
+    shutil.copytree(folder / "gt", tmp_path / "labels", ignore=shutil.ignore_patterns("img1"))
+    real = tmp_path / "labels" / "MOT17-train"
+    alone = score("many", real=real, predictions=folder / "answers/MOT17-train", out=tmp_path / "alone", workers=0)
+    pd.testing.assert_series_equal(alone.rows()["value"], results.rows()["value"])
     for name, theirs in _theirs(folder).items():
         if name in ("steady", "loose"):
             ours, expected = values.loc[name], theirs[NAME]["pedestrian"]
@@ -113,3 +119,9 @@ def test_what_cannot_be_read_is_refused(folder: Path, tmp_path: Path, change: di
     with pytest.raises(ValueError, match=message):
         score("many", **given | change)
     assert not (tmp_path / "out").exists()
+
+
+def test_trackers_need_pictures(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder / "gt", tmp_path / "labels", ignore=shutil.ignore_patterns("img1"))
+    with pytest.raises(ValueError, match="img1: expected pictures"):
+        bench("many", real=tmp_path / "labels" / "MOT17-train", trackers=["sort"], out=tmp_path / "out")
