@@ -103,6 +103,7 @@ def test_time_values_and_runs_are_compared_as_contributing_says(tmp_path: Path) 
     assert "What does a better score cost?" in (tmp_path / "results/compute/report.html").read_text()
 
 
+@pytest.mark.heavy
 def test_real_sequences_run_as_contributing_says(tmp_path: Path) -> None:
     *_, told = [succeeds(in_one_process(each), tmp_path) for each in commands("CONTRIBUTING.md", "real")]
     assert "vot: 1 sequence" in told or "road-town-v2-quick-000000: 1 sequence" in told

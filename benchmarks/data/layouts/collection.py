@@ -6,9 +6,9 @@ file of labels, in the data set.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice, takewhile
+from itertools import islice
 from pathlib import Path
 from tempfile import gettempdir
 
@@ -96,7 +96,17 @@ def _inside(path: Path, find: Find) -> list[Source]:
 
 def _around(path: Path, find: Find) -> list[Source]:
     """Return the sequences of the data set around a path that have it among their places."""
-    # Not all folders of a person or a machine are searched for data sets.
-    roots = takewhile(lambda each: each not in (Path.home(), Path(gettempdir())) and not each.is_mount(), path.parents)
-    held = ([each for each in find(root) if path in each.places] for root in islice(roots, _LEVELS))
+    held = ([each for each in find(root) if path in each.places] for root in islice(_above(path), _LEVELS))
     return next(filter(None, held), [])
+
+
+def _above(path: Path) -> Iterator[Path]:
+    """Yield the folders above a path that may be a data set's, from the nearest on: none with all of a person's or a
+    machine's folders.
+    """
+    for each in path.parents:
+        if each in (Path(each.anchor), Path.home(), Path(gettempdir())):
+            return
+        yield each
+        if each.is_mount():
+            return

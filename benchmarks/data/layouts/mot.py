@@ -22,7 +22,7 @@ from benchmarks.contract.text import printable
 from benchmarks.data.box_files import rate_of, read_properties
 from benchmarks.data.layouts.followed import followed, in_pictures
 from benchmarks.data.layouts.layout import Source, Target, folders_with, layout
-from benchmarks.data.layouts.mots import has_masks
+from benchmarks.data.layouts.mots import has_masks, pictures_of
 from benchmarks.data.mot_text import read_mot
 from benchmarks.data.pictures import numbered_pictures
 from benchmarks.data.sequences import OCCLUDED, Labelled
@@ -36,14 +36,14 @@ def find_mot(path: Path) -> Iterator[Source]:
     """See ``Find``."""
     for root in (path, path / _EXPORT):
         for folder in folders_with(root, "seqinfo.ini"):
-            pictures = folder / read_properties(folder / "seqinfo.ini").get("imDir", "img1")
             file = folder / "gt" / "gt.txt"
             if file.is_file() and not has_masks(file):
-                yield Source(folder.name, (folder, pictures, file), partial(_read, folder, pictures, file))
+                yield Source(folder.name, (folder, pictures_of(folder), file), partial(_read, folder, file))
 
 
-def _read(folder: Path, directory: Path, file: Path, target: Target) -> Labelled:
-    pictures, rows = numbered_pictures(directory, gaps=True), read_mot(file)
+def _read(folder: Path, file: Path, target: Target) -> Labelled:
+    told, rows = read_properties(folder / "seqinfo.ini"), read_mot(file)
+    pictures = numbered_pictures(pictures_of(folder), gaps=True)
     of = np.flatnonzero(rows.confidence != 0) if target is None else np.arange(len(rows.frame))
     chosen, mine = followed(target, file, rows.identity[of].tolist())
     mine = of[mine]
@@ -54,7 +54,6 @@ def _read(folder: Path, directory: Path, file: Path, target: Target) -> Labelled
     hidden = seen == 0
     boxes[places] = np.where(hidden[:, None], np.nan, rows.box_xyxy[mine])
     tags[places] = np.where((seen >= 0) & (seen < MOSTLY_SEEN), OCCLUDED, "")
-    told = read_properties(folder / "seqinfo.ini")
     return Labelled(
         f"{printable(folder.name)}-{chosen}",
         file,

@@ -41,10 +41,19 @@ def find_mots(path: Path) -> Iterator[Source]:
             if pictures.is_dir() and has_masks(file):
                 yield Source(file.stem, (pictures, file), partial(_read, file.stem, pictures, file, RATE_HZ))
     for folder in folders_with(path, "seqinfo.ini"):
-        told, file = read_properties(folder / "seqinfo.ini"), folder / "gt" / "gt.txt"
+        file = folder / "gt" / "gt.txt"
         if file.is_file() and has_masks(file):
-            pictures, rate_hz = folder / told.get("imDir", "img1"), rate_of(told.get("frameRate", ""))
-            yield Source(folder.name, (folder, pictures, file), partial(_read, folder.name, pictures, file, rate_hz))
+            pictures = pictures_of(folder)
+            yield Source(folder.name, (folder, pictures, file), partial(_read, folder.name, pictures, file, 0.0))
+
+
+def pictures_of(folder: Path) -> Path:
+    """Return the folder of pictures that ``seqinfo.ini`` names; the usual one where that is broken."""
+    try:
+        told = read_properties(folder / "seqinfo.ini")
+    except ValueError:
+        told = {}  # What is wrong is named where the sequence is read.
+    return folder / told.get("imDir", "img1")
 
 
 def has_masks(file: Path) -> bool:
@@ -54,7 +63,8 @@ def has_masks(file: Path) -> bool:
 
 
 def _read(name: str, folder: Path, file: Path, rate_hz: float, target: Target) -> Labelled:
-    pictures, rows = numbered_pictures(folder, gaps=True), read_mots(file)
+    told, rows = read_properties(file.parents[1] / "seqinfo.ini"), read_mots(file)
+    pictures, rate_hz = numbered_pictures(folder, gaps=True), rate_hz or rate_of(told.get("frameRate", ""))
     of = np.flatnonzero(rows.kind != IGNORED)
     chosen, mine = followed(target, file, rows.identity[of].tolist())
     mine = of[mine]

@@ -52,7 +52,10 @@ def find_vot(path: Path) -> Iterator[Source]:
 
 def _pattern_of(folder: Path) -> str | None:
     """Return the pattern of a sequence's pictures; None for a folder that is no sequence of VOT."""
-    properties = read_properties(folder / "sequence")
+    try:
+        properties = read_properties(folder / "sequence")
+    except ValueError:
+        properties = {"channels.color": _USUAL}  # What is wrong is named where the sequence is read.
     if properties or (folder / "color").is_dir():
         found = next(filter(None, (properties.get(f"channels.{name}") for name in _CHANNELS)), _USUAL)
         found = found.replace("\\", "/")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -250,6 +251,31 @@ def test_what_is_broken_is_named_with_file_and_line(
         read_collections([tmp_path / "set"])
     assert named in str(raised.value)
     assert "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize(
+    ("write", "place", "named"),
+    [(write_vot, "car1/sequence", "car1/sequence, line 1"), (write_mot, "train/{}/seqinfo.ini", "seqinfo.ini, line 1")],
+)
+def test_a_broken_sequence_costs_itself_alone(
+    tmp_path: Path, write: Callable[[Path], Path], place: str, named: str
+) -> None:
+    root = write(tmp_path / "set")
+    file = root / place.format("MOT17-02-FRCNN")
+    shutil.copytree(file.parent, file.parent.with_name("another"))
+    write_lines(file, ["hello"])
+    (collection,) = read_collections([root])
+    assert [each.name.split("-")[0] for each in collection.sequences] == ["another"]
+    assert [named in line for line in collection.unusable] == [True]
+
+
+def test_folders_above_are_searched_up_to_those_of_a_person(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    root = write_trackingnet(tmp_path / "home" / "set")
+    place = root / "TRAIN_3" / "anno" / "abc_0.txt"
+    assert read_one(place).name == "abc_0"
+    monkeypatch.setattr(Path, "home", lambda: root / "TRAIN_3")
+    with pytest.raises(ValueError, match=r"abc_0.txt', which has none$"):
+        read_one(place)
 
 
 def test_what_is_broken_in_a_tar_file_is_named(tmp_path: Path) -> None:
