@@ -15,7 +15,6 @@ from benchmarks.show.pictures import EventPicture, ShownEvent
 from benchmarks.show.showing import Showing
 from benchmarks.show.video.drawing import InLargerView
 
-_CAR_LENGTH_M = 4.5
 _IOU_STEP = float(THRESHOLDS[1])
 _LENGTHS = range(25, 91)
 """Lengths of a frame-out to show: long enough to lose a target, short enough to see where it went."""
@@ -45,7 +44,7 @@ def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
             x_scale="frames",
             y_label="error on the ground, m",
             y_scale="log",
-            rule=(_CAR_LENGTH_M, "one car length"),
+            rule=target_length(drawn),
         ),
         Chart(
             title="How soon is it found again?",
@@ -80,6 +79,18 @@ def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
             mark=(PRECISION_PX, f"{PRECISION_PX:g} px"),
         ),
     ]
+
+
+def target_length(drawn: Mapping[str, Sequence[Row]]) -> tuple[float, str] | None:
+    """Return the length of the target in metres, in words: one tracker's error in metres over that in lengths."""
+    for rows in drawn.values():
+        in_m, in_lengths = (
+            sum(row["value"] * row["weight"] for row in rows if row["metric"] == name)
+            for name in ("offscreen_error_m", "offscreen_error_car_lengths")
+        )
+        if in_m and in_lengths:
+            return in_m / in_lengths, "one length of the target"
+    return None
 
 
 def precision(rows: Sequence[Row]) -> Curve | None:

@@ -109,3 +109,13 @@ def test_success_and_precision_curves_stand_over_their_thresholds() -> None:
     # Rows of an earlier version lack the plot in one episode: it is not drawn of the others alone.
     older = [row for row in rows if (row["metric"], row["seed"]) != ("precision_plot", 0)]
     assert frame_out.precision(older) is None
+
+
+def test_the_length_of_the_target_is_that_of_the_scene() -> None:
+    rows: list[Row] = [
+        {"metric": name, "value": error_m / length_m, "weight": frames, "seed": seed}
+        for seed, (error_m, frames) in enumerate([(12.0, 30.0), (3.0, 90.0)])
+        for name, length_m in (("offscreen_error_m", 1.0), ("offscreen_error_car_lengths", 0.4))
+    ]
+    assert frame_out.target_length({"silent": [], "one": rows}) == (pytest.approx(0.4), "one length of the target")
+    assert frame_out.target_length({"silent": []}) is None
