@@ -22,7 +22,7 @@ from benchmarks.data.sequences import Labelled, corners_of
 FIRST = 0.0
 
 
-@layout("trackingnet", "anno/NAME.txt beside frames/NAME/, in the folder or in TRAIN_0/ …")
+@layout("trackingnet", "anno/NAME.txt beside frames/NAME/, in the folder or in TRAIN_0/ to TRAIN_11/")
 def find_trackingnet(path: Path) -> Iterator[Source]:
     """See ``Find``."""
     for chunk in (path, *visible(path, "*")):
