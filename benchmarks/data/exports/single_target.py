@@ -107,5 +107,7 @@ class Vot(SingleTarget):
             f"width={episode.camera.width_px}",
             f"height={episode.camera.height_px}",
             f"length={len(episode)}",
+            # For readers of ours, see ``benchmarks.data.layouts.vot``.
+            "boxes=whole",
         ]
         return {"sequence": properties}

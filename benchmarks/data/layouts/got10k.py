@@ -9,8 +9,8 @@ of those of ``test`` has a box, and nothing can be scored on them. Beside the bo
   scores pictures with more than 0 alone, and so a box with 0 does not count here; the target is hidden then.
 * ``cut_by_image.label``: 1 where the border cuts it.
 
-``meta_info.ini`` tells ``anno_fps``, the rate of the pictures. The top left corner of the picture is at 1, 1: files do
-not tell, and the tracker SiamFC by the toolkit's author turns boxes "to 0-indexed" so.
+``meta_info.ini`` tells ``anno_fps``, the rate of the pictures. The top left corner of the picture is at 1, 1: "all
+coordinate values are 1-based", the toolkit's author says in its issue 6.
 """
 
 from __future__ import annotations

@@ -12,7 +12,11 @@ unknown, and so does this.
 Tags are files ``out_of_view.tag``, ``occlusion.tag`` … (``.label`` before 2018) with 0 or 1 for each picture, missing
 ones 0. ``out_of_view`` and ``full_occlusion`` say why there is no region; ``occlusion`` says that the target is hidden,
 at least in part, with a region or without. A region counts whatever tags say, as in the toolkit. Other tags, and files
-``.value``, are not read. The top left corner of the picture is at 0, 0.
+``.value``, are not read.
+
+The top left corner of the picture is at 0, 0, as the toolkit takes it. Boxes of VOT-LT2018 end at the border, at 1 and
+at width + 1, as if it were at 1, 1; nothing tells which sequences do. So a box that reaches beyond the border says that
+the border cuts the target only where the property ``boxes`` of our export is ``whole``.
 """
 
 from __future__ import annotations
@@ -90,7 +94,16 @@ def _read(name: str, file: Path, pattern: str, target: Target) -> Labelled:
     rest = np.arange(len(pictures)) >= len(lines)
     tags = np.select([rest, outside & none, (hidden & none) | occluded], [UNLABELLED, OUT, OCCLUDED], "")
     rate_hz = rate_of(properties.get("exact_fps", properties.get("fps", "")))
-    return Labelled(printable(name), file, pictures, boxes, tags, whole=True, rate_hz=rate_hz, masks=masks)
+    return Labelled(
+        printable(name),
+        file,
+        pictures,
+        boxes,
+        tags,
+        whole=properties.get("boxes") == "whole",
+        rate_hz=rate_hz,
+        masks=masks,
+    )
 
 
 def _pictures(folder: Path, pattern: str, length: str) -> list[Path]:

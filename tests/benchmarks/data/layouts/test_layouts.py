@@ -47,6 +47,10 @@ OLDER: dict[str, Callable[[Path], Path]] = {
 WRITERS = OLDER | {name: write for name, (write, _) in LAYOUTS.items()}
 
 
+STATES_OF_VOT = tuple("in" if state == "partial" else state for state in STATES)
+"""Whether boxes end at the border is not told, but by our export."""
+
+
 def read_one(path: Path, **how: object) -> BoxedSequence:
     (sequence,) = read_collections([path], **how)[0].sequences  # type: ignore[arg-type]
     return sequence
@@ -84,7 +88,7 @@ def test_a_sequence_is_found_by_each_of_its_places(tmp_path: Path, name: str) ->
         (write_lasot, CLIPPED_XYXY, ("in", "in", "occluded", "out", "out", "in", "in", "in"), 30.0),
         (write_got10k, CLIPPED_XYXY, ("in", "in", "occluded", "unseen", "unseen", "partial", "occluded", "in"), 10.0),
         (write_trackingnet, np.where(np.isnan(CLIPPED_XYXY), CLIPPED_XYXY[1], CLIPPED_XYXY), ("in",) * FRAMES, 30.0),
-        (write_vot, SEEN_XYXY, STATES, 25.0),
+        (write_vot, SEEN_XYXY, STATES_OF_VOT, 25.0),
         (write_mot, SEEN_XYXY, ("in", "in", "occluded", "unseen", "unseen", "partial", "occluded", "in"), 14.0),
         (write_tao_amodal, SEEN_XYXY, STATES, 7.5),
         (write_webdataset, SEEN_XYXY, STATES, 12.5),
@@ -169,7 +173,13 @@ def test_vot_of_before_2018_has_pictures_beside_its_polygons(tmp_path: Path) -> 
     (folder / "sequence").unlink()
     (folder / "occlusion.tag").rename(folder / "occlusion.label")
     read = read_one(tmp_path / "set")
-    assert (tuple(read.state), read.rate_hz) == (STATES, 30.0)
+    assert (tuple(read.state), read.rate_hz) == (STATES_OF_VOT, 30.0)
+
+
+def test_boxes_of_vot_that_are_whole_tell_where_the_border_cuts(tmp_path: Path) -> None:
+    file = write_vot(tmp_path / "set") / "car1" / "sequence"
+    write_lines(file, [*file.read_text().splitlines(), "boxes=whole"])
+    assert tuple(read_one(tmp_path / "set").state) == STATES
 
 
 def test_regions_of_vot_that_are_missing_at_the_end_are_unknown(tmp_path: Path) -> None:
