@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from benchmarks.contract.metric import Metric, PooledRatios, Quantity, Statistic, collected
 from benchmarks.contract.rows import Row
 from benchmarks.contract.text import interval_text, number_text
+from benchmarks.show.tables import UNRANKED_ROLES
 from benchmarks.statistics import froc
 from benchmarks.statistics.bootstrap import Interval, intervals_of
 from benchmarks.statistics.pooling import Froc, RestrictedMean, still_waiting
@@ -90,9 +91,12 @@ def curves_of(drawn: Mapping[str, Sequence[Row]], compute: Callable[[Sequence[Ro
 
 
 def scored(drawn: Mapping[str, Sequence[Row]], metric: Metric) -> dict[str, str]:
-    """Return the labels of trackers that have a metric: their names with it and its interval, the best first."""
+    """Return the labels of trackers that have a metric: their names with it and its interval, the best first, then
+    references.
+    """
     found = intervals_of(metric.statistic, drawn)
     order = sorted(found, key=lambda name: found[name].mean, reverse=metric.better == "higher")
+    order.sort(key=lambda name: drawn[name][0]["role"] in UNRANKED_ROLES)
     texts = {name: number_text(found[name].mean, metric.unit) for name in order}
     spans = {name: interval_text(*found[name][1:], metric.unit).replace(" … ", "–") for name in order}
     return {name: f"{name} {text}" + (f" ({spans[name]})" if spans[name] else "") for name, text in texts.items()}

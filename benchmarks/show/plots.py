@@ -27,6 +27,8 @@ _MARKERS = "osD^vP*X<>ph"
 """Of the points of trackers of one colour."""
 _LINE_INCHES, _FRAME_INCHES = 0.28, 0.9
 """Least height of a line of dots, and of what stands above and below all."""
+_DECADES = 1e4
+"""Largest value of a log axis over its least one; what is smaller lies outside."""
 _GROUP_HEIGHT = 0.6
 """Height of the dots on one line together; 1 is the distance of lines."""
 _NOTE: dict[str, Any] = {
@@ -171,6 +173,9 @@ def _scale(axes: Axes, which: str, scale: Scale) -> None:
     elif scale == "log":
         axes.set(**{f"{which}scale": "log"})
         low, high = axis.get_view_interval()
+        # An error of almost nothing would squeeze all others.
+        low = max(low, high / _DECADES)
+        axes.set(**{f"{which}lim": (low, high)})
         axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 1000 * low else (1.0,)))
         # Plain numbers, not powers.
         axis.set_major_formatter("{x:g}")

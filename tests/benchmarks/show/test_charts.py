@@ -71,25 +71,29 @@ def test_the_time_seen_has_a_line_for_each_tracker_and_a_dot_for_each_controller
     assert not nothing.values
 
 
-def test_labels_have_the_score_and_its_interval_the_best_first() -> None:
+def test_labels_have_the_score_and_its_interval_the_best_first_and_references_last() -> None:
+    values = {"worse": [0.2, 0.2], "oracle": [0.9], "better": [0.25, 0.75], "single": [0.4], "none": []}
+    row = {"metric": "success_auc", "weight": 1.0}
     drawn = {
         name: [
-            {"metric": "success_auc", "value": value, "weight": 1.0, "seed": seed} for seed, value in enumerate(some)
+            row | {"value": value, "seed": seed, "role": "oracle" if name == "oracle" else "baseline"}
+            for seed, value in enumerate(some)
         ]
-        for name, some in {"worse": [0.2, 0.2], "better": [0.25, 0.75], "single": [0.4], "none": []}.items()
+        for name, some in values.items()
     }
-    labels = charts.scored(drawn, FRAME_OUT.metric("success_auc"))
-    assert labels == {
-        "better": "better 50.0 (25.0–75.0)",
-        "single": "single 40.0",
-        "worse": "worse 20.0 (20.0–20.0)",
-    }
+    assert list(charts.scored(drawn, FRAME_OUT.metric("success_auc")).items()) == [
+        ("better", "better 50.0 (25.0–75.0)"),
+        ("single", "single 40.0"),
+        ("worse", "worse 20.0 (20.0–20.0)"),
+        ("oracle", "oracle 90.0"),
+    ]
 
 
 def test_success_and_precision_curves_stand_over_their_thresholds() -> None:
     rng = np.random.default_rng(4)
     rows: list[Row] = [
         {"metric": name, "value": rng.random(length).tolist(), "weight": 3.0, "seed": seed, "event": None}
+        | {"role": "baseline"}
         for seed in range(4)
         for name, length in (("success_curve", 21), ("precision_plot", 51))
     ]

@@ -287,3 +287,19 @@ def test_frames_are_counted_in_whole_numbers(last: int) -> None:
     ticks = re.findall(r"<text [^>]*>([^<]*)</text>", axis)[:-1]
     assert len(ticks) >= 2
     assert all(tick.isdigit() for tick in ticks), ticks
+
+
+def test_an_error_of_almost_nothing_does_not_squeeze_the_others() -> None:
+    x = np.arange(3.0)
+    values = np.array([1e-14, 5.0, 50.0])
+    chart = Chart(
+        title="t",
+        words="",
+        curves={"a": Curve(x, values, values, values)},
+        x_label="x",
+        x_scale="frames",
+        y_scale="log",
+    )
+    low, high = plots.figure_of(chart, line_styles([("a", "ours")])).axes[0].get_ylim()
+    assert 1e-3 < low < 5.0
+    assert high >= 50.0
