@@ -138,8 +138,9 @@ class Connection:
             if read.get("number") != number:
                 raise ProcessError(f"expected the reply to request {number}, got one to {read.get('number')!r}")
             if "error" in read:
-                places = (f" ({Path(file).name}, line {line})" for file, line in read.get("at", ()))
-                raise ProcessError(read["error"] + "".join(places))
+                at = read.get("at", ())
+                places = [f" ({Path(str(each[0])).name}, line {each[1]})" for each in at if len(each) == 2]
+                raise ProcessError(f"{read['error']}{''.join(places)}")
         except BaseException:
             self.child.kill()
             raise
