@@ -81,6 +81,10 @@ def _started(program: Program) -> Connection | TraxTracker:
     environment["FRAMEOUT_PIPE"] = f"{to_read},{to_write},{memory.file}"
     try:
         child = Child(program.command, program.limits, environment, (to_read, to_write, memory.file))
+    except BaseException:
+        os.close(requests)
+        os.close(replies)
+        raise
     finally:
         os.close(to_read)
         os.close(to_write)

@@ -209,6 +209,16 @@ def test_a_reply_after_an_interruption_is_not_taken_for_the_next_one(tmp_path: P
         tracker.update(SEEN)
 
 
+def test_one_that_cannot_be_started_leaves_no_file_open() -> None:
+    def failed() -> int:
+        with pytest.raises(ProcessError, match=r"it cannot be started: .*No such file"):
+            remote_tracker(Program(("/no/such/program",)), {}, np.random.default_rng(0))
+        gc.collect()
+        return psutil.Process().num_fds()
+
+    assert failed() == failed()
+
+
 @pytest.mark.parametrize(
     ("program", "message"),
     [
