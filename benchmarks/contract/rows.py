@@ -18,6 +18,7 @@
 ``blocks``              of recordings of tracks: how many blocks of time the tracker has there
 ``modules``             names or files of users' own modules of the run; only where there were any
 ``process``             of a tracker in its own process: the argument of ``frameout bench --process`` that names it
+``predicted``           of predictions made elsewhere: the arguments of ``frameout score`` that name them
 ``recorded``            of recordings: the arguments of ``frameout bench`` that say which, and how they are read
 ``real_time_hz``        pictures a second that arrived while trackers worked, see ``run.real_time``; only in real time
 ``repeat``              0; 0, 1, 2 for trackers that no seed makes reproducible, or as many as ``--repeats``

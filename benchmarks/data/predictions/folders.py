@@ -1,7 +1,7 @@
 """Folders of predictions: which trackers they hold, and their files for the episodes of a run.
 
-A tracker's folder is named like it. It holds a text file for each sequence, see ``PLACES``, or one JSON file of
-results. A folder of such folders holds several trackers.
+A tracker's folder is named like it. It holds a text file for each sequence, see ``PLACES``, or, where a file of
+annotations is given, one JSON file of results. A folder of such folders holds several trackers.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ PLACES = ("*.txt", "data/*.txt", f"*/*{_RUN}", *(f"{name}/*/*{_RUN}" for name in
 """Of files in a tracker's folder: ``NAME.txt``, ``data/NAME.txt`` as TrackEval has it, and ``NAME/NAME_001.txt``, also
 in the folder of an experiment, as the VOT toolkit has it.
 """
-_WORDS = "NAME.txt, data/NAME.txt, NAME/NAME_001.txt or one JSON file"
+_WORDS = "NAME.txt, data/NAME.txt, NAME/NAME_001.txt, or with annotations one JSON file,"
 _ELSEWHERE = "-elsewhere"
 _FEW = 3
 
@@ -50,8 +50,9 @@ class Folder:
 
     @cached_property
     def sequences(self) -> dict[str, Path]:
-        """Sequence → its file. Raises ValueError for several JSON files, or one without annotations."""
-        results = sorted(path for place in ("*.json", "data/*.json") for path in self.path.glob(place))
+        """Sequence → its file. Raises ValueError for several JSON files."""
+        places = ("*.json", "data/*.json") if self.annotations is not None else ()
+        results = sorted(path for place in places for path in self.path.glob(place))
         check(short(self.path), len(results) <= 1, "one JSON file of results", f"{len(results)} of them")
         if results:
             return dict.fromkeys(sequences_in(results[0], self.annotations), results[0])
