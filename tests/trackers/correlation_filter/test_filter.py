@@ -82,6 +82,20 @@ def test_a_picture_moved_by_whole_pixels_moves_the_answer_as_much(seed: int, dx:
     assert np.abs(answers[0] - answers[1]).max() < 0.1
 
 
+@settings(max_examples=5, deadline=None)
+@given(st.integers(0, 200), st.floats(0.6, 2.0))
+def test_a_larger_picture_of_the_same_gives_the_same_place_in_it(seed: int, enlarged: float) -> None:
+    answers = []
+    for scale in (1.0, enlarged):
+        shape = (round(160 * scale), round(200 * scale))
+        centre, later = (100 * scale, 80 * scale), (106 * scale, 77 * scale)
+        box_xyxy = _box(centre, (SIZE[0] * scale, SIZE[1] * scale))
+        found = CorrelationFilter(picture(centre, SIZE, seed=seed, shape=shape, scale=scale), box_xyxy)
+        match = found.locate(picture(later, SIZE, seed=seed, shape=shape, scale=scale), np.array(centre))
+        answers.append(match.position_px / scale)
+    assert np.abs(answers[0] - answers[1]).max() < 0.6
+
+
 @pytest.mark.parametrize("size_px", [(26.0, 18.0), (90.0, 70.0)])
 def test_a_target_grows_and_shrinks(size_px: tuple[float, float]) -> None:
     centre = (100.0, 80.0)
