@@ -60,7 +60,7 @@ class Folder:
         for place in PLACES:
             for path in sorted(self.path.glob(place)):
                 name = path.parent.name if place.endswith(_RUN) else path.stem
-                if path.name in (f"{name}.txt", f"{name}{_RUN}"):
+                if path.name in (f"{name}.txt", f"{name}{_RUN}") and path.is_file():
                     found.setdefault(name, path)
         return found
 

@@ -102,14 +102,14 @@ def read_predictions(file: SequenceFile) -> Predictions:
 
 
 def format_of(path: Path) -> str:
-    """Return the format of a file by its ending and its first line."""
+    """Return the format of a file by its ending and its first line; one without a line has no row."""
     if path.suffix == ".json":
         return "coco"
     first = next((line for line in text_lines(path) if line.strip()), "")
     numbers, last = numbers_of(first), first.split()[-1:]
     if len(first.split()) == _CELLS_OF_MOTS and not numbers_of(last[0]):
         return "mots"
-    return "mot" if len(numbers) >= 6 and not first.strip().startswith("m") else "vot"
+    return "mot" if (len(numbers) >= 6 or not first) and not first.strip().startswith("m") else "vot"
 
 
 def sequences_in(path: Path, annotations: Path | None) -> list[str]:

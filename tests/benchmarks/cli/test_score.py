@@ -334,7 +334,7 @@ def test_the_command_prints_a_leaderboard_and_its_report_names_it(
             "truth: expected one of road-town-v2.*, or the folder of a data set",
         ),
         (["--predictions", ".", "--preset", "nix"], "preset: expected one of .*; got 'nix'"),
-        (["--predictions", ".", "--format", "nix"], "format: expected one of vot, otb, mot, coco, got 'nix'"),
+        (["--predictions", ".", "--format", "nix"], "format: expected one of vot, otb, mot, mots, coco, got 'nix'"),
         (["--predictions", "."], r"predictions: expected NAME\.txt, .*, got nothing"),
         (["--predictions", ".", "--real", ".", "--seeds", "1"], "seeds: expected none with real"),
     ],

@@ -183,3 +183,8 @@ def test_pictures_of_results_must_be_known(tmp_path: Path) -> None:
         sequences_in(tmp_path / "r.json", None)
     with pytest.raises(ValueError, match=r"r\.json: expected 5 pictures of a in its annotations, got 3"):
         read_predictions(SequenceFile("a", 5, path=file.path, format="coco", annotations=file.annotations))
+
+
+def test_a_file_without_a_line_has_no_track(tmp_path: Path) -> None:
+    read = read_predictions(_file(tmp_path / "a.txt", "\n"))
+    assert read.tracks == {}
