@@ -91,6 +91,7 @@ def open_footage(source: str, rate_hz: float | None = None) -> Footage:
     Raises:
         ValueError: if there is none that can be read.
     """
+    check("video", bool(source), "a file, a folder, a camera or an address", "an empty name")
     folder = not _ADDRESS.match(source) and Path(source).is_dir()
     check("rate_hz", rate_hz is None or folder, "none but for a folder of pictures, as videos tell it", rate_hz)
     if folder:
@@ -114,6 +115,8 @@ class Video(Footage):
             self._file = av.open(where, metadata_errors="replace", timeout=_PATIENCE_S, options=options)
         except _BROKEN as error:
             raise ValueError(f"video: expected one that can be opened, got {shown!r}: {_why(error)}") from None
+        # FFmpeg takes text for a picture of text.
+        check("video", self._file.format.name != "tty", "one with pictures", f"{shown!r}, which is text")
         streams = [each for each in self._file.streams.video if not each.disposition & _COVERS]
         if not streams:
             kinds = ", ".join(each.type for each in self._file.streams) or "nothing"

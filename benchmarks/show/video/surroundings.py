@@ -23,6 +23,9 @@ _LONGEST_PX, _NARROWEST_PX = 1920, 960
 """Longest side of a view, and least width of one that is shrunk: the words below need it."""
 _MEASURED_PX = 480
 """Longest side of the pictures that a motion is measured on."""
+_MOST_LEVELS, _BETTER, _OLDEST = 40, 0.95, 30
+"""Limit of a pixel's difference, in levels; ratio of mean differences with and without a motion, below which there is
+one; and pictures at rest after which a motion is measured from a newer one."""
 _PATH_S = 4.0
 """Time over which a path is drawn."""
 _CENTRES = np.array([[1.0, 0.0, -0.5], [0.0, 1.0, -0.5], [0.0, 0.0, 1.0]])
@@ -31,25 +34,47 @@ _MOVED = 0.1
 
 
 class CameraMotion:
-    """Measures how the picture moves."""
+    """Measures how the picture moves; a camera at rest is one whose motion explains the picture no better than none.
+
+    What it measures from is the latest picture in which it moved, so that slow motion adds up until it is seen.
+    """
 
     def __init__(self) -> None:
         self._before: NDArray[np.uint8] | None = None
+        self._at_rest = 0
 
     def until(self, image_rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
         """Return the homography (3, 3) from pixels of the picture before to those of this one (H, W, 3).
 
-        It is the identity for the first picture, and where ``picture_motion`` finds none.
+        It is the identity for the first picture, at rest, and where ``picture_motion`` finds none.
         """
         height, width = image_rgb.shape[:2]
         shrunk = min(1.0, _MEASURED_PX / max(height, width))
         size = max(round(width * shrunk), 1), max(round(height * shrunk), 1)
         small = cv2.resize(image_rgb, size, interpolation=cv2.INTER_AREA)
-        before, self._before = self._before, cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
-        if before is None:
+        now = np.asarray(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY), np.uint8)
+        motion = np.eye(3) if self._before is None else picture_motion(self._before, now)
+        moves = self._before is not None and _explains(motion, self._before, now)
+        self._at_rest = 0 if moves else self._at_rest + 1
+        if moves or self._before is None or self._at_rest == _OLDEST:
+            self._before, self._at_rest = now, 0
+        if not moves:
             return np.eye(3)
         scale = np.array([size[0] / width, size[1] / height, 1.0])
-        return picture_motion(before, self._before) * scale / scale[:, None]
+        return motion * scale / scale[:, None]
+
+
+def _explains(motion: NDArray[np.float64], before: NDArray[np.uint8], now: NDArray[np.uint8]) -> bool:
+    """Return whether a picture (H, W) is more like the one before if that is moved than if it is not."""
+    H = _CENTRES @ motion @ np.linalg.inv(_CENTRES)
+    size = (now.shape[1], now.shape[0])
+    moved, seen = (cv2.warpPerspective(each, H, size) for each in (before, np.full_like(before, 255)))
+    inside = seen == 255
+    if not inside.any():
+        return False
+    # What moves by itself counts no more than this.
+    away, still = (np.minimum(cv2.absdiff(each, now)[inside], _MOST_LEVELS).mean() for each in (moved, before))
+    return bool(away < _BETTER * still)
 
 
 class Paths:

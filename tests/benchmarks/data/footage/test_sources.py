@@ -184,6 +184,9 @@ def test_what_is_no_video_is_refused_in_one_line(tmp_path: Path) -> None:
     text = tmp_path / "text.mp4"
     text.write_text("this is no video\n" * 100)
     assert "text.mp4" in refused(text)
+    (tmp_path / "notes.txt").write_text("hello\nworld\n" * 50)
+    assert "notes.txt" in refused(tmp_path / "notes.txt")
+    assert "an empty name" in refused("")
     (tmp_path / "empty.mp4").touch()
     assert "empty.mp4" in refused(tmp_path / "empty.mp4")
     assert "No such file" in refused(tmp_path / "none.mp4")
