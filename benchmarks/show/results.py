@@ -46,6 +46,9 @@ _NAMES = (
 )
 
 
+_CONDITION = ("suite", "scenario", "preset", "renderer", "steering")
+
+
 class Results:
     """What a bench left in a folder; every call reads it anew.
 
@@ -110,16 +113,14 @@ class Results:
         groups = grouped(read_rows(self.directory))
         check_metrics([metric], dict.fromkeys(condition[0] for condition in groups))
         values = [
-            {"suite": suite_name, "scenario": scenario, "preset": preset, "episode": names[seed], "tracker": label}
-            | {metric: value}
-            for (suite_name, scenario, preset, *_), by_label in groups.items()
+            {**dict(zip(_CONDITION, condition, strict=True)), "episode": names[seed], "tracker": label, metric: value}
+            for condition, by_label in groups.items()
             for names in [episode_names(by_label)]
             for label, rows in by_label.items()
-            for seed, value in by_seed(rows, suite(suite_name).metric(metric)).items()
+            for seed, value in by_seed(rows, suite(condition[0]).metric(metric)).items()
         ]
-        return pd.DataFrame(values).pivot(
-            index=["suite", "scenario", "preset", "episode"], columns="tracker", values=metric
-        )
+        table = pd.DataFrame(values, columns=[*_CONDITION, "episode", "tracker", metric])
+        return table.pivot(index=[*_CONDITION, "episode"], columns="tracker", values=metric)
 
     def figures(self) -> list[ShownFigure]:
         """Return the plots of the report, condition by condition; a notebook shows each as a picture."""

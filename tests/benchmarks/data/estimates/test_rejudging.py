@@ -77,6 +77,20 @@ def test_rows_keep_the_time_limit_that_they_were_made_under(tmp_path: Path) -> N
     assert {row["limit_s"] for row in rows_in(tmp_path)} == {30.0}
 
 
+def test_rows_in_real_time_are_those_of_the_run(tmp_path: Path) -> None:
+    # At a million pictures a second only those of the grace are seen; one of the trackers fails on frame 20.
+    trackers = ("fake_still", "fake_knowing", "fake_raises")
+    run(replace(TOWN, trackers=trackers, seeds=range(3, 4), real_time_hz=1e6), tmp_path)
+    rows = rows_in(tmp_path)
+    assert {row["real_time_hz"] for row in rows} == {1e6}
+    seen = [row["value"] for row in rows if row["metric"] == "frames_seen"]
+    assert len(seen) == 3
+    assert max(seen) < 0.5
+    (tmp_path / FILE_NAME).unlink()
+    judged_again(tmp_path)
+    assert rows_in(tmp_path) == rows
+
+
 @pytest.mark.heavy
 def test_in_closed_loop_the_camera_obeys_what_it_obeyed(tmp_path: Path) -> None:
     steered = replace(TOWN, presets=("brief-loop",), trackers=("fake_knowing", "fake_raises"), seeds=range(3, 4))
