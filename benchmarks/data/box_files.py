@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from benchmarks.data.pictures import short
 from sim.checks import check
 
-_LINE = "left,top,width,height (in UAVDT also with frame,id before and 3 or 4 numbers after them)"
+_LINE = "left,top,width,height"
+_KEYED = "(in UAVDT also with frame,id before and 3 or 4 numbers after them)"
 _COLUMNS = (4, 9, 10)
 BETWEEN = re.compile(r"\s*[,;]\s*|\s+")
 """What stands between the numbers of a line."""
@@ -40,12 +41,15 @@ def numbers_of(line: str) -> list[float]:
         return []
 
 
-def read_boxes(path: Path, frames: int = 0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def read_boxes(path: Path, frames: int = 0, *, keyed: bool = True) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return frames and ids (R, 2) of a text file, or (R, 0) if it has none, and its boxes (R, 4).
 
     A box is left, top, width, height; NaN where the target is not seen. An empty line is no box; those at the end are
     left out, but for those that make up ``frames`` lines, the pictures of the sequence. A file may mix separators
     (OTB's BlurCar1 does), begin with a byte-order mark and have lines of Windows.
+
+    Args:
+        keyed: whether lines with frame and id, as of UAVDT, are taken too.
 
     Raises:
         ValueError: for a file that is no text or empty, a line that has other columns, and a box with a negative size
@@ -53,12 +57,13 @@ def read_boxes(path: Path, frames: int = 0) -> tuple[NDArray[np.float64], NDArra
     """
     lines = text_lines(path)
     last = max((number for number, line in enumerate(lines, start=1) if line.strip()), default=0)
-    check(short(path), last > 0, f"lines of {_LINE}", "an empty file")
+    expected, columns = (f"{_LINE} {_KEYED}", _COLUMNS) if keyed else (_LINE, _COLUMNS[:1])
+    check(short(path), last > 0, f"lines of {expected}", "an empty file")
     read: list[list[float]] = []
     for number, line in enumerate(lines[: frames if last < frames <= len(lines) else last], start=1):
         numbers = numbers_of(line) if line.strip() else [np.nan] * 4
-        good = len(numbers) in ({len(read[0])} if read else _COLUMNS)
-        check(f"{short(path)}, line {number}", good, _LINE, repr(line[:80]))
+        good = len(numbers) in ({len(read[0])} if read else columns)
+        check(f"{short(path)}, line {number}", good, expected, repr(line[:80]))
         read.append(numbers)
     rows = np.array(read)
     keys, box_xywh = (rows[:, :0], rows) if rows.shape[1] == 4 else (rows[:, :2], rows[:, 2:6])

@@ -45,7 +45,7 @@ def _read(folder: Path, target: Target) -> Labelled:
     check_one_target(target)
     file = folder / "groundtruth.txt"
     pictures = list(numbered_pictures(folder).values())
-    _, box_xywh = read_boxes(file, len(pictures))
+    _, box_xywh = read_boxes(file, len(pictures), keyed=False)
     absent, cut = (read_flags(folder / f"{name}.label", len(box_xywh)) for name in ("absence", "cut_by_image"))
     cover = read_flags(folder / "cover.label", len(box_xywh), most=_ALL, usual=_ALL)
     gone = (absent == 1) | (cover == 0)

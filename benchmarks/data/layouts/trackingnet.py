@@ -35,5 +35,5 @@ def find_trackingnet(path: Path) -> Iterator[Source]:
 def _read(folder: Path, file: Path, target: Target) -> Labelled:
     check_one_target(target)
     pictures = list(numbered_pictures(folder).values())
-    _, boxes = read_boxes(file, len(pictures))
+    _, boxes = read_boxes(file, len(pictures), keyed=False)
     return Labelled(printable(file.stem), file, pictures, corners_of(boxes, FIRST))

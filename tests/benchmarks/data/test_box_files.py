@@ -67,6 +67,14 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, content: bytes, me
         read_boxes(path)[1]
 
 
+def test_lines_with_frame_and_id_are_refused_where_there_are_none(tmp_path: Path) -> None:
+    path = tmp_path / "boxes.txt"
+    path.write_text("1,7,5,5,9,9,1,1,1\n")
+    assert read_boxes(path)[0].tolist() == [[1, 7]]
+    with pytest.raises(ValueError, match=r"line 1: expected left,top,width,height, got '1,7,5,5,9,9,1,1,1'$"):
+        read_boxes(path, keyed=False)
+
+
 GONE = ["0,0,0,0", "5,5,0,0", "5,5,3,0", "-1,-1,-1,-1", "NaN,NaN,NaN,NaN", "inf inf inf inf", "-inf,Infinity,nan,inf"]
 
 
