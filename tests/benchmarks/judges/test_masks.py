@@ -12,7 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.distance import cdist
 
-from benchmarks.judges.masks import MaskScores, contour_accuracy, region_similarity
+from benchmarks.contract.judging import Ending
+from benchmarks.contract.suite import suite
+from benchmarks.judges.masks import MASKS, MaskScores, contour_accuracy, region_similarity
 from scenarios import catalog
 from tests.benchmarks.judges.record_trackeval_masks import FILE, SEQUENCES, random_masks
 from trackers.types import Estimate
@@ -107,3 +109,31 @@ def test_the_true_masks_of_an_episode_are_perfect() -> None:
     episode.close()
     assert 0 < sum(seen) < len(seen)
     assert {score.metric: score.value for score in kept.scores()}["j_and_f"] == 1.0
+
+
+@pytest.mark.parametrize(
+    ("judging", "scenario"),
+    [("frame-out", "road-town"), pytest.param("stereo", "stereo-follow", marks=pytest.mark.heavy)],
+)
+def test_suites_of_one_target_judge_masks(judging: str, scenario: str) -> None:
+    scene = catalog.scenario(scenario)
+    episode = scene.episode("quick", 0)
+    judge = suite(judging).judge_of(episode, scene)
+    sheets = [judge.sheet(), judge.sheet()]
+    for _ in range(8):
+        frame = episode.step()
+        truth = frame.truth
+        target = truth.index_of(scene.target)
+        mask = truth.instance_map == truth.instance_id[target]
+        judge.see(frame, None)
+        for sheet, own in zip(sheets, (mask, None), strict=True):
+            sheet.keep(frame, Estimate(truth.position_px[target], mask=own))
+    episode.close()
+    with_masks, without = ({score.metric: score.value for score in sheet.scores(Ending())} for sheet in sheets)
+    assert {name: with_masks[name] for name in ("j_and_f", "mask_iou", "contour_accuracy", "mask_iou_decay")} == {
+        "j_and_f": 1.0,
+        "mask_iou": 1.0,
+        "contour_accuracy": 1.0,
+        "mask_iou_decay": 0.0,
+    }
+    assert with_masks.keys() - without.keys() == {metric.name for metric in MASKS}
