@@ -115,6 +115,7 @@ class Results:
         values = [
             {**dict(zip(_CONDITION, condition, strict=True)), "episode": names[seed], "tracker": label, metric: value}
             for condition, by_label in groups.items()
+            if metric in {each.name for each in suite(condition[0]).metrics}
             for names in [episode_names(by_label)]
             for label, rows in by_label.items()
             for seed, value in by_seed(rows, suite(condition[0]).metric(metric)).items()

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
 from benchmarks.judges.tracker_speed import FRAMES_SEEN, TIMES
 from benchmarks.run.guards import GuardedTracker
@@ -170,7 +171,9 @@ def rows_of(folder: Path) -> list[dict[str, Any]]:
     return [row | {"seconds": 0} for row in read_rows(folder) if row["metric"] not in (*TIMES, FRAMES_SEEN)]
 
 
-def test_pictures_that_come_slowly_give_the_rows_of_a_run_that_waits(tmp_path: Path) -> None:
+def test_pictures_that_come_slowly_give_the_rows_of_a_run_that_waits(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     run_named(TINY, tmp_path / "waits")
     outcome = run_named(replace(TINY, real_time_hz=1e-3), tmp_path / "slow")
     slow = rows_of(tmp_path / "slow")
@@ -185,6 +188,14 @@ def test_pictures_that_come_slowly_give_the_rows_of_a_run_that_waits(tmp_path: P
     again = run_named(replace(TINY, real_time_hz=1e-3), tmp_path / "slow")
     assert (again.episodes, again.resumed) == (0, 2)
     assert "--real-time 0.001" in provenance(read_rows(tmp_path / "slow"))["command"]
+    capsys.readouterr()
+    assert main(["compare", *(f"{tmp_path / name}:fake_still" for name in ("slow", "waits"))]) == 0
+    told = "".join(capsys.readouterr().out.split())
+    assert "slow:fake_still(inrealtimeat0.001Hz)minus" in told
+    assert "waits:fake_still,pairedoverepisodes" in told
+    assert main(["report", str(tmp_path / "slow"), "--markdown"]) == 0
+    assert "in real time at 0.001 Hz: 1 episode" in capsys.readouterr().out
+    assert "set path · raster · in real time at 0.001 Hz" in (tmp_path / "slow" / "report.html").read_text()
 
 
 def test_pictures_that_come_too_fast_are_lost(tmp_path: Path) -> None:
