@@ -10,7 +10,8 @@ _OTHERS = (np.log(0.07), 0.4, 8.0, 0.3)
 of a filter whose peak is about 1 where the target looks as it was learnt.
 """
 _LONGEST_MEMORY = 60.0
-_TAIL, _MOST = 4.0, 6.0
+_TAIL, _LEAST, _MOST = 4.0, -6.0, 3.5
+"""Others that look like the target are rare, but not as rare as the tail of a normal distribution."""
 _UNUSUAL = 0.6
 _LEAST_PEAK = 1e-3
 
@@ -51,13 +52,13 @@ class MatchOdds:
         return _log(peak) > self._target.mean - _UNUSUAL
 
     def log_ratio(self, peak: float) -> float:
-        """Return ``log p(peak | target) / p(peak | something else)``, in [-6, 6].
+        """Return ``log p(peak | target) / p(peak | something else)``, in [-6, 3.5].
 
         A peak above the target's mean is as good as the mean, one below the mean of others as bad as that.
         """
         value = _log(peak)
         target = self._target.log_density(min(value, self._target.mean))
-        return float(np.clip(target - self._others.log_density(max(value, self._others.mean)), -_MOST, _MOST))
+        return float(np.clip(target - self._others.log_density(max(value, self._others.mean)), _LEAST, _MOST))
 
 
 def _log(peak: float) -> float:

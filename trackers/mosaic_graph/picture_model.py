@@ -17,7 +17,7 @@ COLUMNS = 6
 0 where something hides it, and the log-prior of a newborn state.
 """
 
-_SPEED_SIZES, _MEMORY_S = 2.0, 2.0
+_SPEED_SIZES, _MEMORY_S = 2.0, 5.0
 """Standard deviation of the velocity in sizes of the target a second, and the time for which it lasts."""
 _SHAKE_SIZES = 0.03
 _HIDES_PER_S, _SHOWS_PER_S = 0.2, 1.0

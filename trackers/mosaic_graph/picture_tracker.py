@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from trackers.correlation_filter.filter import CorrelationFilter, Match
 from trackers.kernels.boxes import box_around, box_centre, box_size, inside_picture
 from trackers.kernels.particles import geometric_median
-from trackers.kernels.picture_motion import moved_points, picture_motion
+from trackers.kernels.picture_motion import background_motion, moved_points
 from trackers.mosaic_graph.match_odds import MatchOdds
 from trackers.mosaic_graph.parameters import MosaicGraphParameters
 from trackers.mosaic_graph.picture_model import SPEED_X, VISIBLE, Glance, PictureModel
@@ -23,7 +23,7 @@ _MOST_SEARCHED, _LEFT_OUT = 8, 0.03
 _HELD_SIZES, _HELD_MASS = 0.4, 0.5
 _ELSEWHERE_SIZES, _FIRST_LESSONS, _LESSON_FRAMES = 2.0, 8, 4
 _LEAP = 0.1
-_TARGET_AND_RIM, _LEAST_SHARE = 1.2, 0.4
+_TARGET_AND_RIM = 1.2
 _MOST_GROWTH = 1.1
 _LEAST_SIDE_PX, _LARGEST_SIDE = 2.0, 4.0
 _WIDEST_PX = 480
@@ -97,12 +97,10 @@ class PictureTracker:
         (before, shrink_before), (now, shrink) = self._grey, _small_grey(image_rgb)
         self._grey = now, shrink
         target_xyxy = shrink_before * box_around(self._position_px, _TARGET_AND_RIM * self._size_px)
-        small = picture_motion(before, now, target_xyxy, _LEAST_SHARE)
+        small = background_motion(before, now, target_xyxy)
         motion = np.diag([1.0 / shrink, 1.0 / shrink, 1.0]) @ small @ np.diag([shrink_before, shrink_before, 1.0])
         if self._unheld_s > 0:
-            # Far outside the picture the growth is extrapolated too far.
-            inside_px = np.clip(self._position_px, 0, _extent_px(image_rgb))
-            corners_px = moved_points(motion, inside_px + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+            corners_px = moved_points(motion, self._position_px + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
             growth = np.sqrt(abs(np.linalg.det(corners_px[1:] - corners_px[0])))
             self._resize(float(np.clip(growth, 1.0 / _MOST_GROWTH, _MOST_GROWTH)), image_rgb)
         return motion

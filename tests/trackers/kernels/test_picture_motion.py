@@ -9,9 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from trackers.kernels.picture_motion import moved_points, picture_motion
+from trackers.kernels.picture_motion import background_motion, moved_points, picture_motion
 
 _SIZE = (320, 240)
+_NOWHERE = np.array([-20.0, -20.0, -10.0, -10.0])
 
 
 def grey(seed: int) -> NDArray[np.uint8]:
@@ -51,7 +52,7 @@ def test_the_target_s_own_motion_is_left_out() -> None:
     before, now = grey(1), shifted(grey(1), 0.0, 6.0)
     before[40:200, 60:240] = grey(2)[:160, :180]
     now[40:200, 65:245] = grey(2)[:160, :180]
-    H = picture_motion(before, now, np.array([50.0, 30.0, 250.0, 210.0]))
+    H = background_motion(before, now, np.array([50.0, 30.0, 250.0, 210.0]))
     np.testing.assert_allclose(moved_points(H, np.array([[160.0, 120.0]])), [[160.0, 126.0]], atol=0.7)
 
 
@@ -60,7 +61,17 @@ def test_a_motion_with_which_few_agree_is_none() -> None:
     before[:, :70] = grey(6)[:, :70]
     now[:, :70] = shifted(grey(6), 0.0, 5.0)[:, :70]
     assert not np.array_equal(picture_motion(before, now), np.eye(3))
-    np.testing.assert_array_equal(picture_motion(before, now, least_share=0.6), np.eye(3))
+    np.testing.assert_array_equal(background_motion(before, now, _NOWHERE), np.eye(3))
+
+
+def test_a_jerk_beyond_the_reach_of_following_is_found_by_looks() -> None:
+    before = cv2.resize(np.random.default_rng(7).integers(0, 256, (60, 80), dtype=np.uint8), _SIZE)
+    turn = cv2.getRotationMatrix2D((160.0, 120.0), 20.0, 1.0) + np.array([[0.0, 0.0, 60.0], [0.0, 0.0, 45.0]])
+    now = cv2.warpAffine(before, turn, _SIZE)
+    expected = turn @ [140.0, 100.0, 1.0]
+    found = moved_points(background_motion(before, now, _NOWHERE), np.array([[140.5, 100.5]]))[0]
+    assert np.linalg.norm(found - expected - 0.5) < 1.0
+    assert np.linalg.norm(moved_points(picture_motion(before, now), np.array([[140.5, 100.5]]))[0] - expected) > 5.0
 
 
 def test_points_beyond_the_horizon_are_moved_far_and_stay_finite() -> None:
