@@ -133,7 +133,7 @@ def test_a_video_of_ones_own_is_tracked_as_contributing_says(tmp_path: Path) -> 
     for command in shown.splitlines():
         succeeds(in_one_process(command), tmp_path)
     made = {each.name for each in (tmp_path / "results").iterdir()}
-    assert made == {"clip-opencv_mil.mp4", "clip-colour_pf.mp4", "clip.csv"}
+    assert made == {"clip-correlation_filter.mp4", "clip-colour_pf.mp4", "clip.csv"}
 
 
 @pytest.mark.heavy

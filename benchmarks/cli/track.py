@@ -145,11 +145,13 @@ class Track(WithModules):
     def _report(self, made: Made, footage: Footage, out: Path) -> int:
         for note in footage.notes:
             print(f"note: {note}", file=sys.stderr)
-        print(f"{out} ({counted(made.frames, 'picture')})")
-        if self.estimates is not None:
-            print(self.estimates)
+        if made.frames:
+            print(f"{out} ({counted(made.frames, 'picture')})")
+            if self.estimates is not None:
+                print(self.estimates)
         if made.failure:
-            print(f"error: {made.failure}; what was made before is kept", file=sys.stderr)
+            kept = "what was made before is kept" if made.frames else "nothing was made"
+            print(f"error: {made.failure}; {kept}", file=sys.stderr)
             return 1
         if made.stopped and not footage.is_live:
             raise KeyboardInterrupt

@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from types import FrameType
 
@@ -69,6 +70,7 @@ def track(job: Job, wanted: Wanted, progress: Progress = lambda done, of: None) 
     """Run the job's tracker, the only one, on its footage, a ``FootageSpec``; write what is wanted.
 
     Ctrl-C ends it after the present picture, and so does a failure of the tracker: what was made before is written.
+    Where there is no picture yet, nothing is.
 
     Args:
         progress: called with the number of pictures so far, and of all as far as it is known.
@@ -79,10 +81,10 @@ def track(job: Job, wanted: Wanted, progress: Progress = lambda done, of: None) 
     drawing = OfFootage()
     caption = Caption(drawing, " · ".join([spec.preset, *job.trackers]), wanted.frames or spec.expected)
     with opened(job) as live, _Interruption() as interruption:
+        instants = surrounded(_instants(live, wanted, made, interruption), spec.rate_hz, wanted.scale)
 
-        def pictures() -> Iterator[tuple[NDArray[np.uint8], float]]:
-            instants = surrounded(_instants(live, wanted, made, interruption), spec.rate_hz, wanted.scale)
-            for instant in instants:
+        def pictures(first: Instant) -> Iterator[tuple[NDArray[np.uint8], float]]:
+            for instant in chain([first], instants):
                 picture = caption.below(drawing.picture(instant), instant)
                 yield picture, instant.frame.truth.time_s
                 progress(made.frames, max(wanted.frames or spec.expected or 0, made.frames))
@@ -90,11 +92,13 @@ def track(job: Job, wanted: Wanted, progress: Progress = lambda done, of: None) 
                     made.stopped = True
                     return
 
-        try:
-            write_mp4(wanted.video, pictures(), spec.rate_hz, is_even=False)
-        finally:
-            if wanted.answers is not None:
-                wanted.answers.write()
+        # There is none if the tracker cannot be made.
+        if (first := next(instants, None)) is not None:
+            try:
+                write_mp4(wanted.video, pictures(first), spec.rate_hz, is_even=False)
+            finally:
+                if wanted.answers is not None:
+                    wanted.answers.write()
         for failure in live.failures():
             where = f"on frame {failure.frame} of {spec.preset}"
             place = f" ({failure.place})" if failure.place else ""

@@ -218,6 +218,22 @@ def test_ctrl_c_ends_it_and_what_was_made_stays(clip: Path, tmp_path: Path) -> N
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_a_tracker_that_cannot_be_made_leaves_no_video(clip: Path, tmp_path: Path) -> None:
+    made = run(clip, tmp_path / "o.mp4", fail, estimates=tmp_path / "e.csv")
+    assert (made.frames, made.stopped) == (0, False)
+    assert made.failure.startswith("fake failed on frame 0 of clip.mkv: RuntimeError: no more")
+    assert [each.name for each in tmp_path.iterdir()] == ["clip.mkv"]
+
+
+def test_ctrl_c_before_the_first_answer_leaves_no_video(clip: Path, tmp_path: Path) -> None:
+    class Interrupted(Reddest):
+        def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
+            signal.raise_signal(signal.SIGINT)
+
+    assert run(clip, tmp_path / "o.mp4", Interrupted) == Made(0, stopped=True)
+    assert [each.name for each in tmp_path.iterdir()] == ["clip.mkv"]
+
+
 def test_ctrl_c_while_a_picture_is_drawn_lets_it_be_written(clip: Path, tmp_path: Path) -> None:
     def show(image_rgb: NDArray[np.uint8]) -> bool:
         signal.raise_signal(signal.SIGINT)
