@@ -286,6 +286,13 @@ class OfFootage(InLargerView):
 
     signs: Mapping[str, marks.Rgb] = {"the picture": marks.OBSERVED, "estimate outside it": _SHADE["out"]}
 
+    def picture(self, instant: Instant) -> NDArray[np.uint8]:
+        """See ``Drawing``."""
+        if instant.estimate is None:
+            self.signs = {"the picture": marks.OBSERVED}
+            self.answers = {"tracks and their paths, a colour for each identity": marks.colour_of(0)}
+        return super().picture(instant)
+
     def describe(self, instant: Instant) -> str:
         """See ``Drawing``: ``estimate over the left edge``; of a tracker of many how many tracks there are."""
         if instant.estimate is None:
