@@ -20,7 +20,7 @@ _REACH_SIZES = 1.5
 """Half the side of the square in which one call of the filter finds the target."""
 _MOST_SEARCHED, _LEFT_OUT = 8, 0.03
 """Most squares in a picture, and the share of the particles that need not lie in one."""
-_HELD_SIZES, _HELD_MASS = 0.4, 0.5
+_HELD_SIZES, _HELD_MASS, _AWAY_S = 0.4, 0.5, 0.5
 _ELSEWHERE_SIZES, _FIRST_LESSONS, _LESSON_FRAMES = 2.0, 8, 4
 _LEAP = 0.1
 _TARGET_AND_RIM = 1.2
@@ -130,8 +130,13 @@ class PictureTracker:
         return self._rng.uniform(0.0, _extent_px(image_rgb))
 
     def _held(self, posterior: Posterior, matches: list[Match]) -> Match | None:
-        """Return the match around which the visible particles concentrate, if there is one."""
+        """Return the match around which the visible particles concentrate, if there is one.
+
+        After a while without the target only a match as good as usual counts: others that are alike come by.
+        """
         for match in matches:
+            if self._unheld_s > _AWAY_S and not self._odds.is_usual(match.peak):
+                continue
             away_px = np.linalg.norm(posterior.states[:, :SPEED_X] - match.position_px, axis=1)
             near = (away_px < _HELD_SIZES * self._side_px) & (posterior.states[:, VISIBLE] > 0)
             if posterior.weights[near].sum() > _HELD_MASS:
