@@ -8,7 +8,6 @@ are NaN or infinite.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +29,15 @@ def text_lines(path: Path) -> list[str]:
     try:
         return path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:
-        raise ValueError(f"{short(path)}: expected text with numbers, got bytes that are none") from None
+        raise ValueError(f"{short(path, 3)}: expected text with numbers, got bytes that are none") from None
+
+
+def lines_to_the_last(path: Path) -> list[str]:
+    """Return the lines of ``text_lines`` up to the last one that is not blank."""
+    lines = text_lines(path)
+    while lines and not lines[-1].strip():
+        lines.pop()
+    return lines
 
 
 def numbers_of(line: str) -> list[float]:
@@ -67,7 +74,7 @@ def read_boxes(path: Path, frames: int = 0, *, keyed: bool = True) -> tuple[NDAr
         read.append(numbers)
     rows = np.array(read)
     keys, box_xywh = (rows[:, :0], rows) if rows.shape[1] == 4 else (rows[:, :2], rows[:, 2:6])
-    return keys, known_boxes(box_xywh, path)
+    return keys, _known_boxes(box_xywh, path)
 
 
 def read_flags(path: Path, count: int, *, most: int = 1, usual: int = 0) -> NDArray[np.int64]:
@@ -112,11 +119,8 @@ def rate_of(text: str) -> float:
     return float(match[0]) if match else 0.0
 
 
-def known_boxes(box_xywh: NDArray[np.float64], path: Path, lines: Sequence[int] | None = None) -> NDArray[np.float64]:
-    """Return boxes (R, 4) with NaN for each of the ways to say that there is none.
-
-    Args:
-        lines: (R,) numbers of their lines in the file, from 1 on, if others stand between them.
+def _known_boxes(box_xywh: NDArray[np.float64], path: Path) -> NDArray[np.float64]:
+    """Return the boxes (R, 4) of lines with NaN for each of the ways to say that there is none.
 
     Raises:
         ValueError: for a box with a negative size or with numbers that are half unknown; names file and line.
@@ -125,7 +129,6 @@ def known_boxes(box_xywh: NDArray[np.float64], path: Path, lines: Sequence[int] 
     good = none | (np.isfinite(box_xywh).all(axis=1) & (box_xywh[:, 2:] > 0).all(axis=1))
     if not good.all():
         first = int(np.argmin(good))
-        line = first + 1 if lines is None else lines[first]
         got = ",".join(f"{number:g}" for number in box_xywh[first])
-        raise ValueError(f"{short(path)}, line {line}: expected {_BOX}, got {got}")
+        raise ValueError(f"{short(path)}, line {first + 1}: expected {_BOX}, got {got}")
     return np.where(none[:, None], np.nan, box_xywh)

@@ -16,13 +16,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.data.box_files import numbers_of, text_lines
 from benchmarks.data.codec import mask_of
-from benchmarks.data.sequences import short
+from benchmarks.data.pictures import short
 from sim.checks import check
 from trackers.regions import MOST_PIXELS
 
 IGNORED = 10
 """Class of what is not annotated."""
+_CELLS = 6
 _ROW = "frame identity class height width counts, where the counts are a mask of that height and width"
 
 
@@ -49,6 +51,19 @@ class MotsRows:
         return mask
 
 
+def has_masks(path: Path) -> bool:
+    """Return whether a file has rows of MOTS: six values, of which the last one is no number in some row.
+
+    Counts may look like a number, but not all. A file that is no text has none.
+    """
+    try:
+        rows = [line.split() for line in text_lines(path)[:100] if line.strip()]
+    except ValueError:
+        return False
+    whole = [row for row in rows if len(row) == _CELLS]
+    return whole[:1] == rows[:1] and not all(numbers_of(row[-1]) for row in whole)
+
+
 def read_mots(path: Path) -> MotsRows:
     """Return the rows of a file, maybe none.
 
@@ -57,18 +72,14 @@ def read_mots(path: Path) -> MotsRows:
             an identity twice in a frame; names file and line.
     """
     where = short(path, 3)
-    try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
-    except UnicodeDecodeError:
-        raise ValueError(f"{where}: expected text of MOTS, got bytes that are none") from None
     numbers, line = [], []
     runs = list[dict[str, Any]]()
     known = set[tuple[int, int]]()
-    for k, text in enumerate(lines, start=1):
+    for k, text in enumerate(text_lines(path), start=1):
         cells = text.split()
         if not cells:
             continue
-        good = len(cells) == 6 and all(cell.isascii() and cell.isdigit() and len(cell) < 16 for cell in cells[:5])
+        good = len(cells) == _CELLS and all(cell.isascii() and cell.isdigit() and len(cell) < 16 for cell in cells[:5])
         frame, identity, kind, height, width = map(int, cells[:5]) if good else (0, 0, 0, 0, 0)
         good = good and 0 < height * width <= MOST_PIXELS and runs_fill(cells[5], height * width)
         check(f"{where}, line {k}", good, _ROW, repr(text[:80]))

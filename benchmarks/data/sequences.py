@@ -121,8 +121,7 @@ class Labelled:
 def boxed_sequence(labelled: Labelled) -> BoxedSequence:
     """Return a sequence; it begins with the first picture that has a box, which starts trackers.
 
-    A box wholly outside the picture shows nothing of the target, which is then not seen. What follows the last label
-    is left out.
+    Of a box without area, or wholly outside the picture, nothing is seen. What follows the last label is left out.
 
     Raises:
         ValueError: if there are not as many boxes as pictures, no box at all, or boxes in other units than pixels; or
@@ -131,7 +130,8 @@ def boxed_sequence(labelled: Labelled) -> BoxedSequence:
     name, pictures, box_xyxy, where = labelled.name, labelled.pictures, labelled.box_xyxy, short(labelled.file)
     check(where, len(box_xyxy) == len(pictures), f"{len(pictures)} boxes, one a picture", len(box_xyxy))
     tags = np.full(len(pictures), "") if labelled.tags is None else labelled.tags
-    box_xyxy = np.where(np.isin(tags, (OUT, UNLABELLED))[:, None], np.nan, box_xyxy)
+    none = np.isin(tags, (OUT, UNLABELLED)) | (box_xyxy[:, 2:] <= box_xyxy[:, :2]).any(axis=1)
+    box_xyxy = np.where(none[:, None], np.nan, box_xyxy)
     given = ~np.isnan(box_xyxy[:, 0])
     check(where, bool(given.any()), "a box in at least one picture", "none")
     height, width = read_picture(pictures[0]).shape[:2]

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from benchmarks.contract.judging import USUAL_RATE_HZ
 from benchmarks.contract.text import printable
 from benchmarks.data.box_files import rate_of, read_properties
+from benchmarks.data.layouts.followed import with_picture
 from benchmarks.data.layouts.mot import find_mot
 from benchmarks.data.mot_text import read_mot
 from benchmarks.data.pictures import numbered_pictures, short
@@ -31,6 +32,8 @@ from sim.checks import check
 from trackers.types import CameraCommand, CameraModel, Observation, Start
 
 TARGET_KIND, _ABSENT = "target", "absent"
+_MOST = 10**6
+"""Frames of a sequence, and pixels of a side of its pictures."""
 _PEDESTRIAN, _DISTRACTORS, _OF_MOT20 = 1, (2, 7, 8, 12), (6,)
 
 
@@ -96,20 +99,19 @@ def _read(
     folder: Path, directory: Path, file: Path, number: int, rate_hz: float | None, labels_serve: bool
 ) -> TrackedSequence:
     rows, told = read_mot(file), read_properties(folder / "seqinfo.ini")
-    check(short(file), len(rows.frame) > 0, "rows of targets", "none")
-    count, width, height = (int(told.get(each, "0")) for each in ("seqLength", "imWidth", "imHeight"))
+    check(short(file, 3), len(rows.frame) > 0, "rows of targets", "none")
+    size_px = (1, 1)
     if labels_serve and not directory.is_dir():
-        good = min(count, width, height) > 0
-        check(short(folder / "seqinfo.ini"), good, "seqLength, imWidth and imHeight, as there are no pictures", told)
+        words = [told.get(each, "") for each in ("seqLength", "imWidth", "imHeight")]
+        good = all(word.isdecimal() and 0 < int(word) <= _MOST for word in words)
+        wanted = "seqLength, imWidth and imHeight, whole numbers, as there are no pictures"
+        check(short(folder / "seqinfo.ini"), good, wanted, ", ".join(map(repr, words)))
+        count, size_px = int(words[0]), (int(words[1]), int(words[2]))
         pictures, numbers = {}, np.arange(1, count + 1)
     else:
         pictures = numbered_pictures(directory, gaps=True)
         numbers = np.array(list(pictures))
-    beyond = (rows.frame < numbers[0]) | (rows.frame > numbers[-1])
-    wanted = f"frames from {numbers[0]} to {numbers[-1]}, of which there are pictures"
-    first = int(np.argmax(beyond))
-    check(f"{short(file)}, line {rows.line[first]}", not beyond.any(), wanted, f"{rows.frame[first]}")
-    held = np.isin(rows.frame, numbers)
+    held = with_picture(file, rows.frame, numbers, rows.line)
     classes = np.where(np.isnan(rows.further[:, 0]) | (rows.further[:, 0] < 0), _PEDESTRIAN, rows.further[:, 0])
     distractors = _DISTRACTORS + (_OF_MOT20 if folder.name.startswith("MOT20") else ())
     counts = (classes == _PEDESTRIAN) & (rows.confidence != 0)
@@ -122,9 +124,7 @@ def _read(
     pictured = BoxedSequence(printable(folder.name), tuple(pictures.values()), nowhere, rate, number, place=place)
     frames = np.searchsorted(numbers, rows.frame[held])
     names, kind = known.T.tolist()
-    return TrackedSequence(
-        pictured, tuple(names), tuple(kind), frames, objects.ravel(), rows.box_xyxy[held], (width, height)
-    )
+    return TrackedSequence(pictured, tuple(names), tuple(kind), frames, objects.ravel(), rows.box_xyxy[held], size_px)
 
 
 class TrackedEpisode(SequenceEpisode):

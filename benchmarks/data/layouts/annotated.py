@@ -25,6 +25,7 @@ from scenarios.visibility import MOSTLY_SEEN
 from sim.checks import check
 
 Entry = Mapping[str, Any]
+_BOX = "left, top, width, height with a width and height >= 0"
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,10 @@ def _read(file: Path, changed_ns: int) -> Annotations | None:
         return None
     images = _entries(file, content, "images", {"id": int, "file_name": str})
     boxes: dict[int, list[Entry]] = {}
-    for each in _entries(file, content, "annotations", {"image_id": int, "bbox": list}):
+    for number, each in enumerate(_entries(file, content, "annotations", {"image_id": int, "bbox": list}), start=1):
+        where, seen = f"{short(file)}, annotations, entry {number}", each.get("visibility", 1.0)
+        check(where, not each["bbox"] or _is_box(each["bbox"]), _BOX, repr(each["bbox"])[:80])
+        check(where, isinstance(seen, int | float), "a number as visibility", repr(seen)[:80])
         boxes.setdefault(each["image_id"], []).append(each)
     return Annotations(file, _entries(file, content, "videos", {"id": int, "name": str}), images, boxes)
 
@@ -116,13 +120,17 @@ def _is_seen(entry: Entry) -> bool:
     return bool(entry.get("visibility", 1.0) > 0 and min(entry["bbox"][2:], default=0) > 0)
 
 
+def _is_box(box: Any) -> bool:
+    """Return whether a value is four numbers with a size of at least 0."""
+    numbers = isinstance(box, list) and len(box) == 4 and all(isinstance(each, int | float) for each in box)
+    return numbers and bool(np.isfinite(box).all()) and min(box[2:]) >= 0
+
+
 def _label(where: str, entry: Entry, width: int, height: int) -> tuple[Any, str]:
     """Return the box (4,) and the tag of a target in a picture."""
     whole = "amodal_bbox" in entry and not entry.get("amodal_is_uncertain", False)
     box = entry["amodal_bbox" if whole else "bbox"]
-    good = isinstance(box, list) and len(box) == 4 and all(isinstance(each, int | float) for each in box)
-    good = good and bool(np.isfinite(box).all()) and min(box[2:]) >= 0
-    check(where, good, "left, top, width, height with a width and height >= 0", repr(box)[:80])
+    check(where, _is_box(box), _BOX, repr(box)[:80])
     box_xyxy = corners_of(np.array([box], float), 0.0)[0]
     meets = (box_xyxy[:2] < (width, height)).all() and (box_xyxy[2:] > 0).all()
     if not _is_seen(entry):

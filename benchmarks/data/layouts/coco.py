@@ -1,8 +1,9 @@
 """COCO of sequences: ``annotations/instances.json`` and ``images/NAME/000000.png …``, those of our export.
 
 https://cocodataset.org/#format-data. See ``layouts.annotated``. COCO has no sequences and tracks: a folder of pictures
-is a sequence here, in the order of their names, and targets are known by ``track_id`` or by the ``name`` in their
-``attributes``. The box is that of the pixels that are seen; without one the target is not seen, and no file says why.
+is a sequence here, also ``images`` itself, in the order of their names, and targets are known by ``track_id`` or by the
+``name`` in their ``attributes``. The box is that of the pixels that are seen; without one the target is not seen, and
+no file says why.
 """
 
 from __future__ import annotations
@@ -27,8 +28,9 @@ def find_coco(path: Path) -> Iterator[Source]:
 
 
 def _sequences(root: Path, file: Path, said: Annotations) -> Iterator[Source]:
-    sequences: dict[str, list[Entry]] = {}
+    sequences: dict[Path, list[Entry]] = {}
     for each in said.images:
-        sequences.setdefault(Path(each["file_name"]).parent.as_posix(), []).append(each)
-    for name, images in sequences.items():
-        yield Source(name, (root / name, file), partial(labelled, name, root, said, images, 0.0))
+        sequences.setdefault(root / Path(each["file_name"]).parent, []).append(each)
+    for folder, images in sequences.items():
+        name = "-".join(folder.relative_to(root).parts) or root.parent.name
+        yield Source(name, (folder, file), partial(labelled, name, root, said, images, 0.0))

@@ -81,4 +81,5 @@ def _mask(file: Path) -> NDArray[np.uint8]:
 def _named(objects: Path, sequence: str) -> dict[str, int]:
     """Return name → number of the objects of a sequence; none without the file."""
     lines = [line.split(",") for line in text_lines(objects)] if objects.is_file() else []
-    return {cells[2]: int(cells[1]) for cells in lines if len(cells) > 2 and cells[0] == sequence}
+    own = [cells for cells in lines if len(cells) > 2 and cells[0] == sequence and cells[1].isdecimal()]
+    return {cells[2]: int(cells[1]) for cells in own}

@@ -27,11 +27,11 @@ def followed(target: Target, file: Path, ids: Sequence[Any]) -> tuple[str, NDArr
     Raises:
         ValueError: for a file without labels and an unknown target.
     """
-    check(short(file), len(ids) > 0, "labels of at least one target", "none")
+    check(short(file, 3), len(ids) > 0, "labels of at least one target", "none")
     known, lines = np.unique(np.array(ids), return_counts=True)
     names = [str(each) if isinstance(each, str) else f"{each:.0f}" for each in known]
     chosen = names[int(np.argmax(lines))] if target is None else str(target)
-    check("target", chosen in names, f"one in {short(file)}: {', '.join(names[:10])}", target)
+    check("target", chosen in names, f"one in {short(file, 3)}: {', '.join(names[:10])}", target)
     return chosen, np.flatnonzero(np.array(ids) == known[names.index(chosen)])
 
 
@@ -49,14 +49,27 @@ def in_pictures(
         ValueError: for a frame before the first picture or after the last one, and two labels of one frame.
     """
     numbers = np.array(pictures)
+    held = with_picture(file, frames, numbers, lines)
+    _, firsts, counts = np.unique(frames, return_index=True, return_counts=True)
+    again = int(np.argmax(counts))
+    check(
+        short(file, 3), counts[again] == 1, "one label a frame of a target", f"two of frame {frames[firsts[again]]:g}"
+    )
+    gone = len(frames) - len(held)
+    notes = (f"{short(file, 3)}: {gone} labels of frames without a picture are left out",) if gone else ()
+    return held, np.searchsorted(numbers, frames[held]), notes
+
+
+def with_picture(
+    file: Path, frames: NDArray[Any], numbers: NDArray[np.int64], lines: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Return which labels (L,) have a picture, of ``in_pictures``' ``frames``, ``numbers`` and ``lines``.
+
+    Raises:
+        ValueError: for a frame before the first picture or after the last one.
+    """
     beyond = (frames < numbers[0]) | (frames > numbers[-1])
     wanted = f"frames from {numbers[0]} to {numbers[-1]}, of which there are pictures"
     first = int(np.argmax(beyond))
-    check(f"{short(file)}, line {lines[first]}", not beyond.any(), wanted, f"{frames[first]:g}")
-    _, firsts, counts = np.unique(frames, return_index=True, return_counts=True)
-    again = int(np.argmax(counts))
-    check(short(file), counts[again] == 1, "one label a frame of a target", f"two of frame {frames[firsts[again]]:g}")
-    held = np.flatnonzero(np.isin(frames, numbers))
-    gone = len(frames) - len(held)
-    notes = (f"{short(file)}: {gone} labels of frames without a picture are left out",) if gone else ()
-    return held, np.searchsorted(numbers, frames[held]), notes
+    check(f"{short(file, 3)}, line {lines[first]}", not beyond.any(), wanted, f"{frames[first]:g}")
+    return np.flatnonzero(np.isin(frames, numbers))

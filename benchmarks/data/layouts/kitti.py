@@ -21,6 +21,7 @@ from benchmarks.contract.text import printable
 from benchmarks.data.box_files import text_lines
 from benchmarks.data.layouts.followed import followed, in_pictures
 from benchmarks.data.layouts.layout import Source, Target, layout
+from benchmarks.data.mots_text import has_masks
 from benchmarks.data.pictures import numbered_pictures, short, visible
 from benchmarks.data.sequences import OCCLUDED, PARTIAL, Labelled
 from sim.checks import check
@@ -36,7 +37,7 @@ def find_kitti(path: Path) -> Iterator[Source]:
     for root in (path, path / "training"):
         for file in visible(root / "label_02", "*.txt"):
             pictures = root / "image_02" / file.stem
-            if pictures.is_dir():
+            if pictures.is_dir() and not has_masks(file):
                 yield Source(file.stem, (pictures, file), partial(_read, pictures, file))
 
 

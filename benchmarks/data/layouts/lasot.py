@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.contract.text import printable
-from benchmarks.data.box_files import numbers_of, read_flags, text_lines
+from benchmarks.data.box_files import lines_to_the_last, numbers_of, read_flags
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, folders_with, layout
 from benchmarks.data.pictures import numbered_pictures, short
 from benchmarks.data.sequences import OCCLUDED, OUT, Labelled, corners_of
@@ -42,7 +42,7 @@ def _read(folder: Path, target: Target) -> Labelled:
     file = folder / "groundtruth.txt"
     pictures = list(numbered_pictures(folder / "img").values())[: _COUNTS.get(folder.name)]
     rows = []
-    for number, line in enumerate(text_lines(file)[: _COUNTS.get(folder.name)], start=1):
+    for number, line in enumerate(lines_to_the_last(file)[: _COUNTS.get(folder.name)], start=1):
         numbers = numbers_of(line)
         check(f"{short(file)}, line {number}", len(numbers) == 4, "x,y,w,h", repr(line[:80]))
         rows.append(numbers)

@@ -22,8 +22,9 @@ from benchmarks.contract.text import printable
 from benchmarks.data.box_files import rate_of, read_properties
 from benchmarks.data.layouts.followed import followed, in_pictures
 from benchmarks.data.layouts.layout import Source, Target, folders_with, layout
-from benchmarks.data.layouts.mots import has_masks, pictures_of
+from benchmarks.data.layouts.mots import pictures_of
 from benchmarks.data.mot_text import read_mot
+from benchmarks.data.mots_text import has_masks
 from benchmarks.data.pictures import numbered_pictures
 from benchmarks.data.sequences import OCCLUDED, Labelled
 from scenarios.visibility import MOSTLY_SEEN

@@ -20,16 +20,16 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.contract.text import printable
-from benchmarks.data.box_files import numbers_of, rate_of, read_properties, text_lines
+from benchmarks.data.box_files import rate_of, read_properties
 from benchmarks.data.layouts.followed import followed, in_pictures
 from benchmarks.data.layouts.kitti import RATE_HZ
 from benchmarks.data.layouts.layout import Source, Target, folders_with, layout
-from benchmarks.data.mots_text import IGNORED, read_mots
+from benchmarks.data.mots_text import IGNORED, has_masks, read_mots
 from benchmarks.data.pictures import numbered_pictures, visible
 from benchmarks.data.sequences import Labelled
 from trackers.regions import Mask
 
-_LABELS, _PICTURES = ("instances_txt", "label_02"), ("training/image_02", "image_02")
+_LABELS, _PICTURES = ("instances_txt", "label_02", "training/label_02"), ("training/image_02", "image_02")
 
 
 @layout("mots", "instances_txt/0000.txt or label_02/0000.txt with masks, beside training/image_02/; or NAME/gt/gt.txt")
@@ -54,12 +54,6 @@ def pictures_of(folder: Path) -> Path:
     except ValueError:
         told = {}  # What is wrong is named where the sequence is read.
     return folder / told.get("imDir", "img1")
-
-
-def has_masks(file: Path) -> bool:
-    """Return whether a text file has rows of MOTS: six values, of which the last one is no number in some row."""
-    rows = [line.split() for line in text_lines(file)[:100] if line.strip()]
-    return bool(rows) and len(rows[0]) == 6 and not all(len(row) == 6 and numbers_of(row[5]) for row in rows)
 
 
 def _read(name: str, folder: Path, file: Path, rate_hz: float, target: Target) -> Labelled:

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.contract.text import printable
-from benchmarks.data.box_files import text_lines
+from benchmarks.data.box_files import lines_to_the_last
 from benchmarks.data.layouts.followed import in_pictures
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, layout
 from benchmarks.data.pictures import numbered_pictures, read_picture, short, visible
@@ -34,7 +34,7 @@ def find_oxuva(path: Path) -> Iterator[Source]:
     for file in visible(path / "annotations", "*.csv"):
         root, rows = path / "images" / file.stem, dict[tuple[str, str], list[tuple[int, list[str]]]]()
         if root.is_dir():
-            for number, line in enumerate(text_lines(file), start=1):
+            for number, line in enumerate(lines_to_the_last(file), start=1):
                 cells = [cell.strip() for cell in line.split(",")]
                 rows.setdefault((cells[0], cells[min(1, len(cells) - 1)]), []).append((number, cells))
         for (video, each), mine in rows.items():

@@ -16,7 +16,8 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from benchmarks.data.layouts.annotated import labelled, read_annotations
+from benchmarks.data.box_files import rate_of
+from benchmarks.data.layouts.annotated import Annotations, Entry, labelled, read_annotations
 from benchmarks.data.layouts.layout import Source, layout
 from benchmarks.data.pictures import visible
 
@@ -31,11 +32,17 @@ def find_tao(path: Path) -> Iterator[Source]:
     files = [file for place in _FOLDERS for file in visible(path / place, "*.json") if root.is_dir()]
     for file in files:
         said = None if file.name.endswith(_REPEATS) else read_annotations(file)
-        for video in said.videos if said is not None else ():
-            assert said is not None
-            images = [each for each in said.images if each.get("video_id") == video["id"]]
-            if images:
-                name = Path(video["name"]).name
-                rate_hz = float(dict(video.get("metadata") or {}).get("fps", 0.0))
-                places = ((root / images[0]["file_name"]).parent, file)
-                yield Source(name, places, partial(labelled, name, root, said, images, rate_hz))
+        if said is not None:
+            yield from _sequences(root, file, said)
+
+
+def _sequences(root: Path, file: Path, said: Annotations) -> Iterator[Source]:
+    images: dict[int, list[Entry]] = {}
+    for each in said.images:
+        images.setdefault(each.get("video_id", -1), []).append(each)
+    for video in said.videos:
+        if mine := images.get(video["id"]):
+            name, metadata = Path(video["name"]).name, video.get("metadata")
+            rate_hz = rate_of(str(metadata.get("fps", ""))) if isinstance(metadata, dict) else 0.0
+            places = ((root / mine[0]["file_name"]).parent, file)
+            yield Source(name, places, partial(labelled, name, root, said, mine, rate_hz))

@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.text import printable
-from benchmarks.data.box_files import rate_of, read_properties, text_lines
+from benchmarks.data.box_files import lines_to_the_last, rate_of, read_properties, text_lines
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, folders_with, layout
 from benchmarks.data.pictures import short
 from benchmarks.data.sequences import OCCLUDED, OUT, UNLABELLED, Labelled
@@ -71,7 +71,7 @@ def _pattern_of(folder: Path) -> str | None:
 
 def _read(name: str, file: Path, pattern: str, target: Target) -> Labelled:
     check_one_target(target)
-    folder, lines = file.parent, text_lines(file)
+    folder, lines = file.parent, lines_to_the_last(file)
     properties = read_properties(folder / "sequence")
     pictures = _pictures(folder, pattern, properties.get("length", ""))
     check(short(file), len(lines) <= len(pictures), f"{len(pictures)} regions at most, one a picture", len(lines))

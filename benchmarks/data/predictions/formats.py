@@ -33,7 +33,7 @@ from benchmarks.contract.text import counted
 from benchmarks.data.box_files import BETWEEN, numbers_of, text_lines
 from benchmarks.data.coco_json import NO_TRACK, Pictures, Results, read_pictures, read_results
 from benchmarks.data.mot_text import FIRST, read_mot
-from benchmarks.data.mots_text import read_mots
+from benchmarks.data.mots_text import has_masks, read_mots
 from benchmarks.data.pictures import short
 from sim.checks import check
 from trackers.regions import Rectangle, Region, Special, read_region
@@ -42,7 +42,6 @@ from trackers.types import Estimate, Track
 LINES = {"vot": 0.0, "otb": 1.0}
 """Format with a line a frame → coordinate of the top left corner of the picture."""
 FORMATS = (*LINES, "mot", "mots", "coco")
-_CELLS_OF_MOTS = 6
 _NUMBER = re.compile(r"\d+$")
 
 
@@ -102,14 +101,13 @@ def read_predictions(file: SequenceFile) -> Predictions:
 
 
 def format_of(path: Path) -> str:
-    """Return the format of a file by its ending and its first line; one without a line has no row."""
+    """Return the format of a file by its ending and its first lines; one without a line has no row."""
     if path.suffix == ".json":
         return "coco"
     first = next((line for line in text_lines(path) if line.strip()), "")
-    numbers, last = numbers_of(first), first.split()[-1:]
-    if len(first.split()) == _CELLS_OF_MOTS and not numbers_of(last[0]):
+    if has_masks(path):
         return "mots"
-    return "mot" if (len(numbers) >= 6 or not first) and not first.strip().startswith("m") else "vot"
+    return "mot" if (len(numbers_of(first)) >= 6 or not first) and not first.strip().startswith("m") else "vot"
 
 
 def sequences_in(path: Path, annotations: Path | None) -> list[str]:

@@ -219,7 +219,7 @@ def test_what_is_wrong_with_boxes_is_named(tmp_path: Path, lines: list[str], mes
         ("empty", "uav123", None, "real: expected anno/UAV123/NAME.txt, got "),
         ("empty", "tom", None, f"layout: expected one of {NAMES}, got 'tom'"),
         ("Car1", "", 3, "target: expected none but for files of several targets, got 3"),
-        ("many", "", 5, "target: expected one in GT/M0101_gt_whole.txt: 3, 8, got 5"),
+        ("many", "", 5, "target: expected one in UAV-benchmark-MOTD_v1.0/GT/M0101_gt_whole.txt: 3, 8, got 5"),
         (
             "broken",
             "",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
+import json
 import shutil
 from collections.abc import Callable
 from functools import partial
@@ -119,7 +121,7 @@ def test_a_picture_that_is_missing_leaves_a_gap_in_time(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.box_xyxy, CLIPPED_XYXY[left], atol=1e-6)
     assert tuple(read.state) == ("in", "unseen", "unseen", "unseen", "partial", "occluded", "in")
     assert (read.place.tolist(), read.rate_hz) == (left, 10.0)
-    assert read.notes == ("label_02/0001.txt: 1 labels of frames without a picture are left out",)
+    assert read.notes == ("training/label_02/0001.txt: 1 labels of frames without a picture are left out",)
 
 
 @pytest.mark.parametrize("write", [write_oxuva, write_tao, write_davis])
@@ -131,6 +133,51 @@ def test_pictures_without_a_label_are_shown(tmp_path: Path, write: Callable[[Pat
     expected = np.where((np.arange(FRAMES - 1) % 2 == 0)[:, None], CLIPPED_XYXY[:7], np.nan)
     np.testing.assert_allclose(read.box_xyxy, expected, atol=1e-6)
     assert len(read.pictures) == FRAMES - 1
+
+
+@pytest.mark.parametrize("inside", [False, True])
+def test_masks_in_the_folders_of_kitti_are_masks(tmp_path: Path, inside: bool) -> None:
+    root = write_mots(tmp_path / "set")
+    (root / "instances_txt").rename(root / "training" / "label_02")
+    assert read_one(root / "training" if inside else root).name == "0002-1007"
+
+
+def test_pictures_of_coco_may_lie_in_no_folder(tmp_path: Path) -> None:
+    root = write_coco(tmp_path / "set")
+    for picture in (root / "images" / "town-000003").iterdir():
+        picture.rename(root / "images" / picture.name)
+    file = root / "annotations" / "instances.json"
+    file.write_text(file.read_text().replace("town-000003/", ""))
+    assert read_one(root).name == "set-target"
+
+
+@pytest.mark.parametrize("metadata", [None, ["a"], {"fps": None}, {"fps": "x"}])
+def test_a_video_of_tao_need_not_tell_its_rate(tmp_path: Path, metadata: object) -> None:
+    file = write_tao_amodal(tmp_path / "set") / "amodal_annotations" / "validation.json"
+    content = json.loads(file.read_text())
+    content["videos"][0]["metadata"] = metadata
+    file.write_text(json.dumps(content))
+    assert read_one(tmp_path / "set").rate_hz == 30.0
+
+
+@pytest.mark.parametrize("name", ["lasot", "got10k", "trackingnet", "vot", "mot", "kitti", "oxuva", "mots", "yolo"])
+def test_text_may_have_lines_of_windows_a_mark_and_a_blank_end(tmp_path: Path, name: str) -> None:
+    write, _ = LAYOUTS[name]
+    before = read_one(write(tmp_path / "set"))
+    for file in (tmp_path / "set").rglob("*"):
+        if file.is_file() and file.suffix in ("", ".txt", ".label", ".tag", ".ini", ".csv"):
+            file.write_bytes(b"\xef\xbb\xbf" + file.read_bytes().replace(b"\n", b"\r\n") + b"\r\n")
+    (collection,) = read_collections([tmp_path / "set"])
+    assert not collection.unusable
+    assert collection.sequences[0].fingerprint == before.fingerprint
+
+
+def test_a_box_without_area_shows_nothing(tmp_path: Path) -> None:
+    file = write_mot(tmp_path / "set") / "train" / "MOT17-02-FRCNN" / "gt" / "gt.txt"
+    file.write_text(file.read_text().replace("8,7,35,21,12,8", "8,7,35,21,0,8"))
+    read = read_one(tmp_path / "set")
+    assert read.state[-1] == "unseen"
+    assert np.isnan(read.box_xyxy[-1]).all()
 
 
 def test_mots_challenge_lies_as_mot(tmp_path: Path) -> None:
@@ -246,6 +293,20 @@ BROKEN = {
         '{"images": [{"id": 1, "file_name": "town-000003/000000.png"}], "annotations": [{"image_id": 1}]}',
         "annotations/instances.json, annotations, entry 1",
     ),
+    "coco, no number": (
+        write_coco,
+        "annotations/instances.json",
+        1,
+        '{"images": [], "annotations": [{"image_id": 1, "bbox": [1, 2, "x", 4]}]}',
+        "annotations/instances.json, annotations, entry 1",
+    ),
+    "tao, no visibility": (
+        write_tao_amodal,
+        "amodal_annotations/validation.json",
+        1,
+        '{"images": [], "annotations": [{"image_id": 1, "bbox": [1, 2, 3, 4], "visibility": null}]}',
+        "amodal_annotations/validation.json, annotations, entry 1",
+    ),
 }
 
 
@@ -279,6 +340,15 @@ def test_a_broken_sequence_costs_itself_alone(
     assert [named in line for line in collection.unusable] == [True]
 
 
+def test_labels_that_are_no_text_cost_their_sequence_alone(tmp_path: Path) -> None:
+    root = write_mot(tmp_path / "set")
+    shutil.copytree(root / "train" / "MOT17-02-FRCNN", root / "train" / "another")
+    (root / "train" / "another" / "gt" / "gt.txt").write_bytes(b"\xff\xfe1\0")
+    (collection,) = read_collections([root])
+    assert [each.name for each in collection.sequences] == ["MOT17-02-FRCNN-7"]
+    assert collection.unusable == ("another/gt/gt.txt: expected text with numbers, got bytes that are none",)
+
+
 def test_folders_above_are_searched_up_to_those_of_a_person(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     root = write_trackingnet(tmp_path / "home" / "set")
     place = root / "TRAIN_3" / "anno" / "abc_0.txt"
@@ -293,6 +363,12 @@ def test_what_is_broken_in_a_tar_file_is_named(tmp_path: Path) -> None:
     whole = file.read_bytes()
     file.write_bytes(whole.replace(b'"time_s"', b'"time_x"'))
     with pytest.raises(ValueError, match=r"^town-train-00001.tar/town-000003_000005.json: expected truth as "):
+        read_collections([tmp_path / "set"])
+    file.write_bytes(whole.replace(b'"box_xyxy": [', b'"box_xyxy": ["'))
+    with pytest.raises(ValueError, match=r"^town-train-00001.tar/town-000003_000005.json: expected truth as "):
+        read_collections([tmp_path / "set"])
+    file.write_bytes(gzip.compress(whole))
+    with pytest.raises(ValueError, match=r"^set/town-train-00001.tar: expected a tar file, got "):
         read_collections([tmp_path / "set"])
     file.write_bytes(b"no tar file, but long enough" * 40)
     with pytest.raises(ValueError, match=r"^set/town-train-00001.tar: expected a tar file, got "):

@@ -17,6 +17,7 @@ from hypothesis.extra.numpy import arrays
 from shapely.geometry import box as rectangle
 
 from benchmarks import bench, score
+from benchmarks.data.tracked import read_tracked
 from benchmarks.judges.many.judge import overlaps
 
 NAME, FRAMES = "MOT17-99-FRCNN", 30
@@ -125,3 +126,16 @@ def test_trackers_need_pictures(folder: Path, tmp_path: Path) -> None:
     shutil.copytree(folder / "gt", tmp_path / "labels", ignore=shutil.ignore_patterns("img1"))
     with pytest.raises(ValueError, match="img1: expected pictures"):
         bench("many", real=tmp_path / "labels" / "MOT17-train", trackers=["sort"], out=tmp_path / "out")
+
+
+@pytest.mark.parametrize("length", ["", "30.0", "-3", "1" * 30, "x"])
+def test_the_length_is_needed_where_there_are_no_pictures(folder: Path, tmp_path: Path, length: str) -> None:
+    shutil.copytree(folder / "gt/MOT17-train", tmp_path / "set")
+    file = tmp_path / "set" / NAME / "seqinfo.ini"
+    file.write_text(file.read_text().replace("seqLength=30", f"seqLength={length}"))
+    (_, sequences, unusable) = read_tracked(tmp_path / "set", None, labels_serve=True)
+    assert (len(sequences), unusable) == (1, [])
+    shutil.rmtree(file.parent / "img1")
+    (_, sequences, unusable) = read_tracked(tmp_path / "set", None, labels_serve=True)
+    assert not sequences
+    assert unusable[0].startswith(f"{NAME}/seqinfo.ini: expected seqLength, imWidth and imHeight, whole numbers")
