@@ -36,13 +36,14 @@ _PASSED = re.compile(
 _TICK_S = 0.05
 """How often limits are looked at while a process works."""
 _LISTED_S = 0.2
-"""How often its children, and theirs, are listed, whose CPU time counts too."""
+"""How often its children, and theirs, are listed, whose CPU time and memory count too."""
 _SEARCH_S = 1.0
 """How often all processes of the machine are searched for those that it has started."""
 _ENDING_S = 1.0
 """Longest wait for the end of a process whose pipe is closed."""
 _LAST_WORDS = 4096
-_LONGEST_ANSWER = 1 << 30
+LONGEST_ANSWER = 1 << 30
+"""Bytes."""
 _PIECE, _WIDE = 1 << 16, 1 << 20
 
 
@@ -135,7 +136,7 @@ class Child:
         self.stdin, self.stdout = process.stdin.fileno(), process.stdout.fileno()
         self._stderr = process.stderr.fileno()
         os.set_blocking(self.stdin, False)
-        self._said, self._ended = {self.stdout: b"", self._stderr: b""}, set[int]()
+        self._said, self._ended = {self.stdout: bytearray(), self._stderr: bytearray()}, set[int]()
         self._poll = select.poll()
         for stream in self._said:
             self._poll.register(stream, select.POLLIN)
@@ -152,13 +153,13 @@ class Child:
         """Read answers from the pipe ``replies`` too; both pipes are closed with the process."""
         self._inputs.append(requests)
         os.set_blocking(requests.fileno(), False)
-        self._said[replies.fileno()] = b""
+        self._said[replies.fileno()] = bytearray()
         self._poll.register(replies, select.POLLIN)
         for pipe in (requests, replies):
             self._made.callback(pipe.close)
 
     def exchange(
-        self, sent: bytes, into: int, answer: Callable[[int, bytes], int | None], limit_s: float, of: Sequence[int]
+        self, sent: bytes, into: int, answer: Callable[[int, bytearray], int | None], limit_s: float, of: Sequence[int]
     ) -> tuple[int, bytes]:
         """Send bytes and return the file and the bytes of the answer.
 
@@ -169,19 +170,23 @@ class Child:
             of: files that an answer may come from.
 
         Raises:
-            ProcessError: if the process ends, closes a file or goes beyond a limit.
+            ProcessError: if the process ends, closes a file, goes beyond a limit, or has answered before.
         """
         if not self._close.alive:
             raise ProcessError("it has been ended")
         began_s, unsent = time.monotonic(), memoryview(sent)
-        if unsent := unsent[self._write(into, unsent) :] if unsent else unsent:
-            self._poll.register(into, select.POLLOUT)
+        if unsent:
+            for file, _ in self._poll.poll(0):
+                self._read(file, of)
+            if early := self._answer(answer, of):
+                raise ProcessError(f"it answered before it was asked: {early[1][:60]!r}")
+            if unsent := unsent[self._write(into, unsent) :]:
+                self._poll.register(into, select.POLLOUT)
         while True:
-            for file in of:
-                if (length := answer(file, self._said[file])) is not None:
-                    whole, self._said[file] = self._said[file][:length], self._said[file][length:]
-                    self._account()
-                    return file, whole
+            # What is said before the whole request can be read is looked at afterwards.
+            if not unsent and (found := self._answer(answer, of)):
+                self._account()
+                return found
             ready = self._poll.poll(1000.0 * _TICK_S)
             for file, _ in ready:
                 if file == into and unsent:
@@ -194,6 +199,15 @@ class Child:
                 raise ProcessError(self._ending())
             if time.monotonic() - max(self._looked_s, began_s) > _TICK_S:
                 self._look(began_s, limit_s)
+
+    def _answer(self, answer: Callable[[int, bytearray], int | None], of: Sequence[int]) -> tuple[int, bytes] | None:
+        for file in of:
+            said = self._said[file]
+            if (length := answer(file, said)) is not None:
+                whole = bytes(memoryview(said)[:length])
+                del said[:length]
+                return file, whole
+        return None
 
     def wait(self, limit_s: float) -> None:
         """Wait for its end. Raises ProcessError if that comes late, is no success, or is one of a limit."""
@@ -260,10 +274,12 @@ class Child:
             self._ended.add(file)
             if self._ended.issuperset(of):
                 raise ProcessError(self._ending())
-        said = self._said[file] + piece
-        if len(said) > _LONGEST_ANSWER:
-            raise ProcessError(f"it says more than {_LONGEST_ANSWER:,} bytes that are no whole answer")
-        self._said[file] = said if file in of else said[-_LAST_WORDS:]
+        said = self._said[file]
+        said += piece
+        if len(said) > LONGEST_ANSWER:
+            raise ProcessError(f"it says more than {LONGEST_ANSWER:,} bytes that are no whole answer")
+        if file not in of:
+            del said[:-_LAST_WORDS]
 
     def _look(self, began_s: float, limit_s: float) -> None:
         """Raise ProcessError for a process that has ended or is beyond a limit."""
@@ -273,11 +289,14 @@ class Child:
             self._know(_marked(self._mark))
         if now_s - began_s > limit_s:
             raise ProcessError(f"it did not answer within {limit_s:g} s")
+        self._weigh()
+        if self._cpu_s() - sum(self._known.values()) > self.limits.frame_cpu_s:
+            raise ProcessError(f"it took longer than {self.limits.frame_cpu_s:g} s of CPU time over one answer")
+
+    def _weigh(self) -> None:
         if (used := sum(map(_resident_bytes, self._known))) > self.limits.memory_bytes:
             limit = f"{1e-9 * self.limits.memory_bytes:.3g} GB"
             raise ProcessError(f"it takes {1e-9 * used:.3g} GB of memory, more than its limit of {limit}")
-        if self._cpu_s() - sum(self._known.values()) > self.limits.frame_cpu_s:
-            raise ProcessError(f"it took longer than {self.limits.frame_cpu_s:g} s of CPU time over one answer")
 
     def _know(self, pids: Iterable[int]) -> None:
         self._known.update({pid: 0.0 for pid in pids if pid not in self._known})
@@ -289,6 +308,7 @@ class Child:
         if time.monotonic() - self._listed_s > _LISTED_S:
             self._listed_s = time.monotonic()
             self._know(_below(self.pid))
+            self._weigh()
         now = {pid: max(_cpu_s(pid), before) for pid, before in self._known.items()}
         self.spent_cpu_s = sum(now.values()) - sum(self._known.values())
         self._known = now
@@ -298,8 +318,8 @@ class Child:
         for file in (self.stdout, self._stderr):
             os.set_blocking(file, False)
             with contextlib.suppress(OSError):
-                while piece := os.read(file, _PIECE):
-                    self._said[file] = (self._said[file] + piece)[-_LAST_WORDS:]
+                # No more than the pipe holds: others may go on writing into it.
+                self._said[file] = bytearray((self._said[file] + os.read(file, _WIDE))[-_LAST_WORDS:])
 
     def _ending(self) -> str:
         """Return what became of a process that has closed a file, with its last words after a colon."""

@@ -7,8 +7,8 @@ A message is ``HEAD``, two little-endian 64-bit numbers of bytes, then as many b
 arrays. The arrays of a request lie in the shared memory instead, in as many bytes from its start, and the tracker
 copies what it needs before it replies. In the JSON an object has its class under ``is``, an ``array`` its element type
 ``of`` as NumPy writes it (``<f8``), ``shape``, ``strides`` in bytes, and the place ``at`` of its lowest byte among the
-arrays. Floats have all their digits; ``NaN`` and ``Infinity`` are written so. Fields have the names of
-``trackers.types`` and ``trackers.gaps``.
+arrays; one without ``is``, or a ``dict``, is a table. Floats have all their digits; ``NaN`` and ``Infinity`` are
+written so. Fields have the names of ``trackers.types`` and ``trackers.gaps``.
 
 The tracker's first message is its greeting: ``frameout`` (the version), ``name``, ``pid``. Then each request has
 ``number``, ``call``, ``of`` (an object, 0 is the tracker), ``with`` (a list) and ``drop`` (objects that are not called
@@ -38,6 +38,7 @@ The end of the requests is the end of the process.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import mmap
@@ -52,7 +53,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.clients.child import Child, ProcessError
+from trackers.clients.child import LONGEST_ANSWER, Child, ProcessError
 from trackers.clients.portable.frameout_client import HEAD, VERSION, decode, encode
 from trackers.gaps import Bridge
 from trackers.types import Estimate, Track
@@ -138,13 +139,13 @@ class Connection:
             if read.get("number") != number:
                 raise ProcessError(f"expected the reply to request {number}, got one to {read.get('number')!r}")
             if "error" in read:
-                at = read.get("at", ())
-                places = [f" ({Path(str(each[0])).name}, line {each[1]})" for each in at if len(each) == 2]
-                raise ProcessError(f"{read['error']}{''.join(places)}")
+                line = next(iter(str(read["error"]).splitlines()), "an error without a word")
+                raise ProcessError(f"{line}{_places(read.get('at'))}")
+            elsewhere_cpu_s = _seconds("elsewhere_cpu_s", read.get("elsewhere_cpu_s") or 0.0)
         except BaseException:
             self.child.kill()
             raise
-        self.elsewhere_cpu_s = max(self.child.spent_cpu_s, float(read.get("elsewhere_cpu_s") or 0.0))
+        self.elsewhere_cpu_s = max(self.child.spent_cpu_s, elsewhere_cpu_s)
         return read.get("answer")
 
     def drop(self, of: int) -> None:
@@ -152,26 +153,40 @@ class Connection:
         self._unused.append(of)
 
 
-def whole(file: int, said: bytes) -> int | None:
+def whole(file: int, said: bytearray) -> int | None:
     """Return the length of the message that bytes begin with, if it is whole. Raises ProcessError for no message."""
     if len(said) < HEAD.size:
         return None
-    length = HEAD.size + sum(HEAD.unpack(said[: HEAD.size]))
-    if length > 1 << 30:
-        raise ProcessError(f"expected a message of the protocol, got {said[:40]!r}")
+    length = HEAD.size + sum(HEAD.unpack_from(said))
+    if length > LONGEST_ANSWER:
+        raise ProcessError(f"expected a message of the protocol, got {bytes(said[:40])!r}")
     return length if len(said) >= length else None
 
 
 def _read(message: bytes) -> dict[str, Any]:
-    size, _ = HEAD.unpack(message[: HEAD.size])
+    size, _ = HEAD.unpack_from(message)
     body = memoryview(message)[HEAD.size + size :]
     try:
         read = decode(json.loads(message[HEAD.size : HEAD.size + size]), body, _answer_class)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ProcessError(f"expected a message of the protocol, got one that is broken: {error}") from None
+    except Exception as error:
+        broken = f"{type(error).__name__}: {error}"
+        raise ProcessError(f"expected a message of the protocol, got one that is broken: {broken}") from None
     if not isinstance(read, dict):
         raise ProcessError(f"expected a message of the protocol, got {read!r:.60}")
     return read
+
+
+def _seconds(name: str, value: Any) -> float:
+    with contextlib.suppress(TypeError, ValueError):
+        if 0.0 <= float(value) < np.inf:
+            return float(value)
+    raise ProcessError(f"{name}: expected a time in seconds, got {value!r:.60}")
+
+
+def _places(at: object) -> str:
+    """Return in words where an error came from, as a reply has it; none of what is no list of files and lines."""
+    places = [each for each in at if isinstance(each, tuple) and len(each) == 2] if isinstance(at, tuple) else []
+    return "".join(f" ({Path(str(file)).name}, line {line})" for file, line in places)
 
 
 def _answer_class(name: str, fields: str) -> Callable[..., Any]:

@@ -89,7 +89,7 @@ def _started(program: Program) -> Connection | TraxTracker:
         os.close(to_read)
         os.close(to_write)
 
-    def greeted(file: int, said: bytes) -> int | None:
+    def greeted(file: int, said: bytearray) -> int | None:
         return whole(file, said) if file == replies else trax.whole(file, said)
 
     child.take_ends(os.fdopen(requests, "wb", 0), os.fdopen(replies, "rb", 0))

@@ -36,7 +36,7 @@ from trackers.types import Estimate, Observation
 
 PREFIX = b"@@TRAX:"
 VERSIONS = range(1, 5)
-_ARGUMENT = re.compile(r'"((?:[^"\\]|\\.)*)"|(\S+)', re.DOTALL)
+_ARGUMENT = re.compile(r'"([^"\\]*(?:\\.[^"\\]*)*)"|(\S+)', re.DOTALL)
 _PROPERTY = re.compile(r"([\w.]{1,64})=(.*)", re.DOTALL)
 _MASK = re.compile("^(mask:|m)")
 """Masks begin with the first on the wire, and with the second elsewhere, see ``trackers.regions``."""
@@ -44,7 +44,7 @@ _KEPT = 2
 """Pictures that stay in the folder: a tracker may read one late."""
 
 
-def whole(file: int, said: bytes) -> int | None:
+def whole(file: int, said: bytes | bytearray) -> int | None:
     """Return the length of what a tracker has said up to the end of its first message; None if there is none yet."""
     begin = 0 if said.startswith(PREFIX) else said.find(b"\n" + PREFIX) + 1
     end = said.find(b"\n", begin) + 1
@@ -86,7 +86,8 @@ class TraxTracker:
     def __init__(self, child: Child, greeting: bytes) -> None:
         """``child`` has said ``greeting``. Raises ProcessError for what this side cannot do."""
         self._child, self.elsewhere_cpu_s = child, 0.0
-        _, _, self._can = read(greeting)
+        name, _, self._can = read(greeting)
+        check("greeting", name == "hello", "hello", name)
         self._version = _number(self._can.get("trax.version", "1"))
         check("version", self._version in VERSIONS, "1 to 4", self._can.get("trax.version", "1"))
         self._images, self._regions = self._formats("trax.image", "path"), self._formats("trax.region", "rectangle")

@@ -239,3 +239,64 @@ def test_another_program_is_named(program: str, message: str) -> None:
     with pytest.raises(ProcessError, match=message):
         remote_tracker(Program((sys.executable, "-c", program)), {}, np.random.default_rng(0))
     assert time.monotonic() - began_s < 30.0
+
+
+BY_HAND = """
+import os, struct, sys
+from frameout_client import HEAD, _message
+given, taken, _ = map(int, os.environ["FRAMEOUT_PIPE"].split(","))
+def say(message): os.write(taken, message)
+def of(text): return HEAD.pack(len(text), 64) + text + b"\\x11" * 64
+say(_message(frameout=1, name="by hand", pid=0))
+os.read(given, 1 << 20)
+say(of(b'{{"number": 1, "answer": []}}'))
+os.read(given, 1 << 20)
+{then}
+os.read(given, 1 << 20)
+"""
+
+
+@pytest.mark.parametrize(
+    ("then", "message"),
+    [
+        ("""say(of(b'{"number": 2, "answer": null, "elsewhere_cpu_s": NaN}'))""", "elsewhere_cpu_s: expected a time"),
+        ("say(of(b'[' * 100_000))", "one that is broken: RecursionError"),
+        (
+            """say(of(b'{"number":2, "answer": {"is": "array", "of": "O", "shape": [2], "strides": [8], "at": 0}}'))""",
+            "one that is broken: TypeError: expected an array of numbers",
+        ),
+        (
+            """say(of(b'{"number": 2, "error": "first\\\\nsecond", "at": [["/a/b.py", 3]]}'))""",
+            r"^first \(b.py, line 3\)$",
+        ),
+        ("""say(of(b'{"number": 2, "error": "a word", "at": 5}'))""", "^a word$"),
+        ("""say(HEAD.pack(2 << 30, 0))""", "expected a message of the protocol, got b'"),
+        ("""say(of(b'{"number": 2}')[:30]); sys.exit()""", "it ended with exit status 0, without a word"),
+        ("""say(of(b'{"number": 2}') * 2)""", "it answered before it was asked: b'"),
+        ("""os.closerange(3, 200)\nwhile True: os.write(1, b"y" * 65536)""", "it closed its pipe and runs on: yyyy"),
+    ],
+)
+def test_a_broken_reply_is_named_and_ends_the_process(then: str, message: str) -> None:
+    program = Program((sys.executable, "-c", BY_HAND.format(then=then)))
+    tracker = remote_tracker(program, {}, np.random.default_rng(0))
+    assert isinstance(tracker, RemoteTracker)
+
+    def asked_twice() -> None:
+        tracker.initialise(SEEN, np.zeros(4))
+        tracker.initialise(SEEN, np.zeros(4))
+
+    with pytest.raises(ProcessError, match=message):
+        asked_twice()
+    assert not psutil.pid_exists(tracker._connection.child.pid)
+
+
+def test_memory_is_weighed_also_between_quick_answers(tmp_path: Path) -> None:
+    tracker = started(tmp_path, "self.kept = [*getattr(self, 'kept', []), np.ones(500_000)]", memory_gb=0.3)
+
+    def updated_often() -> None:
+        for _ in range(300):
+            tracker.update(SEEN)
+            time.sleep(0.001)
+
+    with pytest.raises(ProcessError, match=r"GB of memory, more than its limit of 0\.3 GB"):
+        updated_often()

@@ -73,6 +73,8 @@ def test_pictures_regions_and_properties_pass_both_ways(words: tuple[str, ...]) 
         (("3", "path", "rectangle", "depth"), "TraX, channels: expected color or ir, got color;depth"),
         (("3", "url", "rectangle"), "TraX, image: expected memory, path or buffer, got url"),
         (("3", "path", "circle"), "TraX, region: expected rectangle, polygon or mask, got circle"),
+        (("3", "path", "rectangle", "no-greeting"), "TraX, greeting: expected hello, got state"),
+        (("3", "path", "rectangle", "twice"), "it answered before it was asked: b'@@TRAX:state"),
         (("3", "path", "rectangle", "quits"), "it quit: no more memory"),
         (("3", "path", "rectangle", "nonsense"), "region: expected a code, .*; got 'here'"),
     ],

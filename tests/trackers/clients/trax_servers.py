@@ -35,6 +35,8 @@ def by_hand():
     say("a banner that is no message")
     version = "" if VERSION == "1" else f' "trax.version={VERSION}"'
     channels = ' "trax.channels=color;depth;"' if FAULT == ["depth"] else ""
+    if FAULT == ["no-greeting"]:
+        say('@@TRAX:state "1,2,3,4"')
     say(f'@@TRAX:hello{version} "trax.name=a \\"name\\"" "trax.image={IMAGE};" "trax.region={REGION};"{channels}')
     region, frames = None, 0
     for line in sys.stdin:
@@ -54,7 +56,8 @@ def by_hand():
         if FAULT == ["nonsense"] and frames == 2:
             region = "here"
         say("between")
-        say(f'@@TRAX:state "{region}" confidence={mean_of(words[0]):.12f}')
+        state = f'@@TRAX:state "{region}" confidence={mean_of(words[0]):.12f}'
+        say(f"{state}\n{state}" if FAULT == ["twice"] else state)
 
 
 def reference():

@@ -4,8 +4,7 @@
 ``initialise(observation, box_xyxy)`` and ``update(observation)``, which returns an ``Estimate``; of many targets with
 ``start(background, camera)`` in place of ``initialise``, and a list of ``Track``. Load weights before ``serve``: a
 process serves one episode after another, each with a new tracker. It may print. Then:
-``frameout bench frame-out --process my_tracker="python my_tracker.py"``. The protocol is described in
-``trackers/clients/connection.py`` of Frameout.
+``frameout bench frame-out --process my_tracker="python my_tracker.py"``. Protocol: ``trackers/clients/connection.py``.
 """
 
 import copy
@@ -78,14 +77,17 @@ def decode(value, memory, kind=_input):
         return tuple(decode(each, memory, kind) for each in value)
     if not isinstance(value, dict):
         return value
-    if value["is"] == "array":
+    name = value.get("is", "dict")
+    if name == "array":
         shape, dtype = tuple(value["shape"]), np.dtype(value["of"])
+        if dtype.hasobject:  # Of its bytes addresses would be made.
+            raise TypeError("expected an array of numbers")
         before, size = span(shape, value["strides"], dtype.itemsize)
         own = np.array(np.frombuffer(memory, np.uint8, size, value["at"])) if size else np.empty(0, np.uint8)
         own.flags.writeable = False
         return np.ndarray(shape, dtype, own, before, tuple(value["strides"]))
-    fields = {name: decode(each, memory, kind) for name, each in value.items() if name != "is"}
-    return fields if value["is"] == "dict" else kind(value["is"], " ".join(fields))(**fields)
+    fields = {key: decode(each, memory, kind) for key, each in value.items() if key != "is"}
+    return fields if name == "dict" else kind(name, " ".join(fields))(**fields)
 
 
 def _message(**content):
@@ -132,10 +134,9 @@ def serve(make, name=None):
         if len(head) < HEAD.size:
             return
         size, used = HEAD.unpack(head)
-        text = source.read(size)
         if used > len(memory):
             memory = mmap.mmap(pipe[2], os.fstat(pipe[2]).st_size, access=mmap.ACCESS_READ)
-        request = decode(json.loads(text), memory)
+        request = decode(json.loads(source.read(size)), memory)
         number = request["number"]
         for each in request["drop"]:
             del objects[each]
@@ -143,7 +144,6 @@ def serve(make, name=None):
             answer = _answer(make, objects, request["call"], request["of"], request["with"])
             reply = _message(number=number, answer=answer, elsewhere_cpu_s=getattr(objects[0], "elsewhere_cpu_s", 0.0))
         except Exception as error:
-            frames = traceback.extract_tb(error.__traceback__)
-            at = [[each.filename, each.lineno] for each in frames if each.filename != __file__][-1:]
+            at = [list(each)[:2] for each in traceback.extract_tb(error.__traceback__) if each[0] != __file__][-1:]
             reply = _message(number=number, error=f"{type(error).__name__}: {error}", at=at)
     os._exit(1)
