@@ -130,10 +130,10 @@ def test_a_video_of_ones_own_is_tracked_as_contributing_says(tmp_path: Path) -> 
     write_video(tmp_path / "clip.mp4", [picture_of(k) for k in range(60)])
     section = [block for block in blocks_of("CONTRIBUTING.md") if block.heading == "Track your own video"]
     (shown,) = [block.text for block in section if block.language == "bash" and not block.mark]
-    for command in shown.splitlines():
+    for command in (*shown.splitlines(), *commands("README.md", "video")):
         succeeds(in_one_process(command), tmp_path)
     made = {each.name for each in (tmp_path / "results").iterdir()}
-    assert made == {"clip-correlation_filter.mp4", "clip-colour_pf.mp4", "clip.csv"}
+    assert made == {"clip-correlation_filter.mp4", "clip-colour_pf.mp4", "clip-mosaic_graph_pf.mp4", "clip.csv"}
 
 
 @pytest.mark.heavy
