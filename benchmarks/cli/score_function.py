@@ -85,28 +85,29 @@ def score(
         sequences = _paths(real)
         episodes, outcome.unusable = real_episodes(wanted, sequences, layout, target, rate_hz, labels_serve=True)
         experiment, name, silence = Experiment(wanted, episodes, {}, **how), f"{name}-real", wanted.silence_in(REAL)
-        files = [SequenceFile(each.sequence, *each.extent) for each in episodes]
-        sequence_names = [each.sequence for each in files]
-        folders = find_folders(paths, numbered_in, sequence_names.__contains__, sequence_names[0])
+        files = [SequenceFile(each.sequence, *each.extent, pictures=each.pictures) for each in episodes]
+        is_one = {name for each in files for name in (each.sequence, each.folder)}.__contains__
+        folders = find_folders(paths, numbered_in, is_one, files[0].sequence)
     else:
         check_no_layout(layout, target, rate_hz)
         truth = truth or wanted.scenes[0].scenario
         scenario, presets, renderer, held = _episodes_of(wanted, truth, several("preset", preset))
         names = {set_name(scenario, each, renderer=renderer): each for each in presets}
         numbered = re.compile(rf"(?:{'|'.join(map(re.escape, names))})-(\d{{6,}})")
-        chosen = seeds if seeds is not None else held
+        chosen: Sequence[int] | None = seeds if seeds is not None else held
 
         def seed_of(sequence: str) -> int | None:
             match = numbered.fullmatch(sequence)
             return int(match[1]) if match and (chosen is None or int(match[1]) in chosen) else None
 
-        example = sequence_name(next(iter(names)), chosen.start if chosen else 0)
+        example = sequence_name(next(iter(names)), chosen[0] if chosen else 0)
         folders = find_folders(paths, numbered_in, lambda each: seed_of(each) is not None, example)
         if chosen is None:
-            found = [seed for each in folders for seed in map(seed_of, each.sequences) if seed is not None]
-            chosen = range(min(found), max(found) + 1)
+            found = {seed for each in folders for seed in map(seed_of, each.sequences) if seed is not None}
+            chosen = sorted(found)
         by: dict[str, Any] = {"controllers": (SET_PATH,), "renderer": renderer}
-        experiment = experiment_on(wanted, scenario, presets, {}, chosen, **by, **how)
+        each_seed = [experiment_on(wanted, scenario, presets, {}, range(k, k + 1), **by, **how) for k in chosen]
+        experiment = replace(each_seed[0], episodes=[one for each in each_seed for one in each.episodes])
         named = {each: prefix for prefix, each in names.items()}
         files = [
             SequenceFile(sequence_name(named[each.preset], each.seed), each.configuration.frame_count)

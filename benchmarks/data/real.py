@@ -56,10 +56,18 @@ class RealEpisode(EpisodeSpec):
     @property
     def extent(self) -> tuple[int, int, int]:
         """Numbers of its frames, and of the pictures of its files before and after them; of tracks none."""
-        sequence = self.content.pictured if isinstance(self.content, TrackedSequence) else self.content
-        if not isinstance(sequence, BoxedSequence):
-            return 0, 0, 0
-        return len(sequence.box_xyxy), sequence.skipped, sequence.after
+        boxed = self._boxed
+        return (len(boxed.box_xyxy), boxed.skipped, boxed.after) if boxed else (0, 0, 0)
+
+    @property
+    def pictures(self) -> tuple[str, ...]:
+        """``FOLDER/NAME`` of each of its pictures, which files of annotations name; of tracks none."""
+        return tuple("/".join(each.parts[-2:]) for each in self._boxed.pictures) if self._boxed else ()
+
+    @property
+    def _boxed(self) -> BoxedSequence | None:
+        content = self.content.pictured if isinstance(self.content, TrackedSequence) else self.content
+        return content if isinstance(content, BoxedSequence) else None
 
     @cached_property
     def edition(self) -> str:

@@ -50,7 +50,7 @@ class Folder:
 
     @cached_property
     def sequences(self) -> dict[str, Path]:
-        """Sequence → its file. Raises ValueError for several JSON files."""
+        """Sequence, or of JSON results folder of its pictures, → its file. Raises ValueError for several JSON files."""
         places = ("*.json", "data/*.json") if self.annotations is not None else ()
         results = sorted(path for place in places for path in self.path.glob(place))
         check(short(self.path), len(results) <= 1, "one JSON file of results", f"{len(results)} of them")
@@ -61,8 +61,12 @@ class Folder:
             for path in sorted(self.path.glob(place)):
                 name = path.parent.name if place.endswith(_RUN) else path.stem
                 if path.name in (f"{name}.txt", f"{name}{_RUN}") and path.is_file():
-                    found.setdefault(name, path)
+                    found.setdefault(printable(name), path)
         return found
+
+    def file_of(self, known: SequenceFile) -> Path | None:
+        """Return the file of a sequence; None without one."""
+        return self.sequences.get(known.sequence, self.sequences.get(known.folder))
 
 
 def find_folders(
@@ -130,9 +134,10 @@ def predicted_trackers(
     for folder in folders:
         name = printable(folder.path.name)
         name += _ELSEWHERE if name in taken else ""
+        check("predictions", name not in trackers, "trackers of different names", f"two called {name}")
         files, digests = {}, {}
         for episode, known in sequences:
-            key, path = (episode.preset, episode.seed), folder.sequences.get(known.sequence)
+            key, path = (episode.preset, episode.seed), folder.file_of(known)
             files[key], digests[key] = known, "none"
             if path is not None:
                 form = format or format_of(path)

@@ -54,6 +54,8 @@ class SequenceFile:
         skipped: number of pictures before the episode's first one; after: after its last one. Files may have these.
         path: of the file; None if there is none. format: of ``FORMATS``.
         annotations: file that the numbers of pictures in ``coco`` are of.
+        pictures: ``FOLDER/NAME`` of each frame's picture of a real sequence; () of an episode, whose pictures are those
+            of the folder of its name, in their order.
     """
 
     sequence: str
@@ -63,6 +65,12 @@ class SequenceFile:
     path: Path | None = None
     format: str = ""
     annotations: Path | None = None
+    pictures: tuple[str, ...] = ()
+
+    @property
+    def folder(self) -> str:
+        """Name of the folder of its pictures in files of annotations."""
+        return self.pictures[0].partition("/")[0] if self.pictures else self.sequence
 
 
 @dataclass(frozen=True)
@@ -111,7 +119,7 @@ def format_of(path: Path) -> str:
 
 
 def sequences_in(path: Path, annotations: Path | None) -> list[str]:
-    """Return the sequences that JSON results are of."""
+    """Return the folders of the pictures that JSON results are of."""
     frames = _frames_of(_pictures(annotations))
     found = {frames[number][0] for number in _results(path).image_id.tolist() if number in frames}
     return sorted(found)
@@ -204,12 +212,10 @@ def _read_mots(file: SequenceFile, path: Path) -> Predictions:
 
 def _read_coco(file: SequenceFile, path: Path) -> Predictions:
     results, pictures, where = _results(path), _pictures(file.annotations), short(path, 4)
-    frames = _frames_of(pictures)
-    own = {number: frame for number, (name, frame) in frames.items() if name == file.sequence}
-    count, whole = len(own), file.skipped + file.frame_count + file.after
-    wanted = f"{whole} pictures of {file.sequence} in its annotations"
-    check(where, count in (file.frame_count, whole), wanted, count)
-    begin = 0 if count == file.frame_count else file.skipped
+    own = _own_frames(file, pictures)
+    fit = bool(own) if file.pictures else len(own) == file.frame_count
+    wanted = f"{file.frame_count} pictures of {file.sequence} in its annotations"
+    check(where, fit, wanted, len(own))
     tracks: dict[int, list[Track]] = defaultdict(list)
     chosen = np.flatnonzero(np.isin(results.image_id, list(own)))
     seen = set[tuple[int, int]]()
@@ -220,10 +226,8 @@ def _read_coco(file: SequenceFile, path: Path) -> Predictions:
         once = identity == NO_TRACK or (number, identity) not in seen
         check(at, once, "each track_id once in a picture", f"{identity} again in picture {number}")
         seen.add((number, identity))
-        frame = own[number] - begin
-        if 0 <= frame < file.frame_count:
-            kind = pictures.categories.get(int(results.category_id[k]))
-            tracks[frame].append(_track(max(identity, 0), results.box_xyxy[k], score, kind))
+        kind = pictures.categories.get(int(results.category_id[k]))
+        tracks[own[number]].append(_track(max(identity, 0), results.box_xyxy[k], score, kind))
     identities = results.track_id[chosen]
     parts = (results.image_id, results.category_id, results.box_xyxy, results.score, results.track_id)
     digest = _digest("coco", *(each[chosen] for each in parts))
@@ -239,6 +243,16 @@ def _track(identity: int, box_xyxy: np.ndarray, confidence: float | None, kind: 
     box = box_xyxy if (box_xyxy[2:] > box_xyxy[:2]).all() else None
     place_px = 0.5 * (box_xyxy[:2] + box_xyxy[2:])
     return Track(identity, Estimate(place_px, box, in_view_probability=confidence), kind, confidence=confidence)
+
+
+def _own_frames(file: SequenceFile, pictures: Pictures) -> dict[int, int]:
+    """Return number of a picture → frame of a sequence, of those pictures that annotations name."""
+    if not file.pictures:
+        frames = _frames_of(pictures).items()
+        return {number: frame for number, (name, frame) in frames if name == file.sequence}
+    places = {picture: frame for frame, picture in enumerate(file.pictures)}
+    names = {number: "/".join(Path(name).parts[-2:]) for number, name in pictures.file_names.items()}
+    return {number: places[name] for number, name in names.items() if name in places}
 
 
 def _frames_of(pictures: Pictures) -> dict[int, tuple[str, int]]:

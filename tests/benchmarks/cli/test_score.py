@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ from benchmarks.data.predictions.writing import write_predictions
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.judges.identities import Pairing, clear_counts, hota, identity_counts, numbered
+from benchmarks.judges.many.judge import overlaps
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.experiment import Experiment, run
 from benchmarks.run.selection import experiment_on
@@ -34,6 +35,7 @@ from scenarios.fish_tank.scenario import FISH_TANK
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode
 from tests import fakes_scenario
+from tests.benchmarks.data.layouts.written_layouts import write_coco, write_tao, write_tao_amodal
 from tests.benchmarks.data.written_sequences import lines_of, true_boxes, write_lines, write_otb
 from trackers.regions import Mask, Rectangle, estimate_of
 from trackers.registry import NoParameters
@@ -244,6 +246,22 @@ def test_the_folder_of_a_tracker_that_we_have_is_called_apart(made: Path) -> Non
     assert set(results.rows()["tracker"]) == {"hold-elsewhere", "knowing_there"}
 
 
+def test_folders_of_one_name_are_refused(made: Path) -> None:
+    for name, other in (("still_there", "hold"), ("knowing_there", "hold-elsewhere")):
+        (made / "vot" / name).rename(made / "vot" / other)
+    with pytest.raises(ValueError, match="predictions: expected trackers of different names, got two called hold-else"):
+        score(SUITE, predictions=made / "vot", out=made / "scored")
+
+
+def test_only_episodes_that_predictions_are_of_are_scored(made: Path) -> None:
+    for path in [*(made / "vot").rglob("*-000001_001.txt")]:
+        folder = path.parent.rename(path.parent.with_name(path.parent.name.replace("000001", "987654321")))
+        (folder / path.name).rename(folder / path.name.replace("000001", "987654321"))
+    results = score(SUITE, predictions=made / "vot", out=made / "scored", workers=0)
+    assert set(results.rows()["seed"]) == {0, 987654321}
+    assert not results.outcome.failed
+
+
 def test_only_changed_files_are_scored_again(made: Path) -> None:
     out: dict[str, Any] = {"out": made / "scored", "workers": 0}
     first = score(SUITE, predictions=made / "vot", **out)
@@ -388,6 +406,31 @@ def test_real_sequences_are_scored_from_their_first_picture_on_or_from_the_targe
     _same(mot, mine)
 
 
+@pytest.mark.filterwarnings("ignore:.*gave no answer")
+@pytest.mark.parametrize(
+    ("write", "file"),
+    [
+        (write_coco, "annotations/instances.json"),
+        (write_tao, "annotations/validation.json"),
+        (write_tao_amodal, "amodal_annotations/validation.json"),
+    ],
+)
+def test_results_on_the_pictures_of_real_annotations(tmp_path: Path, write: Callable[[Path], Path], file: str) -> None:
+    """Of TAO not every picture is named."""
+    annotations = write(tmp_path / "set") / file
+    seen = [each for each in json.loads(annotations.read_text())["annotations"] if min(each["bbox"][2:]) > 0]
+    keys = ("image_id", "category_id", "bbox", "track_id")
+    results = [{key: each[key] for key in keys if key in each} | {"score": 0.9} for each in seen]
+    write_lines(tmp_path / "mine" / "results.json", [json.dumps(results)])
+    how: dict[str, Any] = {"predictions": tmp_path / "mine", "out": tmp_path / "scored", "workers": 0}
+    rows = score(real=tmp_path / "set", annotations=annotations, **how).rows()
+    assert rows.set_index("metric")["value"]["in_view_tpr"] == 1.0
+    other = annotations.with_name("other.json")
+    other.write_text(annotations.read_text().replace(".png", ".gif").replace(".jpg", ".gif"))
+    with pytest.raises(ValueError, match=r"results\.json: expected \d pictures of .* in its annotations, got 0"):
+        score(real=tmp_path / "set" / file, annotations=other, **how)
+
+
 def test_lines_of_another_number_of_pictures_are_refused(tmp_path: Path) -> None:
     folder = _real(tmp_path)
     write_lines(folder / "predictions" / "mine" / "Red.txt", ["1,1,2,2"] * 29)
@@ -436,15 +479,6 @@ def test_trackeval_scores_written_rows_as_the_identity_metrics_do(tmp_path: Path
         assert identity_counts(frames).idf1 == pytest.approx(theirs["Identity"]["IDF1"])
         assert clear_counts(frames).mota == pytest.approx(theirs["CLEAR"]["MOTA"])
         assert theirs["HOTA"]["HOTA"].mean() > 0.3
-
-
-def overlaps(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Return the intersection over union (N, M) of boxes (N, 4) and (M, 4)."""
-    low = np.maximum(first[:, None, :2], second[None, :, :2])
-    high = np.minimum(first[:, None, 2:], second[None, :, 2:])
-    shared = np.prod(np.maximum(high - low, 0.0), axis=2)
-    areas = [np.prod(boxes[:, 2:] - boxes[:, :2], axis=1) for boxes in (first, second)]
-    return shared / (areas[0][:, None] + areas[1][None] - shared)
 
 
 @pytest.mark.filterwarnings("ignore:.*gave no answer")
