@@ -25,8 +25,9 @@ def rank_agreement(suite: Suite, real: Sequence[Row], simulated: Sequence[Row]) 
 
     Only trackers that have run on both count, on the sequences and the seeds that they have in common; there is no line
     for fewer than three, or where all are equal. Speed is left out, as it is the machine's too. tau is 1 for the same
-    order and -1 for the opposite one; p is of no relation. Its interval, 95 %, is a percentile bootstrap over sequences
-    and, apart from these, over seeds: how tau varies with what trackers were run on, not with which trackers there are.
+    order and -1 for the opposite one; p tests that tau is 0, see ``scipy.stats.kendalltau``. The 95 % interval is a
+    percentile bootstrap over sequences and, apart from these, over seeds: it says how tau varies with what trackers
+    were run on, not with which trackers there are.
     Where other frames or events count on real sequences than in simulated episodes both are said.
 
     Args:

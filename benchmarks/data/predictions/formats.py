@@ -109,13 +109,18 @@ def read_predictions(file: SequenceFile) -> Predictions:
 
 
 def format_of(path: Path) -> str:
-    """Return the format of a file by its ending and its first lines; one without a line has no row."""
+    """Return the format of a file by its ending and its first lines; one without a line has no row.
+
+    A line of six numbers or more is a row of MOT if the first two, frame and identity, are whole, else a polygon.
+    """
     if path.suffix == ".json":
         return "coco"
     first = next((line for line in text_lines(path) if line.strip()), "")
     if has_masks(path):
         return "mots"
-    return "mot" if (len(numbers_of(first)) >= 6 or not first) and not first.strip().startswith("m") else "vot"
+    numbers = numbers_of(first)
+    is_row = len(numbers) >= 6 and all(each.is_integer() for each in numbers[:2])
+    return "mot" if is_row or not first else "vot"
 
 
 def sequences_in(path: Path, annotations: Path | None) -> list[str]:

@@ -40,8 +40,8 @@ def write_predictions(directory: Path, format: str, out: str) -> int:
     """Write the kept answers of a result folder into ``out``, see ``whole_folder``; return the number of files.
 
     Raises:
-        ValueError: for another format, a folder without estimates, ``vot`` of tracks of many targets, and an ``out``
-            that holds something.
+        ValueError: for another format, a folder without estimates, ``vot`` of tracks of many targets, two sequences of
+            one name, and an ``out`` that holds something.
     """
     check_choice("format", format, WRITTEN)
     with whole_folder(out) as folder:
@@ -51,6 +51,8 @@ def write_predictions(directory: Path, format: str, out: str) -> int:
             check("format", format == "mot" or not facts.many, "mot, for tracks of many targets", format)
             for name, lines in _files(facts, block.answered[0], format).items():
                 target = folder / name
+                wanted = "sequences of different names, as their files have"
+                check("estimates", not target.exists(), wanted, f"two called {target.stem}")
                 target.parent.mkdir(parents=True, exist_ok=True)
                 target.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
     return len(found)

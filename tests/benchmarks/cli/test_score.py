@@ -431,6 +431,17 @@ def test_results_on_the_pictures_of_real_annotations(tmp_path: Path, write: Call
         score(real=tmp_path / "set" / file, annotations=other, **how)
 
 
+def test_answers_on_two_sequences_of_one_name_are_not_written(tmp_path: Path) -> None:
+    for name in ("first", "other"):
+        for each in ("Red", "Blue"):
+            write_otb(tmp_path / name / each, true_boxes(6))
+    real = [tmp_path / "first", tmp_path / "other"]
+    bench(real=real, trackers=["hold"], out=tmp_path / "run", workers=0, keep_estimates=True)
+    with pytest.raises(ValueError, match=r"estimates: expected sequences of different names, as .* two called Blue"):
+        write_predictions(tmp_path / "run", "vot", str(tmp_path / "out"))
+    assert not (tmp_path / "out").exists()
+
+
 def test_lines_of_another_number_of_pictures_are_refused(tmp_path: Path) -> None:
     folder = _real(tmp_path)
     write_lines(folder / "predictions" / "mine" / "Red.txt", ["1,1,2,2"] * 29)

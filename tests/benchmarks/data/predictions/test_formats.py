@@ -42,6 +42,11 @@ def test_vot_has_polygons_masks_and_numbers_alone(tmp_path: Path) -> None:
     assert kinds == [Special, Polygon, Mask, Special, Special, Special, Special]
 
 
+def test_polygons_are_no_rows_of_mot(tmp_path: Path) -> None:
+    assert _file(tmp_path / "a.txt", "0.5,0,4,0,4,4,0,4\n").format == "vot"
+    assert _file(tmp_path / "a.txt", "1.0,7,4,0,4,4.5,0.4,4\n").format == "mot"
+
+
 def test_confidences_stand_beside_lines(tmp_path: Path) -> None:
     (tmp_path / "a_confidence.value").write_text("\n0.25\nnan\n")
     read = read_predictions(_file(tmp_path / "a.txt", "1\n1,1,2,2\n1,1,2,2\n"))
