@@ -35,6 +35,7 @@ Rows have a digest of the files that a command names, of those under ``files`` a
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 import shlex
 import shutil
@@ -203,11 +204,13 @@ def process_trackers(arguments: Iterable[str], limit_s: float) -> dict[str, Trac
 
 
 def _tables_in(file: Path) -> Mapping[str, Any]:
+    wanted = "a TOML file with a table for each tracker"
     try:
-        return tomllib.loads(file.read_text())
+        tables = tomllib.loads(file.read_text("utf-8-sig"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        wanted = "a TOML file with a table for each tracker"
         raise ValueError(f"process: expected {wanted}, got {str(file)!r}: {error}") from None
+    check("process", bool(tables), wanted, f"none in {str(file)!r}")
+    return tables
 
 
 _KINDS: Mapping[str, tuple[type | tuple[type, ...], str]] = {
@@ -249,7 +252,14 @@ def _tracker(name: str, table: Any, folder: Path, argument: str, limit_s: float)
     wanted = tuple(table.get("suites", ()))
     for each in wanted:
         check_choice(f"process {name}: suites", each, suites())
-    environment = table.get("environment", {})
+    environment, parameters = table.get("environment", {}), table.get("parameters", {})
+    for each, value in environment.items():
+        good = each != "" and not set(each) & {"=", "\0"} and "\0" not in value
+        check(f"process {name}: environment", good, "names and values that a system takes", repr(f"{each}={value}"))
+    try:
+        json.dumps(parameters)
+    except TypeError as error:
+        raise ValueError(f"process {name}: parameters: expected what JSON has, got {error}") from None
     defaults = Limits(frame_s=_WALL * limit_s, frame_cpu_s=limit_s)
     limits = replace(
         defaults,
@@ -262,7 +272,7 @@ def _tracker(name: str, table: Any, folder: Path, argument: str, limit_s: float)
         role="external",
         summary=table.get("summary", _SUMMARY),
         suites=wanted or tuple(suites()),
-        parameters=Served(written, _digest(files), table.get("parameters", {}), environment),
+        parameters=Served(written, _digest(files), parameters, environment),
         module="",
         reproducible=table.get("reproducible", True),
         takes_all="protocol" in table,

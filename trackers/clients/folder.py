@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackers.clients.child import Child, Limits, ProcessError
+from trackers.clients.child import LONGEST_ANSWER, Child, Limits, ProcessError
 from trackers.regions import Rectangle, estimate_of, read_region
 from trackers.types import Estimate
 
@@ -78,10 +78,11 @@ def _read(folder: Path, sizes: Sequence[tuple[int, ...]]) -> list[Estimate]:
 
 
 def _lines(file: Path, count: int) -> list[str]:
-    try:
-        lines = file.read_text(errors="replace").splitlines()
-    except OSError:
-        raise ProcessError(f"expected a file {file.name} at its end, got none") from None
+    if not file.is_file():  # A pipe has no end.
+        raise ProcessError(f"expected a file {file.name} at its end, got none")
+    if (size := file.stat().st_size) > LONGEST_ANSWER:
+        raise ProcessError(f"{file.name}: expected at most {LONGEST_ANSWER:,} bytes, got {size:,}")
+    lines = file.read_text(errors="replace").splitlines()
     if len(lines) != count:
         raise ProcessError(f"{file.name}: expected a line for each of {count} pictures, got {len(lines)}")
     return lines

@@ -138,6 +138,9 @@ TABLE = '[mine]\ncommand = "python x.py"\n'
         ("mine=no_such_program", "process mine: expected a program, .*, got 'no_such_program'"),
         ("none.toml", "process: expected a TOML file with a table for each tracker, got 'none.toml'"),
         ("[mine", "process: expected a TOML file with a table for each tracker, got "),
+        ("# none\n", "process: expected a TOML file with a table for each tracker, got none in 'trackers.toml'"),
+        (TABLE + "parameters = {day = 2020-01-01}", "process mine: parameters: expected what JSON has, .* type date"),
+        (TABLE + "environment = {'A=B' = 'c'}", "process mine: environment: expected names and values .*'A=B=c'"),
         ("mine = 3", r"process: expected a table \[mine\], got 3"),
         ("[mine]\n", "process mine: expected a command, got none"),
         (TABLE + "sweets = 3", r"process mine: expected one of command, .*; got 'sweets'"),
@@ -177,7 +180,7 @@ def test_limits_and_parameters_come_from_the_table(tmp_path: Path) -> None:
         TABLE + "start_limit_s = 7\nmemory_limit_gb = 2.5\nparameters = {size = 3}\nenvironment = {A = 'b'}\n"
         "suites = ['fish']\nreproducible = false\nsummary = 'mine'\nfiles = ['x.py']\n"
     )
-    (tmp_path / "trackers.toml").write_text(table)
+    (tmp_path / "trackers.toml").write_text(table.replace("\n", "\r\n"), "utf-8-sig")
     mine = process_trackers([str(tmp_path / "trackers.toml")], 9.0)["mine"]
     assert isinstance(mine, ProcessTracker)
     assert mine.program.command[1:] == (str(tmp_path / "x.py"),)

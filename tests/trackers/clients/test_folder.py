@@ -46,6 +46,8 @@ def test_a_whole_sequence_goes_out_and_answers_come_back() -> None:
     [
         ("fails", "it ended with exit status 1: no memory left"),
         ("silent", r"expected a file output_obj0\.txt at its end, got none"),
+        ("pipe", r"expected a file output_obj0\.txt at its end, got none"),
+        ("huge", r"output_obj0\.txt: expected at most 1,073,741,824 bytes, got 1,099,511,627,776"),
         ("short", r"output_obj0\.txt: expected a line for each of 4 pictures, got 3"),
         ("nonsense", r"output_obj0\.txt, line 3: region: expected .*; got 'here'"),
     ],

@@ -1,5 +1,6 @@
 """A program of the folder protocol: where the picture is reddest; ``python vots_program.py [FAULT]``."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -25,6 +26,11 @@ if FAULT == ["short"]:
     regions.pop()
 if FAULT == ["nonsense"]:
     regions[2] = "here"
-if FAULT != ["silent"]:
+if FAULT == ["pipe"]:
+    os.mkfifo("output_obj0.txt")
+elif FAULT == ["huge"]:
+    with open("output_obj0.txt", "wb") as file:
+        file.truncate(1 << 40)
+elif FAULT != ["silent"]:
     Path("output_obj0.txt").write_text("\n".join(regions) + "\n")
     Path("output_obj0_confidence.txt").write_text("\n".join(sure) + "\n")
