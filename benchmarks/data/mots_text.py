@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.data.box_files import numbers_of, text_lines
-from benchmarks.data.codec import mask_of
 from benchmarks.data.pictures import short
+from benchmarks.run.packages import check_packages
 from sim.checks import check
 from trackers.regions import MOST_PIXELS
 
@@ -44,8 +44,18 @@ class MotsRows:
     runs: list[dict[str, Any]]
     line: NDArray[np.int64]
 
+    @property
+    def box_xyxy(self) -> NDArray[np.float64]:
+        """(R, 4) pixels, around the masks; without area of an empty one."""
+        from pycocotools.mask import toBbox
+
+        box_xywh = np.array(toBbox(self.runs), float).reshape(-1, 4)
+        return np.concatenate([box_xywh[:, :2], box_xywh[:, :2] + box_xywh[:, 2:]], axis=1)
+
     def mask(self, row: int) -> NDArray[np.bool_]:
         """Return the mask (H, W) of a row."""
+        from benchmarks.data.codec import mask_of
+
         mask = mask_of(self.runs[row])
         assert mask is not None
         return mask
@@ -68,9 +78,10 @@ def read_mots(path: Path) -> MotsRows:
     """Return the rows of a file, maybe none.
 
     Raises:
-        ValueError: for a file that is no text, a row of other columns or with counts that are no mask of its size, and
-            an identity twice in a frame; names file and line.
+        ValueError: if a package of the extra is missing; for a file that is no text, a row of other columns or with
+            counts that are no mask of its size, and an identity twice in a frame; names file and line.
     """
+    check_packages(("pyarrow", "pycocotools"), "data")
     where = short(path, 3)
     numbers, line = [], []
     runs = list[dict[str, Any]]()

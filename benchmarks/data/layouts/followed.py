@@ -6,16 +6,19 @@ it has none it is not seen, and no file says why.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.contract.text import printable
 from benchmarks.data.layouts.layout import Target
 from benchmarks.data.pictures import short
+from benchmarks.data.sequences import Labelled
 from sim.checks import check
+from trackers.regions import Mask
 
 
 def followed(target: Target, file: Path, ids: Sequence[Any]) -> tuple[str, NDArray[np.int64]]:
@@ -33,6 +36,44 @@ def followed(target: Target, file: Path, ids: Sequence[Any]) -> tuple[str, NDArr
     chosen = names[int(np.argmax(lines))] if target is None else str(target)
     check("target", chosen in names, f"one in {short(file, 3)}: {', '.join(names[:10])}", target)
     return chosen, np.flatnonzero(np.array(ids) == known[names.index(chosen)])
+
+
+def of_one_target(
+    name: str,
+    file: Path,
+    pictures: Mapping[int, Path],
+    target: Target,
+    frames: NDArray[np.int64],
+    ids: NDArray[np.int64],
+    lines: NDArray[np.int64],
+    box_xyxy: NDArray[np.float64],
+    tags: NDArray[np.str_] | None = None,
+    mask_of: Callable[[int], Mask] | None = None,
+    **more: Any,
+) -> Labelled:
+    """Return the labels of the target that is followed, of a sequence whose pictures a file's R labels number.
+
+    Args:
+        name: of the sequence. pictures: by their numbers, in order; some may be missing.
+        frames, ids, lines, box_xyxy, tags: (R,) of each label the number of its picture, its target, its place in the
+            file, for messages, its box (R, 4), and what else is said, see ``Labelled``.
+        mask_of: takes the place of a label among the R.
+        more: of the ``Labelled``.
+
+    Raises:
+        ValueError: see ``followed`` and ``in_pictures``.
+    """
+    chosen, mine = followed(target, file, ids.tolist())
+    held, places, notes = in_pictures(file, frames[mine], list(pictures), lines[mine])
+    mine, count = mine[held], len(pictures)
+    boxes, words = np.full((count, 4), np.nan), np.full(count, "", "<U10")
+    boxes[places], words[places] = box_xyxy[mine], "" if tags is None else tags[mine]
+    if mask_of is not None:
+        masks = dict(zip(places.tolist(), map(mask_of, mine.tolist()), strict=True))
+        more["masks"] = [masks.get(place) for place in range(count)]
+    place = np.array(list(pictures))
+    name = f"{printable(name)}-{chosen}"
+    return Labelled(name, file, list(pictures.values()), boxes, words, place=place, notes=notes, **more)
 
 
 def in_pictures(

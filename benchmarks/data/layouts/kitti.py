@@ -17,9 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import text_lines
-from benchmarks.data.layouts.followed import followed, in_pictures
+from benchmarks.data.layouts.followed import of_one_target
 from benchmarks.data.layouts.layout import Source, Target, layout
 from benchmarks.data.mots_text import has_masks
 from benchmarks.data.pictures import numbered_pictures, short, visible
@@ -27,7 +26,7 @@ from benchmarks.data.sequences import OCCLUDED, PARTIAL, Labelled
 from sim.checks import check
 
 FIRST, RATE_HZ = -0.5, 10.0
-_COLUMNS = (17, 18)
+_COLUMNS = 17
 _ROW = "frame, id, type and 14 numbers, as KITTI's readme says"
 
 
@@ -42,39 +41,27 @@ def find_kitti(path: Path) -> Iterator[Source]:
 
 
 def _read(folder: Path, file: Path, target: Target) -> Labelled:
-    pictures, rows, ids, lines = numbered_pictures(folder, gaps=True), list[list[float]](), list[int](), list[int]()
+    pictures, rows, lines = numbered_pictures(folder, gaps=True), list[list[float]](), list[int]()
     for number, line in enumerate(text_lines(file), start=1):
         cells = line.split()
         if cells and (len(cells) < 3 or cells[2] != "DontCare"):
             row = _numbers(cells)
             check(f"{short(file)}, line {number}", len(row) > 0, _ROW, repr(line[:80]))
             rows.append(row)
-            ids.append(int(row[1]))
             lines.append(number)
-    chosen, mine = followed(target, file, ids)
-    table, line_numbers = np.array(rows)[mine], np.array(lines)[mine]
-    held, places, notes = in_pictures(file, table[:, 0].astype(np.int64), list(pictures), line_numbers)
-    table = table[held]
-    boxes, tags = np.full((len(pictures), 4), np.nan), np.full(len(pictures), "", "<U10")
-    boxes[places] = table[:, 6:10] - FIRST
-    tags[places] = np.select([table[:, 3] > 0, table[:, 4] == 2], [PARTIAL, OCCLUDED], "")
-    return Labelled(
-        f"{printable(file.stem)}-{chosen}",
-        file,
-        list(pictures.values()),
-        boxes,
-        tags,
-        rate_hz=RATE_HZ,
-        place=np.array(list(pictures)),
-        notes=notes,
-    )
+    table = np.array(rows).reshape(-1, _COLUMNS)
+    frames, ids = table[:, :2].astype(np.int64).T
+    tags = np.select([table[:, 3] > 0, table[:, 4] == 2], [PARTIAL, OCCLUDED], "")
+    boxes = table[:, 6:10] - FIRST
+    return of_one_target(file.stem, file, pictures, target, frames, ids, np.array(lines), boxes, tags, rate_hz=RATE_HZ)
 
 
 def _numbers(cells: list[str]) -> list[float]:
-    """Return the numbers of a row, with 0 for its type; none of a row that is no target's."""
+    """Return the numbers of a row without its score, 0 for its type; none of a row that is no target's."""
     try:
         row = [float(cell) for cell in (*cells[:2], "0", *cells[3:])]
     except ValueError:
         return []
-    good = len(row) in _COLUMNS and np.isfinite(row).all() and row[0] == int(row[0]) >= 0 and row[1] == int(row[1])
-    return row if good and row[8] > row[6] and row[9] > row[7] else []
+    whole = len(row) in (_COLUMNS, _COLUMNS + 1) and np.isfinite(row).all()
+    good = whole and row[0] == int(row[0]) >= 0 and row[1] == int(row[1])
+    return row[:_COLUMNS] if good and row[8] > row[6] and row[9] > row[7] else []

@@ -18,9 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import rate_of, read_properties
-from benchmarks.data.layouts.followed import followed, in_pictures
+from benchmarks.data.layouts.followed import of_one_target
 from benchmarks.data.layouts.layout import Source, Target, folders_with, layout
 from benchmarks.data.layouts.mots import pictures_of
 from benchmarks.data.mot_text import read_mot
@@ -45,24 +44,10 @@ def find_mot(path: Path) -> Iterator[Source]:
 def _read(folder: Path, file: Path, target: Target) -> Labelled:
     told, rows = read_properties(folder / "seqinfo.ini"), read_mot(file)
     pictures = numbered_pictures(pictures_of(folder), gaps=True)
-    of = np.flatnonzero(rows.confidence != 0) if target is None else np.arange(len(rows.frame))
-    chosen, mine = followed(target, file, rows.identity[of].tolist())
-    mine = of[mine]
-    held, places, notes = in_pictures(file, rows.frame[mine], list(pictures), rows.line[mine])
-    mine = mine[held]
-    boxes, tags = np.full((len(pictures), 4), np.nan), np.full(len(pictures), "", "<U10")
-    seen = rows.further[mine, 1]
-    hidden = seen == 0
-    boxes[places] = np.where(hidden[:, None], np.nan, rows.box_xyxy[mine])
-    tags[places] = np.where((seen >= 0) & (seen < MOSTLY_SEEN), OCCLUDED, "")
-    return Labelled(
-        f"{printable(folder.name)}-{chosen}",
-        file,
-        list(pictures.values()),
-        boxes,
-        tags,
-        whole=True,
-        rate_hz=rate_of(told.get("exactFrameRate", told.get("frameRate", ""))),
-        place=np.array(list(pictures)),
-        notes=notes,
-    )
+    of = (rows.confidence != 0) | (target is not None)
+    seen = rows.further[of, 1]
+    boxes = np.where((seen == 0)[:, None], np.nan, rows.box_xyxy[of])
+    tags = np.where((seen >= 0) & (seen < MOSTLY_SEEN), OCCLUDED, "")
+    labels = (rows.frame[of], rows.identity[of], rows.line[of], boxes, tags)
+    rate_hz = rate_of(told.get("exactFrameRate", told.get("frameRate", "")))
+    return of_one_target(folder.name, file, pictures, target, *labels, whole=True, rate_hz=rate_hz)

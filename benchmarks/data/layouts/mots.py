@@ -19,9 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import rate_of, read_properties
-from benchmarks.data.layouts.followed import followed, in_pictures
+from benchmarks.data.layouts.followed import of_one_target
 from benchmarks.data.layouts.kitti import RATE_HZ
 from benchmarks.data.layouts.layout import Source, Target, folders_with, layout
 from benchmarks.data.mots_text import IGNORED, has_masks, read_mots
@@ -60,14 +59,7 @@ def _read(name: str, folder: Path, file: Path, rate_hz: float, target: Target) -
     told, rows = read_properties(file.parents[1] / "seqinfo.ini"), read_mots(file)
     pictures, rate_hz = numbered_pictures(folder, gaps=True), rate_hz or rate_of(told.get("frameRate", ""))
     of = np.flatnonzero(rows.kind != IGNORED)
-    chosen, mine = followed(target, file, rows.identity[of].tolist())
-    mine = of[mine]
-    held, places, notes = in_pictures(file, rows.frame[mine], list(pictures), rows.line[mine])
-    boxes = np.full((len(pictures), 4), np.nan)
-    own: list[Mask | None] = [None] * len(pictures)
-    for row, place in zip(mine[held], places, strict=True):
-        own[place] = mask = Mask(rows.mask(int(row))).trimmed()
-        boxes[place] = np.nan if mask.box_xyxy is None else mask.box_xyxy
-    place = np.array(list(pictures))
-    name = f"{printable(name)}-{chosen}"
-    return Labelled(name, file, list(pictures.values()), boxes, rate_hz=rate_hz, place=place, notes=notes, masks=own)
+    labels = (rows.frame[of], rows.identity[of], rows.line[of], rows.box_xyxy[of])
+    return of_one_target(
+        name, file, pictures, target, *labels, mask_of=lambda k: Mask(rows.mask(of[k])).trimmed(), rate_hz=rate_hz
+    )

@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.contract.text import printable
 from benchmarks.data.box_files import read_boxes
-from benchmarks.data.layouts.followed import followed, in_pictures
+from benchmarks.data.layouts.followed import of_one_target
 from benchmarks.data.layouts.layout import Target, check_one_target
 from benchmarks.data.pictures import numbered_pictures, short
 from benchmarks.data.sequences import Labelled, corners_of
@@ -32,20 +32,15 @@ def read_one_a_line(
     Raises:
         ValueError: see ``Source``.
     """
-    notes: tuple[str, ...] = ()
     check(short(file), folder.is_dir(), f"pictures in {short(folder, 3)}{else_where}", "no such folder")
     pictures = numbered_pictures(folder)
-    name = printable(name)
-    keys, boxes = read_boxes(file, len(pictures))
+    keys, box_xywh = read_boxes(file, len(pictures))
+    boxes = corners_of(box_xywh, FIRST)
     if keys.size:
-        chosen, mine = followed(target, file, keys[:, 1].tolist())
-        held, places, notes = in_pictures(file, keys[mine, 0], list(pictures), mine + 1)
-        name, labels = f"{name}-{chosen}", boxes[mine]
-        boxes = np.full((len(pictures), 4), np.nan)
-        boxes[places] = labels[held]
-    else:
-        check_one_target(target)
-        if part is not None and len(boxes) != len(pictures):
-            first, last = part
-            pictures = {number: picture for number, picture in pictures.items() if first <= number <= last}
-    return Labelled(name, file, list(pictures.values()), corners_of(boxes, FIRST), notes=notes)
+        (frames, ids), lines = keys.astype(np.int64).T, np.arange(1, len(keys) + 1)
+        return of_one_target(name, file, pictures, target, frames, ids, lines, boxes)
+    check_one_target(target)
+    if part is not None and len(boxes) != len(pictures):
+        first, last = part
+        pictures = {number: picture for number, picture in pictures.items() if first <= number <= last}
+    return Labelled(printable(name), file, list(pictures.values()), boxes)

@@ -27,7 +27,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pycocotools.mask import toBbox
 
 from benchmarks.contract.text import counted
 from benchmarks.data.box_files import BETWEEN, numbers_of, text_lines
@@ -202,13 +201,11 @@ def _read_mots(file: SequenceFile, path: Path) -> Predictions:
     whole = file.skipped + file.frame_count + file.after
     tracks: dict[int, list[Track]] = defaultdict(list)
     masks: dict[int, list[Mapping[str, Any]]] = defaultdict(list)
-    boxes_xywh = np.array(toBbox(rows.runs), float).reshape(-1, 4)
     numbers = zip(rows.frame.tolist(), rows.identity.tolist(), rows.runs, rows.line.tolist(), strict=True)
-    for (number, identity, runs, line), box_xywh in zip(numbers, boxes_xywh, strict=True):
+    for (number, identity, runs, line), box_xyxy in zip(numbers, rows.box_xyxy, strict=True):
         check(f"{where}, line {line}", number < whole, f"a frame of 0 to {whole - 1}", number)
         frame = number - file.skipped
-        if 0 <= frame < file.frame_count and box_xywh[2:].all():
-            box_xyxy = np.concatenate([box_xywh[:2], box_xywh[:2] + box_xywh[2:]])
+        if 0 <= frame < file.frame_count and (box_xyxy[2:] > box_xyxy[:2]).all():
             tracks[frame].append(_track(identity, box_xyxy, None))
             masks[frame].append(runs)
     digest = _digest("mots", rows.frame, rows.identity, rows.runs)

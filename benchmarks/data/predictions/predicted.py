@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.rows import Row
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
-from benchmarks.data.codec import mask_of
 from benchmarks.data.predictions.formats import SequenceFile, read_predictions
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode
@@ -95,6 +94,9 @@ class Recalled:
         tracks = self._tracks.get(self._next - 1, ())
         if self._masks is None:
             return tracks
+        # Here, since it imports the packages of the extra.
+        from benchmarks.data.codec import mask_of
+
         masks = map(mask_of, self._masks.get(self._next - 1, ()))
         pairs = zip(tracks, masks, strict=True)
         return [replace(track, estimate=replace(track.estimate, mask=mask)) for track, mask in pairs]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import gzip
 import json
 import shutil
+import subprocess
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -202,6 +204,14 @@ def test_masks_of_davis_2016_have_one_object(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.box_xyxy[::2], CLIPPED_XYXY[:7:2])
 
 
+def test_rows_of_kitti_may_have_a_score(tmp_path: Path) -> None:
+    file = write_kitti(tmp_path / "set") / "training" / "label_02" / "0001.txt"
+    before = read_one(tmp_path / "set").fingerprint
+    first, *others = file.read_text().splitlines()
+    write_lines(file, [f"{first} 0.9", *others])
+    assert read_one(tmp_path / "set").fingerprint == before
+
+
 def test_each_target_of_vots_is_a_sequence(tmp_path: Path) -> None:
     folder = write_vot(tmp_path / "set") / "car1"
     one = (folder / "groundtruth.txt").read_text()
@@ -373,6 +383,34 @@ def test_what_is_broken_in_a_tar_file_is_named(tmp_path: Path) -> None:
     file.write_bytes(b"no tar file, but long enough" * 40)
     with pytest.raises(ValueError, match=r"^set/town-train-00001.tar: expected a tar file, got "):
         read_collections([tmp_path / "set"])
+
+
+_WITHOUT_EXTRAS = """
+import sys
+from pathlib import Path
+
+sys.modules |= dict.fromkeys(("blosc2", "fsspec", "h5py", "pyarrow", "pycocotools"))
+import benchmarks.cli.score_function
+import benchmarks.data.real
+from benchmarks.data.layouts.collection import read_collections
+
+for root in sys.argv[1:]:
+    try:
+        print(read_collections([Path(root)])[0].name)
+    except ValueError as error:
+        print(error)
+"""
+
+
+def test_layouts_without_masks_need_no_extra(tmp_path: Path) -> None:
+    roots = [write_lasot(tmp_path / "lasot"), write_mot(tmp_path / "mot"), write_mots(tmp_path / "mots")]
+    done = subprocess.run(
+        [sys.executable, "-c", _WITHOUT_EXTRAS, *map(str, roots)], capture_output=True, text=True, check=False
+    )
+    assert done.stderr == ""
+    lasot, mot, mots = done.stdout.splitlines()
+    assert (lasot, mot) == ("car-7", "MOT17-02-FRCNN-7")
+    assert mots.endswith("expected pyarrow, pycocotools to be installed (pip install 'frameout[data]'), got none")
 
 
 def test_a_layout_of_a_user_s_own_is_recognised(tmp_path: Path) -> None:
