@@ -10,8 +10,10 @@
 from __future__ import annotations
 
 import json
+from collections import defaultdict
 from dataclasses import dataclass
-from pathlib import Path
+from functools import cached_property
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -52,6 +54,15 @@ class Pictures:
 
     file_names: dict[int, str]
     categories: dict[int, str]
+
+    @cached_property
+    def folders(self) -> dict[str, dict[str, int]]:
+        """Name of a folder → name of a picture in it → its number."""
+        found = defaultdict[str, dict[str, int]](dict)
+        for number, file in self.file_names.items():
+            *above, name = PurePosixPath(file).parts or ("",)
+            found[above[-1] if above else ""][name] = number
+        return found
 
 
 def read_results(path: Path) -> Results:

@@ -23,7 +23,7 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
@@ -124,9 +124,8 @@ def format_of(path: Path) -> str:
 
 def sequences_in(path: Path, annotations: Path | None) -> list[str]:
     """Return the folders of the pictures that JSON results are of."""
-    frames = _frames_of(_pictures(annotations))
-    found = {frames[number][0] for number in _results(path).image_id.tolist() if number in frames}
-    return sorted(found)
+    folders, numbers = _pictures(annotations).folders, set(_results(path).image_id.tolist())
+    return sorted(name for name, own in folders.items() if not numbers.isdisjoint(own.values()))
 
 
 def _read_lines(file: SequenceFile, path: Path) -> Predictions:
@@ -248,29 +247,19 @@ def _track(identity: int, box_xyxy: np.ndarray, confidence: float | None, kind: 
 
 
 def _own_frames(file: SequenceFile, pictures: Pictures) -> dict[int, int]:
-    """Return number of a picture → frame of a sequence, of those pictures that annotations name."""
-    if not file.pictures:
-        frames = _frames_of(pictures).items()
-        return {number: frame for number, (name, frame) in frames if name == file.sequence}
-    places = {picture: frame for frame, picture in enumerate(file.pictures)}
-    names = {number: "/".join(Path(name).parts[-2:]) for number, name in pictures.file_names.items()}
-    return {number: places[name] for number, name in names.items() if name in places}
+    """Return number of a picture → frame of a sequence, of those pictures that annotations name.
 
-
-def _frames_of(pictures: Pictures) -> dict[int, tuple[str, int]]:
-    """Return number of a picture → sequence, the folder of its file, and frame, from 0 on in the order of the numbers
-    in the names of files.
+    Frames of an episode are in the order of the numbers in the names of its pictures.
     """
-    of_sequence: dict[str, list[tuple[int, str, int]]] = defaultdict(list)
-    for number, name in pictures.file_names.items():
-        path = Path(name)
-        match = _NUMBER.search(path.stem)
-        of_sequence[path.parent.name].append((int(match[0]) if match else -1, path.stem, number))
-    return {
-        number: (sequence, frame)
-        for sequence, own in of_sequence.items()
-        for frame, (*_, number) in enumerate(sorted(own))
-    }
+    numbers = pictures.folders.get(file.folder, {})
+    names = [PurePosixPath(each).name for each in file.pictures] or sorted(numbers, key=_order)
+    return {numbers[name]: frame for frame, name in enumerate(names) if name in numbers}
+
+
+def _order(name: str) -> tuple[int, str]:
+    stem = PurePosixPath(name).stem
+    match = _NUMBER.search(stem)
+    return int(match[0]) if match else -1, stem
 
 
 def _results(path: Path) -> Results:

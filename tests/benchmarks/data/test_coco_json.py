@@ -31,6 +31,7 @@ def test_pycocotools_reads_the_same_results(tmp_path: Path) -> None:
     width_height = read.box_xyxy[:, 2:] - read.box_xyxy[:, :2]
     np.testing.assert_allclose(np.column_stack([read.box_xyxy[:, :2], width_height]), [each["bbox"] for each in theirs])
     assert read.track_id.tolist() == [NO_TRACK, 5]
+    assert read_pictures(annotations).folders == {"a": {"000003.png": 3, "000008.png": 8}}
     assert read_pictures(annotations).file_names == {3: "a/000003.png", 8: "a/000008.png"}
     assert read_pictures(annotations).categories == {1: "car"}
 
@@ -52,6 +53,15 @@ def test_pycocotools_reads_the_same_results(tmp_path: Path) -> None:
 def test_a_wrong_entry_is_named(tmp_path: Path, content: Any, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         read_results(_written(tmp_path / "r.json", content))
+
+
+def test_pictures_may_lie_deep_or_in_no_folder(tmp_path: Path) -> None:
+    names = {1: "val/a/0.png", 2: "1.png", 3: ""}
+    images = [{"id": number, "file_name": name} for number, name in names.items()]
+    assert read_pictures(_written(tmp_path / "a.json", {"images": images})).folders == {
+        "a": {"0.png": 1},
+        "": {"1.png": 2, "": 3},
+    }
 
 
 @pytest.mark.parametrize("content", [[], {}, {"images": [{"id": 1}]}, {"images": ["a"]}])
