@@ -66,7 +66,7 @@ class Limits:
     Attributes:
         start_s: wall time from its start to its greeting, for imports and weights.
         frame_s: wall time for one answer. frame_cpu_s: CPU time for it, of all its processes.
-        memory_gb: resident memory of all its processes; None = half of the machine's.
+        memory_gb: resident memory of all its processes, what they share counted once; None = half of the machine's.
     """
 
     start_s: float = 300.0
@@ -294,8 +294,10 @@ class Child:
             raise ProcessError(f"it took longer than {self.limits.frame_cpu_s:g} s of CPU time over one answer")
 
     def _weigh(self) -> None:
-        if (used := sum(map(_resident_bytes, self._known))) > self.limits.memory_bytes:
-            limit = f"{1e-9 * self.limits.memory_bytes:.3g} GB"
+        most = self.limits.memory_bytes
+        # What processes share takes milliseconds to find out.
+        if sum(map(_resident_bytes, self._known)) > most and (used := sum(map(_share_bytes, self._known))) > most:
+            limit = f"{1e-9 * most:.3g} GB"
             raise ProcessError(f"it takes {1e-9 * used:.3g} GB of memory, more than its limit of {limit}")
 
     def _know(self, pids: Iterable[int]) -> None:
@@ -369,6 +371,14 @@ def _resident_bytes(pid: int) -> int:
     with contextlib.suppress(psutil.Error):
         return int(psutil.Process(pid).memory_info().rss)
     return 0
+
+
+def _share_bytes(pid: int) -> int:
+    """Return the resident memory of a process, of what others share its share."""
+    with contextlib.suppress(psutil.Error):
+        own = psutil.Process(pid).memory_full_info()
+        return int(getattr(own, "pss", own.uss))
+    return _resident_bytes(pid)
 
 
 def _marked(mark: str) -> list[int]:

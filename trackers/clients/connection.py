@@ -168,7 +168,7 @@ def _read(message: bytes) -> dict[str, Any]:
     body = memoryview(message)[HEAD.size + size :]
     try:
         read = decode(json.loads(message[HEAD.size : HEAD.size + size]), body, _answer_class)
-    except Exception as error:
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
         broken = f"{type(error).__name__}: {error}"
         raise ProcessError(f"expected a message of the protocol, got one that is broken: {broken}") from None
     if not isinstance(read, dict):

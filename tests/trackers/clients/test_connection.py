@@ -300,3 +300,11 @@ def test_memory_is_weighed_also_between_quick_answers(tmp_path: Path) -> None:
 
     with pytest.raises(ProcessError, match=r"GB of memory, more than its limit of 0\.3 GB"):
         updated_often()
+
+
+def test_memory_that_processes_share_counts_once(tmp_path: Path) -> None:
+    forks = "self.kept = np.ones(10_000_000); [time.sleep(60) for _ in range(6) if os.fork() == 0]; time.sleep(1.5)"
+    tracker = started(tmp_path, forks, memory_gb=0.4)
+    tracker.update(SEEN)
+    assert len(psutil.Process(tracker._connection.child.pid).children()) == 6
+    tracker.release(whole=False)
