@@ -6,7 +6,7 @@ annotations is given, one JSON file of results. A folder of such folders holds s
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -78,36 +78,23 @@ def find_folders(
         is_wanted: takes a name: whether it is that of a sequence. example: such a name.
 
     Raises:
-        ValueError: for a path that is no folder, or holds no prediction of a wanted sequence; two trackers of one name.
+        ValueError: for a path that is no folder, or holds no prediction of a wanted sequence.
     """
+
+    def trackers_in(candidates: Iterable[Path]) -> list[Folder]:
+        folders = (Folder(each, annotations) for each in candidates)
+        return [each for each in folders if any(map(is_wanted, each.sequences))]
+
     found: list[Folder] = []
     for path in paths:
         check("predictions", path.is_dir(), "folders that exist", repr(printable(path)))
-        whole = path.resolve()
-        inside = [Folder(each, annotations) for each in sorted(whole.iterdir()) if each.is_dir()]
-        own = next(
-            filter(
-                None,
-                ([each for each in some if _has(each, is_wanted)] for some in ([Folder(whole, annotations)], inside)),
-            ),
-            [],
-        )
-        some = ", ".join(sorted(printable(each.name) for each in whole.iterdir())[:_FEW]) or "nothing"
-        check(
-            "predictions",
-            bool(own),
-            f"{_WORDS} in {printable(path)} or in its folders, with a NAME such as {example}",
-            some,
-        )
+        inside = sorted(path.resolve().iterdir())
+        own = trackers_in([path.resolve()]) or trackers_in(filter(Path.is_dir, inside))
+        wanted = f"{_WORDS} in {printable(path)} or in its folders, with a NAME such as {example}"
+        some = ", ".join(printable(each.name) for each in inside[:_FEW]) or "nothing"
+        check("predictions", bool(own), wanted, some)
         found += own
-    names = [each.path.name for each in found]
-    twice = sorted({name for name in names if names.count(name) > 1})
-    check("predictions", not twice, "trackers of different names", f"two called {', '.join(twice)}")
     return found
-
-
-def _has(folder: Folder, is_wanted: Callable[[str], bool]) -> bool:
-    return any(map(is_wanted, folder.sequences))
 
 
 def predicted_trackers(
@@ -128,7 +115,7 @@ def predicted_trackers(
         taken: names of trackers that run; a folder of such a name gets an ending.
 
     Raises:
-        ValueError: for a file that is broken, or that the suite cannot judge; names it.
+        ValueError: for two trackers of one name, and a file that is broken, or that the suite cannot judge; names it.
     """
     trackers = {}
     for folder in folders:

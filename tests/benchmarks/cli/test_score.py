@@ -251,6 +251,8 @@ def test_folders_of_one_name_are_refused(made: Path) -> None:
         (made / "vot" / name).rename(made / "vot" / other)
     with pytest.raises(ValueError, match="predictions: expected trackers of different names, got two called hold-else"):
         score(SUITE, predictions=made / "vot", out=made / "scored")
+    with pytest.raises(ValueError, match="predictions: expected trackers of different names, got two called hold-else"):
+        score(SUITE, predictions=[made / "vot" / "hold"] * 2, out=made / "scored")
 
 
 def test_only_episodes_that_predictions_are_of_are_scored(made: Path) -> None:

@@ -31,15 +31,13 @@ def test_a_folder_is_a_tracker_or_holds_trackers(tmp_path: Path, place: str) -> 
 
 
 def test_what_is_no_tracker_is_refused(tmp_path: Path) -> None:
-    _write(tmp_path, "mine/b.txt", "others/mine/a.txt", "json/1.json", "json/2.json", "mine2/a.txt")
+    _write(tmp_path, "mine/b.txt", "others/mine/a.txt", "json/1.json", "json/2.json")
     with pytest.raises(ValueError, match=r"predictions: expected folders that exist, got 'nix'"):
         find_folders([Path("nix")], None, "a".__eq__, "a")
     with pytest.raises(ValueError, match=r"predictions: expected NAME\.txt, data/NAME\.txt.*, got b\.txt"):
         find_folders([tmp_path / "mine"], None, "a".__eq__, "a")
     with pytest.raises(ValueError, match=r"json: expected one JSON file of results, got 2 of them"):
         find_folders([tmp_path / "json"], tmp_path / "instances.json", "a".__eq__, "a")
-    with pytest.raises(ValueError, match="predictions: expected trackers of different names, got two called mine2"):
-        find_folders([tmp_path / "mine2", tmp_path / "mine2"], None, "a".__eq__, "a")
 
 
 def test_json_that_others_keep_beside_text_is_left_alone(tmp_path: Path) -> None:
