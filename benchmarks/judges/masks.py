@@ -43,14 +43,11 @@ class MaskScores:
         """Take one frame's answer; ``target``: index among the objects."""
         if truth.frame == 0 or not truth.instance_map.size:
             return
-        if estimate.mask is None:
-            if truth.visible_fraction[target] != 0:
-                self._values.append((0.0, 0.0))
-            return
-        self._given = True
-        true = truth.instance_map == truth.instance_id[target]
+        mask, true = estimate.mask, truth.instance_map == truth.instance_id[target]
+        self._given = self._given or mask is not None
         if true.any():
-            self._values.append((region_similarity(estimate.mask, true), contour_accuracy(estimate.mask, true)))
+            none = (0.0, 0.0)
+            self._values.append(none if mask is None else (region_similarity(mask, true), contour_accuracy(mask, true)))
 
     def scores(self) -> Iterator[Score]:
         """Yield the scores of the episode, after all frames."""

@@ -28,7 +28,6 @@ class Seen:
 
     def __init__(self, frame: int, true: Any) -> None:
         self.frame, self.instance_map, self.instance_id = frame, np.where(true, 5, 1), np.array([9, 5])
-        self.visible_fraction = np.array([1.0, float(true.any())])
 
 
 def scores_of(true: Any, given_masks: Any) -> dict[str, float]:
@@ -84,7 +83,8 @@ def test_contours_are_matched_as_by_brute_force(two: Any, larger: int) -> None:
 def test_only_frames_with_a_pixel_of_the_target_count_and_one_without_a_mask_is_a_miss() -> None:
     there, nothing = np.zeros((20, 20), bool), np.zeros((20, 20), bool)
     there[5:12, 6:14] = True
-    ours = scores_of([there, there, nothing, nothing, there, there], [nothing, there, nothing, there, None, nothing])
+    true = [there, there, nothing, nothing, nothing, there, there]
+    ours = scores_of(true, [nothing, there, nothing, there, None, None, nothing])
     assert ours["mask_iou"] == ours["contour_accuracy"] == ours["j_and_f"] == pytest.approx(1 / 3)
 
 
