@@ -10,6 +10,7 @@ TrackEval does, an identity that stands twice in a frame is refused.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.box_files import numbers_of, text_lines
+from benchmarks.data.box_files import numbers_of, rate_of, text_lines
 from benchmarks.data.pictures import short
 from sim.checks import check
 
@@ -75,6 +76,11 @@ def read_mot(path: Path) -> MotRows:
     corner = box_xywh[:, :2] - FIRST
     box_xyxy = np.concatenate([corner, corner + box_xywh[:, 2:]], axis=1)
     return MotRows(frame.astype(np.int64), identity.astype(np.int64), box_xyxy, kept[:, 6], kept[:, 7:], line)
+
+
+def rate_told(properties: Mapping[str, str]) -> float:
+    """Return the frames a second of ``seqinfo.ini``, 0 for none; ``exactFrameRate`` is that of our export."""
+    return rate_of(properties.get("exactFrameRate", properties.get("frameRate", "")))
 
 
 def _check_rows(

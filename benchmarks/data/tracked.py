@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import USUAL_RATE_HZ
 from benchmarks.contract.text import printable
-from benchmarks.data.box_files import rate_of, read_properties
+from benchmarks.data.box_files import read_properties
 from benchmarks.data.layouts.followed import with_picture
 from benchmarks.data.layouts.mot import find_mot
-from benchmarks.data.mot_text import read_mot
+from benchmarks.data.mot_text import rate_told, read_mot
 from benchmarks.data.pictures import numbered_pictures, short
 from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode
 from benchmarks.judges.many.judge import DISTRACTOR, OTHER
@@ -118,7 +118,7 @@ def _read(
     kinds = np.select([counts, np.isin(classes, distractors)], [TARGET_KIND, DISTRACTOR], OTHER)[held]
     # A target may count on some frames alone, and is another object on the others.
     known, objects = np.unique(np.column_stack([rows.identity[held].astype(str), kinds]), axis=0, return_inverse=True)
-    rate = rate_hz or rate_of(told.get("exactFrameRate", told.get("frameRate", ""))) or USUAL_RATE_HZ
+    rate = rate_hz or rate_told(told) or USUAL_RATE_HZ
     nowhere = np.full((len(numbers), 4), np.nan)
     place = numbers - numbers[0]
     pictured = BoxedSequence(printable(folder.name), tuple(pictures.values()), nowhere, rate, number, place=place)

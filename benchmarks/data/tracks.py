@@ -37,8 +37,8 @@ import pandas as pd
 
 from benchmarks.contract.text import printable
 from benchmarks.contract.track_table import TrackTable
-from benchmarks.data.box_files import BETWEEN
-from benchmarks.data.mot_text import FIRST, read_mot
+from benchmarks.data.box_files import numbers_of, read_properties
+from benchmarks.data.mot_text import FIRST, rate_told, read_mot
 from benchmarks.data.pose_files import read_deeplabcut_csv, read_pose_hdf5, read_sleap_csv
 from sim.checks import check
 
@@ -50,8 +50,6 @@ _UNIT = re.compile(r"\s*\((cm|px)\)$")
 _TIDY = (("pos_x", "pos_y", "id"), ("x", "y", "individual"))
 """Columns of the place and the animal, in files with a row for each animal and frame."""
 _WIDE = re.compile(r"[xX](\d+)$")
-_NUMERIC = re.compile(r"-?\d+(\.\d+)*$")
-"""A head that is a number, as of rows without heads; pandas adds ``.1`` to the second of a kind."""
 _KNOWN_HEADS = "columns frame, pos_x, pos_y, id, or these without id, or frame, individual, x, y, or x1, y1, x2, y2 …"
 """Of Tracktor, of idtracker.ai, and of idtracker.ai or idTracker; other programs are known by their first heads."""
 
@@ -230,8 +228,10 @@ def _text(path: Path) -> tuple[pd.DataFrame, float | None]:
         return read_deeplabcut_csv(path)
     if {"track", "frame_idx"} <= set(heads):
         return read_sleap_csv(path)
-    if path.suffix != ".gz" and all(map(_NUMERIC.match, BETWEEN.split(",".join(heads)))):
-        return _mot(path)
+    if path.suffix != ".gz":
+        with path.open(encoding="utf-8-sig") as file:
+            if numbers_of(next(filter(str.strip, file), "")):
+                return _mot(path)
     has_tabs = len(pd.read_csv(path, sep="\t", nrows=0).columns) > 1
     with warnings.catch_warnings():
         # Of rows with more cells than heads, whose last cells would be dropped.
@@ -255,11 +255,10 @@ def _mot(path: Path) -> tuple[pd.DataFrame, float | None]:
     x, y = (0.5 * (rows.box_xyxy[:, :2] + rows.box_xyxy[:, 2:])).T
     table = pd.DataFrame({"frame": rows.frame - FIRST, "individual": rows.identity.astype(str), "x": x, "y": y})
     beside = (folder / "seqinfo.ini" for folder in path.resolve().parents[:2])
-    told = next((each.read_text(encoding="utf-8-sig") for each in beside if each.is_file()), "")
-    rates = dict(re.findall(r"^(frameRate|exactFrameRate)\s*=\s*([\d.]+)\s*$", told, re.M))
+    told = read_properties(next(filter(Path.is_file, beside), path.with_name("seqinfo.ini")))
     # Truth has rows that do not count.
     counts = rows.confidence != 0
-    return table[counts], _known_rate(rates.get("exactFrameRate", rates.get("frameRate")))
+    return table[counts], _known_rate(rate_told(told))
 
 
 def _npz(path: Path) -> tuple[pd.DataFrame, float | None]:

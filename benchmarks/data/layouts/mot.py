@@ -18,11 +18,11 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.data.box_files import rate_of, read_properties
+from benchmarks.data.box_files import read_properties
 from benchmarks.data.layouts.followed import of_one_target
 from benchmarks.data.layouts.layout import Source, Target, folders_with, layout
 from benchmarks.data.layouts.mots import pictures_of
-from benchmarks.data.mot_text import read_mot
+from benchmarks.data.mot_text import rate_told, read_mot
 from benchmarks.data.mots_text import has_masks
 from benchmarks.data.pictures import numbered_pictures
 from benchmarks.data.sequences import OCCLUDED, Labelled
@@ -49,5 +49,4 @@ def _read(folder: Path, file: Path, target: Target) -> Labelled:
     boxes = np.where((seen == 0)[:, None], np.nan, rows.box_xyxy[of])
     tags = np.where((seen >= 0) & (seen < MOSTLY_SEEN), OCCLUDED, "")
     labels = (rows.frame[of], rows.identity[of], rows.line[of], boxes, tags)
-    rate_hz = rate_of(told.get("exactFrameRate", told.get("frameRate", "")))
-    return of_one_target(folder.name, file, pictures, target, *labels, whole=True, rate_hz=rate_hz)
+    return of_one_target(folder.name, file, pictures, target, *labels, whole=True, rate_hz=rate_told(told))

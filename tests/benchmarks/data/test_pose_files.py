@@ -146,6 +146,15 @@ def test_rows_of_mot_are_middles_of_boxes_that_count(tmp_path: Path) -> None:
     np.testing.assert_allclose(table.position[:, 0], [[5, 10], [7, 10]])
 
 
+def test_rows_of_mot_may_have_exponents(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    np.savetxt(path, [[1, 5, 1, 1, 10, 20, 1], [2, 5, 3, 1, 10, 20, 1]], delimiter=",")
+    (tmp_path / "seqinfo.ini").write_text("frameRate = 25\r\n")
+    table = one(path)
+    assert (table.names, table.rate_hz) == (("5",), 25.0)
+    np.testing.assert_allclose(table.position[:, 0], [[5, 10], [7, 10]])
+
+
 def test_rows_of_mot_that_are_wrong_are_named(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     path.write_text("1,5,1,1,10,20,1,1,1\n1,5,3,1,10,20,1,1,1\n")
