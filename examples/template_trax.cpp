@@ -43,7 +43,8 @@ static std::string unbase64(const std::string& text, size_t begin) {
 // Reads "image:WIDTH;HEIGHT;rgb;BASE64".
 static bool read_picture(const std::string& text, Picture& picture) {
     int begin = 0;
-    if (std::sscanf(text.c_str(), "image:%d;%d;rgb;%n", &picture.width, &picture.height, &begin) < 2 || begin == 0)
+    if (std::sscanf(text.c_str(), "image:%d;%d;rgb;%n", &picture.width, &picture.height, &begin) < 2 || begin == 0 ||
+        picture.width < 1 || picture.height < 1)
         return false;
     const std::string rgb = unbase64(text, static_cast<size_t>(begin));
     const size_t count = static_cast<size_t>(picture.width) * static_cast<size_t>(picture.height);

@@ -201,6 +201,15 @@ def estimate_of(region: Region, height_px: int, width_px: int) -> Estimate:
     return Estimate(0.5 * (box[:2] + box[2:]), box, mask=mask)
 
 
+def read_confidence(text: str) -> float | None:
+    """Return the confidence of a text as an in-view probability; None of what is no number from 0 to 1."""
+    try:
+        confidence = float(text)
+    except ValueError:
+        return None
+    return confidence if 0.0 <= confidence <= 1.0 else None
+
+
 def _of_numbers(text: str) -> Region:
     numbers = np.array([float(each) for each in text.split(",")])
     if len(numbers) > 1 and len(numbers) % 2 == 0 and np.isnan(numbers).any():

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from numpy.testing import assert_allclose, assert_array_equal
 
 from tests.trackers.record_vot_toolkit import FILE, HEIGHT_PX, WIDTH_PX
-from trackers.regions import Mask, Point, Polygon, Rectangle, Special, estimate_of, read_region
+from trackers.regions import Mask, Point, Polygon, Rectangle, Special, estimate_of, read_confidence, read_region
 
 REGIONS = json.loads(FILE.read_text())["regions"]
 masks = arrays(bool, array_shapes(min_dims=2, max_dims=2, min_side=0, max_side=9))
@@ -109,6 +109,14 @@ def test_an_estimate_of_a_region_has_the_middle_of_its_box() -> None:
     assert np.argwhere(mask.mask).tolist() == [[row, column] for row in (4, 5, 6) for column in (18, 19)]
     point = estimate_of(read_region("2.5,4"), 20, 20)
     assert (point.position_px.tolist(), point.box_xyxy) == ([2.5, 4], None)
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [("0.5", 0.5), (" 1\r\n", 1.0), ("0", 0.0)] + [(text, None) for text in ("", "sure", "nan", "inf", "1.01", "-0.1")],
+)
+def test_a_confidence_is_a_probability_or_none(text: str, wanted: float | None) -> None:
+    assert read_confidence(text) == wanted
 
 
 WRONG = (

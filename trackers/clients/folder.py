@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.clients.child import LONGEST_ANSWER, Child, Limits, ProcessError
-from trackers.regions import Rectangle, estimate_of, read_region
+from trackers.regions import Rectangle, estimate_of, read_confidence, read_region
 from trackers.types import Estimate
 
 _TARGET = "obj0"
@@ -64,16 +64,16 @@ def answers_on(
 def _read(folder: Path, sizes: Sequence[tuple[int, ...]]) -> list[Estimate]:
     """Return the estimates on pictures of these heights and widths."""
     regions = _lines(folder / f"output_{_TARGET}.txt", len(sizes))
-    confidences = [float("nan")] * len(sizes)
+    confidences: list[float | None] = [None] * len(sizes)
     if (file := folder / f"output_{_TARGET}_confidence.txt").is_file():
-        confidences = [_number(line) for line in _lines(file, len(sizes))]
+        confidences = [read_confidence(line) for line in _lines(file, len(sizes))]
     estimates = []
     for k, (text, confidence, size) in enumerate(zip(regions, confidences, sizes, strict=True)):
         try:
             estimate = estimate_of(read_region(text), *size)
         except ValueError as error:
             raise ProcessError(f"output_{_TARGET}.txt, line {k + 1}: {error}") from None
-        estimates.append(replace(estimate, in_view_probability=confidence if 0.0 <= confidence <= 1.0 else None))
+        estimates.append(replace(estimate, in_view_probability=confidence))
     return estimates
 
 
@@ -86,10 +86,3 @@ def _lines(file: Path, count: int) -> list[str]:
     if len(lines) != count:
         raise ProcessError(f"{file.name}: expected a line for each of {count} pictures, got {len(lines)}")
     return lines
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")

@@ -31,11 +31,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.clients.child import Child, ProcessError
-from trackers.regions import Mask, Polygon, Rectangle, Region, estimate_of, read_region
+from trackers.regions import Mask, Polygon, Rectangle, Region, estimate_of, read_confidence, read_region
 from trackers.types import Estimate, Observation
 
 PREFIX = b"@@TRAX:"
-VERSIONS = range(1, 5)
+_VERSIONS = ("1", "2", "3", "4")
 _ARGUMENT = re.compile(r'"([^"\\]*(?:\\.[^"\\]*)*)"|(\S+)', re.DOTALL)
 _PROPERTY = re.compile(r"([\w.]{1,64})=(.*)", re.DOTALL)
 _MASK = re.compile("^(mask:|m)")
@@ -88,8 +88,9 @@ class TraxTracker:
         self._child, self.elsewhere_cpu_s = child, 0.0
         name, _, self._can = read(greeting)
         check("greeting", name == "hello", "hello", name)
-        self._version = _number(self._can.get("trax.version", "1"))
-        check("version", self._version in VERSIONS, "1 to 4", self._can.get("trax.version", "1"))
+        version = self._can.get("trax.version", "1")
+        check("version", version in _VERSIONS, "1 to 4", version)
+        self._version = int(version)
         self._images, self._regions = self._formats("trax.image", "path"), self._formats("trax.region", "rectangle")
         self._channels = self._formats("trax.channels", "color") if self._version > 1 else ["color"]
         check("channels", {"color", "ir"}.issuperset(self._channels), "color or ir", ";".join(self._channels))
@@ -132,8 +133,7 @@ class TraxTracker:
         except BaseException:
             child.kill()
             raise
-        confidence = _number(properties.get("confidence", ""))
-        return replace(estimate, in_view_probability=confidence if 0.0 <= confidence <= 1.0 else None)
+        return replace(estimate, in_view_probability=read_confidence(properties.get("confidence", "")))
 
     def _formats(self, key: str, usual: str) -> list[str]:
         return [each for each in self._can.get(key, usual).strip().split(";") if each] or [usual]
@@ -176,10 +176,3 @@ def check(what: str, good: bool, expected: str, got: object) -> None:
     """Raise ProcessError for what a tracker cannot do or has not said."""
     if not good:
         raise ProcessError(f"TraX, {what}: expected {expected}, got {got}")
-
-
-def _number(text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
