@@ -124,6 +124,12 @@ def real_episodes(
 
 def reopened(row: Row, seed: int) -> RealEpisode | None:
     """Return the sequence with this number among those that a row names; None if it cannot be read any more."""
+    found = recorded_episodes(row)
+    return next((each for each in found if (each.preset, each.seed) == (row["preset"], seed)), None)
+
+
+def recorded_episodes(row: Row) -> list[RealEpisode]:
+    """Return the sequences or recordings that a row names; none if they cannot be read any more."""
     options: dict[str, list[str]] = {}
     for word in row["recorded"]:
         if word.startswith("--"):
@@ -137,8 +143,8 @@ def reopened(row: Row, seed: int) -> RealEpisode | None:
             registry.suite(row["suite"]), paths, layout or "", target, None if rate is None else float(rate)
         )
     except (ValueError, OSError):
-        return None
-    return next((each for each in found if (each.preset, each.seed) == (row["preset"], seed)), None)
+        return []
+    return found
 
 
 def _read(

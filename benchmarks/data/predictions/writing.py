@@ -12,7 +12,8 @@ Boxes stand as they were answered; one that was not is of the size of the first 
 position. In ``vot`` a mask stands where one was answered. A tracker of one target has the identity 1 in ``mot``.
 Confidences are those of tracks, or the probability of being in view; -1 in ``mot``, and nothing in ``vot``, where there
 is none. A tracker that decides with hindsight has these answers. Of several runs in an episode the first is written. A
-frame without an answer has no row, or ``0``.
+frame without an answer has no row, or ``0``. ``mot`` counts all pictures of
+a real sequence; ``vot`` begins with the first one that shows the target.
 """
 
 from __future__ import annotations
@@ -40,16 +41,16 @@ def write_predictions(directory: Path, format: str, out: str) -> int:
     """Write the kept answers of a result folder into ``out``, see ``whole_folder``; return the number of files.
 
     Raises:
-        ValueError: for another format, a folder without estimates, ``vot`` of tracks of many targets, two sequences of
-            one name, and an ``out`` that holds something.
+        ValueError: for another format, a folder without estimates, ``vot`` of tracks of many targets, ``mot`` of real
+            sequences that cannot be read any more, two sequences of one name, and an ``out`` that holds something.
     """
     check_choice("format", format, WRITTEN)
     with whole_folder(out) as folder:
-        found = facts_in(directory)
+        found, numbered = facts_in(directory), _Numbered()
         for path, facts in found.items():
             block = read_block(path)
             check("format", format == "mot" or not facts.many, "mot, for tracks of many targets", format)
-            for name, lines in _files(facts, block.answered[0], format).items():
+            for name, lines in _files(facts, block.answered[0], format, numbered).items():
                 target = folder / name
                 wanted = "sequences of different names, as their files have"
                 check("estimates", not target.exists(), wanted, f"two called {target.stem}")
@@ -58,7 +59,35 @@ def write_predictions(directory: Path, format: str, out: str) -> int:
     return len(found)
 
 
-def _files(facts: Facts, answered: Answered, format: str) -> dict[str, Iterable[str]]:
+class _Numbered:
+    """Numbers of first frames, of which real sequences are read once."""
+
+    def __init__(self) -> None:
+        self._read: dict[tuple[str, ...], dict[tuple[str, int], int]] = {}
+
+    def first(self, facts: Facts) -> int:
+        """Return the number of an episode's first frame in MOT; pictures of a real sequence may stand before it.
+
+        Raises:
+            ValueError: for a real sequence that cannot be read any more.
+        """
+        key, heading = facts.key, facts.heading
+        if key.scenario != REAL:
+            return FIRST
+        recorded = tuple(heading["recorded"])
+        if recorded not in self._read:
+            from benchmarks.data.real import recorded_episodes  # It imports the readers of all layouts.
+
+            found = recorded_episodes(heading)
+            self._read[recorded] = {(each.preset, each.seed): FIRST + each.extent[1] for each in found}
+        number = self._read[recorded].get((key.preset, key.seed))
+        wanted = f"the pictures of {heading['sequence']}, whose numbers rows of MOT have"
+        check("estimates", number is not None, wanted, "none that can be read")
+        assert number is not None
+        return number
+
+
+def _files(facts: Facts, answered: Answered, format: str, numbered: _Numbered) -> dict[str, Iterable[str]]:
     """Return path → lines of the files of a tracker in an episode."""
     key, heading = facts.key, facts.heading
     name = heading.get("sequence", "")
@@ -67,7 +96,7 @@ def _files(facts: Facts, answered: Answered, format: str) -> dict[str, Iterable[
     tracker = f"{key.controller}+{key.tracker}" if key.controller else key.tracker
     if format == "mot":
         answers = answered.answers if answered.revised is None else answered.revised
-        return {f"{SPLIT}/{tracker}/data/{name}.txt": _mot_rows(answers)}
+        return {f"{SPLIT}/{tracker}/data/{name}.txt": _mot_rows(answers, numbered.first(facts))}
     estimates = [answer for answer in answered.answers if isinstance(answer, Estimate)]
     probabilities = [each.in_view_probability for each in estimates]
     confidences = ["" if each is None else repr(float(each)) for each in probabilities]
@@ -86,9 +115,9 @@ def _regions(estimates: Sequence[Estimate]) -> Iterator[str]:
             yield str(Special(0) if box is None else Rectangle(box))
 
 
-def _mot_rows(answers: Sequence[Answer | Sequence[Track]]) -> Iterator[str]:
+def _mot_rows(answers: Sequence[Answer | Sequence[Track]], number: int = FIRST) -> Iterator[str]:
     first = _first_box([answer for answer in answers if isinstance(answer, Estimate)])
-    for frame, answer in enumerate(answers, start=FIRST):
+    for frame, answer in enumerate(answers, start=number):
         alone = isinstance(answer, Estimate)
         tracks = [Track(1, answer, confidence=answer.in_view_probability)] if isinstance(answer, Estimate) else answer
         for each in tracks:

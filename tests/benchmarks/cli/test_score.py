@@ -433,6 +433,23 @@ def test_results_on_the_pictures_of_real_annotations(tmp_path: Path, write: Call
         score(real=tmp_path / "set" / file, annotations=other, **how)
 
 
+@pytest.mark.parametrize("format", ["mot", "vot"])
+def test_answers_on_real_pictures_have_the_numbers_of_their_files(tmp_path: Path, format: str) -> None:
+    """The target is first seen in the fourth picture."""
+    folder = _real(tmp_path)
+    how: dict[str, Any] = {"real": folder / "Red", "workers": 0}
+    bench(trackers=["correlation_filter"], out=tmp_path / "run", keep_estimates=True, **how)
+    write_predictions(tmp_path / "run", format, str(tmp_path / format))
+    predictions = tmp_path / format / ("frameout-train" if format == "mot" else "")
+    score(predictions=predictions, out=tmp_path / "scored", **how)
+    there, here = ({key[1:]: value for key, value in _numbers(tmp_path / each).items()} for each in ("scored", "run"))
+    _same(there, here)
+    (folder / "Red" / "groundtruth_rect.txt").unlink()
+    if format == "mot":
+        with pytest.raises(ValueError, match="estimates: expected the pictures of Red, whose numbers rows of MOT have"):
+            write_predictions(tmp_path / "run", format, str(tmp_path / "again"))
+
+
 def test_answers_on_two_sequences_of_one_name_are_not_written(tmp_path: Path) -> None:
     for name in ("first", "other"):
         for each in ("Red", "Blue"):
