@@ -77,7 +77,7 @@ def made_environment(program: Path) -> Path:
 
 def _read(program: Path) -> tuple[tuple[str, ...], str]:
     """Return the packages that a program needs, and which Python."""
-    found = _BLOCK.search(program.read_text(errors="replace"))
+    found = _BLOCK.search(program.read_text("utf-8-sig", errors="replace"))
     if found is None:
         return (), ""
     text = "".join(line[2:] or "\n" for line in found[1].splitlines(keepends=True))

@@ -33,6 +33,8 @@ def test_packages_are_read_from_the_block(program: Path) -> None:
     before = environment_of(program)
     program.write_text(program.read_text().replace("1.0", "2.0"))
     assert environment_of(program) != before
+    program.write_text(BLOCK.replace("\n", "\r\n"), "utf-8-sig")
+    assert needs(program) == ("one==1.0", "two")
     program.write_text("print('no block')\n")
     assert needs(program) == ()
 
