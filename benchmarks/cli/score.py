@@ -48,9 +48,9 @@ class Score(WithModules):
         rate_hz: frames a second of the pictures of --real (default: as files say, else 30).
         format: vot: a line a frame, which is a rectangle left,top,width,height, a polygon, a mask, or one number for
             none; the picture begins at 0,0. otb: the same from 1,1, rectangles alone. mot: rows
-            frame,id,left,top,width,height,confidence, counted from 1. mots: rows of masks, counted from 0. coco: JSON
-            results of COCO or TAO (default: coco of JSON, vot, mot or mots by the first lines of text). Confidences of
-            vot and otb stand in NAME_confidence.value.
+            frame,id,left,top,width,height,confidence, counted from 1. mots: rows of masks, counted from 0,
+            or as the names of real pictures count. coco: JSON results of COCO or TAO (default: coco of JSON, vot, mot
+            or mots by the first lines of text). Confidences of vot and otb stand in NAME_confidence.value.
         annotations: JSON file of `frameout export --format coco` or tao-amodal, or of the real data set, whose pictures
             the image_ids of JSON results are.
         out: folder for rows, summary and report (default: results/SUITE, with --real results/SUITE-real).

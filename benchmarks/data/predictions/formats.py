@@ -6,7 +6,7 @@ format    a sequence's file                                                     
 ``vot``   a line a frame: a region, see ``trackers.regions``; separated by comma, tab or spaces 0, 0
 ``otb``   the same, as OTB counts                                                               1, 1
 ``mot``   a row a track and frame, see ``benchmarks.data.mot_text``                             1, 1
-``mots``  likewise with masks, frames counted from 0, see ``benchmarks.data.mots_text``           0, 0
+``mots``  likewise with masks, frames counted from 0, or as the pictures of a real sequence are   0, 0
 ``coco``  JSON results of COCO or TAO for all sequences, see ``benchmarks.data.coco_json``      0, 0
 ========= ===================================================================================== ====================
 
@@ -200,10 +200,13 @@ def _read_mots(file: SequenceFile, path: Path) -> Predictions:
     whole = file.skipped + file.frame_count + file.after
     tracks: dict[int, list[Track]] = defaultdict(list)
     masks: dict[int, list[Mapping[str, Any]]] = defaultdict(list)
+    # MOTS Challenge counts its pictures from 1, KITTI from 0.
+    first = max(_order(PurePosixPath(file.pictures[0]).name)[0] - file.skipped, 0) if file.pictures else 0
     numbers = zip(rows.frame.tolist(), rows.identity.tolist(), rows.runs, rows.line.tolist(), strict=True)
     for (number, identity, runs, line), box_xyxy in zip(numbers, rows.box_xyxy, strict=True):
-        check(f"{where}, line {line}", number < whole, f"a frame of 0 to {whole - 1}", number)
-        frame = number - file.skipped
+        last = first + whole - 1
+        check(f"{where}, line {line}", first <= number <= last, f"a frame of {first} to {last}", number)
+        frame = number - first - file.skipped
         if 0 <= frame < file.frame_count and (box_xyxy[2:] > box_xyxy[:2]).all():
             tracks[frame].append(_track(identity, box_xyxy, None))
             masks[frame].append(runs)

@@ -12,8 +12,8 @@ Boxes stand as they were answered; one that was not is of the size of the first 
 position. In ``vot`` a mask stands where one was answered. A tracker of one target has the identity 1 in ``mot``.
 Confidences are those of tracks, or the probability of being in view; -1 in ``mot``, and nothing in ``vot``, where there
 is none. A tracker that decides with hindsight has these answers. Of several runs in an episode the first is written. A
-frame without an answer has no row, or ``0``. ``mot`` counts all pictures of
-a real sequence; ``vot`` begins with the first one that shows the target.
+frame without an answer has no row, or ``0``. ``mot`` counts all pictures of a real sequence; ``vot`` begins with the
+first one that shows the target.
 """
 
 from __future__ import annotations

@@ -97,6 +97,11 @@ def test_rows_of_mots_are_tracks_with_masks_counted_from_zero(tmp_path: Path) ->
     np.testing.assert_array_equal(said[0][0].estimate.box_xyxy, [3, 2, 9, 5])  # type: ignore[arg-type]
     np.testing.assert_array_equal(said[2][0].estimate.mask, second)  # type: ignore[arg-type]
     assert said[2][0].estimate.position_px.tolist() == [1, 7.5]
+    challenge = tuple(f"img1/{k:06d}.jpg" for k in (2, 3, 4))
+    shifted = read_predictions(
+        _file(tmp_path / "a.txt", f"3 1000 1 12 16 {_runs(first)}\n", skipped=1, pictures=challenge)
+    )
+    assert list(shifted.tracks or {}) == [1]
     with pytest.raises(ValueError, match=r"a\.txt, line 1: expected a frame of 0 to 2, got 3"):
         read_predictions(_file(tmp_path / "a.txt", f"3 1000 1 12 16 {_runs(first)}\n"))
 
