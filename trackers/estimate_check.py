@@ -116,7 +116,8 @@ def _box(value: Any, silent: bool) -> NDArray[np.float64]:
     if not silent:
         _finite("box_xyxy", box)
         if not (box[2:] >= box[:2]).all():
-            raise ValueError(f"box_xyxy: expected x_min <= x_max and y_min <= y_max, got {box.tolist()}")
+            told = f"expected x_min <= x_max and y_min <= y_max, got {box.tolist()}"
+            raise ValueError(f"box_xyxy: {told}; is it left, top, width, height?")
     return box
 
 

@@ -209,7 +209,7 @@ def print_results(
     # The folder may hold rows of other suites.
     summary = [entry for entry in outcome.summary if entry["suite"] == wanted.name]
     if not as_json:
-        print_leaderboard(summary, metric)
+        print_leaderboard(summary, metric, rows=read_rows(out))
     report = out / REPORT_FILE_NAME
     if is_current(out, metric):
         print("nothing new: the report stays as it is", file=sys.stderr)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from rich import box
@@ -11,12 +11,13 @@ from rich.markup import escape
 from rich.measure import Measurement
 from rich.table import Table
 
-from benchmarks.contract.rows import REAL
+from benchmarks.contract.rows import REAL, Row
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import counted, time_in_words
 from benchmarks.show import tables
 from benchmarks.show.progress import console_of
-from benchmarks.statistics.summary import Groups, condition_of, steering_words
+from benchmarks.show.provenance import events_in
+from benchmarks.statistics.summary import Groups, condition_of, grouped, steering_words
 
 _WIDTH = 132
 _ROLE_STYLES = {
@@ -29,7 +30,11 @@ _ROLE_STYLES = {
 
 
 def print_leaderboard(
-    summary: Sequence[dict[str, Any]], metrics: Sequence[str] = (), *, markdown: bool = False
+    summary: Sequence[dict[str, Any]],
+    metrics: Sequence[str] = (),
+    *,
+    rows: Iterable[Row] = (),
+    markdown: bool = False,
 ) -> None:
     """Print a table for each scenario, preset, renderer and controller or link, the best first.
 
@@ -38,8 +43,10 @@ def print_leaderboard(
     Args:
         summary: as ``write_summary`` returns it.
         metrics: names of those to show, the first one ranks; () = the suite's headline.
+        rows: those of the summary; the titles tell how many events they are about where all trackers share them.
         markdown: print Markdown tables.
     """
+    groups = grouped(rows)
     console = console_of(_WIDTH)
     for condition, entries in _conditions(summary):
         episodes = max(entry["n"] for entry in entries)
@@ -50,7 +57,8 @@ def print_leaderboard(
         measured = {entry["metric"] for entry in entries}
         without = [name for name in scores.headline if name in metrics and name not in measured]
         gap = f"; no row gives {', '.join(without)}" if without else ""
-        title = f"{condition}: {counted(episodes, *units)}, {over}{gap}"
+        held = f"{counted(episodes, *units)}{_events(groups.get(condition_of(entries[0]), {}))}"
+        title = f"{condition}: {held}, {over}{gap}"
         board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:
             print(f"{title}\n")
@@ -61,6 +69,13 @@ def print_leaderboard(
             print(tables.markdown_table(heads, lines, words=len(scores.key_columns) + 1), end="\n\n")
         else:
             console.print(_that_fits(console, title, board, scores.key_columns))
+
+
+def _events(by_tracker: Mapping[str, Sequence[Row]]) -> str:
+    """Return the number of the events of a condition in brackets; "" without any, or where each tracker has its own."""
+    rows = [row for each in by_tracker.values() for row in each]
+    events = [] if any(row["controller"] for row in rows) else events_in(rows)
+    return f" ({suite(rows[0]['suite']).events.name}: {len(events)})" if events else ""
 
 
 def print_by_episode(groups: Groups, metrics: Sequence[str] = ()) -> None:

@@ -60,7 +60,7 @@ class Report(WithModules):
         summary = write_summary(self.directory)
         check_metrics(self.metric, sorted({entry["suite"] for entry in summary}))
         if self.markdown:
-            print_leaderboard(summary, self.metric, markdown=True)
+            print_leaderboard(summary, self.metric, rows=read_rows(self.directory), markdown=True)
         if self.by_episode:
             print_by_episode(grouped(read_rows(self.directory)), self.metric)
         from benchmarks.data.real import reopened  # It imports the readers of all layouts.

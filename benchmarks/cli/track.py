@@ -175,4 +175,8 @@ def _box(text: str, shape: tuple[int, ...]) -> NDArray[np.float64]:
     size = f"the picture of {shape[1]} x {shape[0]} pixels"
     meets = bool((box[:2] < (shape[1], shape[0])).all() and (box[2:] > 0).all())
     check("box", meets, f"one that meets {size}", repr(text))
+    beyond_px = max(*-box[:2], *(box[2:] - (shape[1], shape[0])))
+    if beyond_px >= 1:
+        reach = f"the box reaches {beyond_px:.0f} px beyond the picture"
+        print(f"note: {reach}; it is left,top,width,height", file=sys.stderr)
     return box

@@ -56,16 +56,24 @@ from benchmarks.run.own_inputs import own
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures, first_box, given
 from scenarios.scenario import Episode, Frame
 from sim.checks import check, check_choice
-from trackers.clients.child import Limits
+from trackers.clients.child import Limits, ProcessError
 from trackers.clients.environments import made_environment, needs
 from trackers.clients.folder import answers_on
-from trackers.clients.remote import Program, RemoteMultiTracker, RemoteTracker, found_program, remote_tracker
+from trackers.clients.remote import (
+    Program,
+    RemoteMultiTracker,
+    RemoteTracker,
+    check_greets,
+    found_program,
+    remote_tracker,
+)
 from trackers.clients.trax import TraxTracker
 from trackers.follow_one import FollowOne
 from trackers.protocols import MultiTracker, Tracker
 from trackers.types import Estimate, Start
 
 _NAME = re.compile(r"[A-Za-z_][\w.-]*")
+_OF_FILES = re.compile(r"\S+\.(py|toml)")
 _SUMMARY = "in a process of its own"
 _LONGEST_PATH = 1000
 _LARGEST = 1_000_000
@@ -105,6 +113,14 @@ class ProcessTracker(TrackerSpec):
     def columns(self) -> Row:
         """See ``TrackerSpec``."""
         return {"process": self.argument}
+
+    def check_greets(self) -> None:
+        """Raise ValueError, with its last words, unless its process greets; one of the folder protocol does not."""
+        try:
+            if not self.takes_all:
+                check_greets(self.program)
+        except ProcessError as error:
+            raise ValueError(f"process {self.name}: expected a program that greets, got none: {error}") from None
 
     def create(
         self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False
@@ -292,6 +308,11 @@ def _command(name: str, written: Sequence[str], folder: Path) -> tuple[str, ...]
     program = shutil.which(first if first.is_file() else written[0])
     wanted = "a program, or a Python file that says which packages it needs (else begin with python)"
     check(f"process {name}", program is not None, wanted, repr(written[0]))
+    # Other programs, e.g. of containers, have files of their own.
+    if first.name.startswith("python"):
+        for value in map(_value, written[1:]):
+            exists = not _OF_FILES.fullmatch(value) or (folder / value).exists()
+            check(f"process {name}", exists, "a program whose files exist", f"no file {value} in {folder}")
     return (str(Path(str(program)).absolute()), *rest)
 
 

@@ -116,6 +116,10 @@ def up_to_date(
         # A person may have played other episodes.
         others = [key.seed for key in blocks if key.controller != HUMAN and key.seed not in seeds]
         wanted = f"a folder with no seeds but {min(seeds)}:{max(seeds) + 1}, e.g. an empty one"
+        both = {*seeds, *others}
+        if others and len(both) == 1 + max(both) - min(both):
+            silence = "sequences without a file of predictions count as silence"
+            wanted += f", or give --seeds {min(both)}:{max(both) + 1} ({silence})"
         check("out", not others, wanted, f"{str(directory)!r}, which holds seed {min(others, default=None)}")
     of_times = {rows[0].get("real_time_hz") for rows in blocks.values()}
     held = ", ".join(sorted(map(time_in_words, of_times - {real_time_hz})))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from benchmarks.contract.rows import HUMAN, LAST_METRIC, REAL, TEST_SPLIT, Row, event_of
@@ -34,7 +34,7 @@ def provenance(rows: Sequence[Row]) -> dict[str, Any]:
         "split": split,
         "episodes": len(seeds),
         "frames": int(sum({row["seed"]: row["value"] for row in rows if row["metric"] == LAST_METRIC}.values())),
-        "events": _events(rows),
+        "events": suite(rows[0]["suite"]).events.describe(events_in(rows)),
         "command": _commands(rows, f"{seeds[0]}:{seeds[-1] + 1}"),
         "editions": _editions(rows),
         "failures": list(_failures(rows)),
@@ -55,15 +55,17 @@ def sequences_in_words(rows: Sequence[Row]) -> Iterator[str]:
         yield f"{preset}: {count}; {held['events']}; {len(returns)} with a return that is judged"
 
 
-def _events(rows: Sequence[Row]) -> str:
-    """Describe all events: shared by all trackers on a set path, of each tracker's own episodes in closed loop."""
+def events_in(rows: Iterable[Row]) -> list[dict[str, Any]]:
+    """Return the attributes of all events of a condition: shared by all trackers on a set path, of each tracker's own
+    episodes in closed loop.
+    """
     events: dict[tuple[Any, ...], dict[str, Any]] = {}
     for row in rows:
         event = event_of(row)
         if event is not None:
             episode = (row["controller"], row["tracker"]) if row["controller"] else ()
             events[(row["seed"], event["index"], *episode)] = event
-    return suite(rows[0]["suite"]).events.describe(list(events.values()))
+    return list(events.values())
 
 
 def _commands(rows: Sequence[Row], span: str) -> str:

@@ -97,7 +97,10 @@ def test_a_probability_may_be_off_by_rounding() -> None:
         (Estimate("here"), r"position_px: expected numbers of shape \(2,\), got 'here'"),  # type: ignore[arg-type]
         (Estimate(HERE, np.zeros((2, 2))), r"box_xyxy: expected the shape \(4,\), got \(2, 2\)"),
         (Estimate(HERE, np.full(4, np.nan)), "box_xyxy: expected finite numbers"),
-        (Estimate(HERE, np.array([5.0, 2.0, 1.0, 6.0])), "box_xyxy: expected x_min <= x_max"),
+        (
+            Estimate(HERE, np.array([5.0, 2.0, 1.0, 6.0])),
+            "box_xyxy: .* x_min <= x_max .*; is it left, top, wid",
+        ),
         (Estimate(HERE, depth_m=0.0), r"depth_m: expected a finite number > 0, got 0.0"),
         (Estimate(HERE, depth_m=float("inf")), r"depth_m: expected a finite number > 0, got inf"),
         (Estimate(HERE, depth_m=float("nan")), r"depth_m: expected a finite number > 0, got nan"),

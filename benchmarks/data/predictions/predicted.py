@@ -12,15 +12,18 @@ from numpy.typing import NDArray
 from benchmarks.contract.rows import Row
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
 from benchmarks.data.predictions.formats import SequenceFile, read_predictions
+from benchmarks.judges.frame_out.metrics.localisation import box_iou
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode
 from sim.checks import check
 from trackers.follow_one import FollowOne
-from trackers.regions import Region, estimate_of
+from trackers.regions import Rectangle, Region, estimate_of
 from trackers.registry import NoParameters
 from trackers.types import CameraModel, Estimate, Observation, Track
 
 _NONE = Estimate(np.full(2, np.nan))
+_LEAST_IOU = 0.5
+"""Of the box on line 1 with the given one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +62,7 @@ class Predicted(TrackerSpec):
         if many:
             return ManyFromPictures(Recalled(found.tracks or {}, found.masks))
         if found.regions is not None:
-            return FromPictures(RecalledRegions(found.regions, found.confidence))
+            return _FromRegions(RecalledRegions(found.regions, found.confidence))
         if found.detections is not None:
             return FromPictures(Likeliest(found.detections))
         tracks = found.tracks or {}
@@ -117,14 +120,20 @@ class Likeliest(Recalled):
 
 
 class RecalledRegions:
-    """Regions of one target from a file, see ``trackers.protocols.Tracker``."""
+    """Regions of one target from a file, see ``trackers.protocols.Tracker``.
+
+    Attributes:
+        begins_elsewhere: whether the first region is a rectangle, but not the given box.
+    """
 
     def __init__(self, regions: Sequence[Region], confidence: Sequence[float]) -> None:
         self._said = iter(zip(regions, confidence, strict=True))
+        self.begins_elsewhere = False
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """See ``Tracker``. The first region is that of the box."""
-        next(self._said)
+        first, _ = next(self._said)
+        self.begins_elsewhere = isinstance(first, Rectangle) and bool(box_iou(first.box_xyxy, box_xyxy) < _LEAST_IOU)
 
     def update(self, observation: Observation) -> Estimate:
         """See ``Tracker``."""
@@ -132,3 +141,14 @@ class RecalledRegions:
         estimate = estimate_of(region, observation.camera.height_px, observation.camera.width_px)
         known = None if np.isnan(confidence) else confidence
         return replace(estimate, in_view_probability=known)
+
+
+class _FromRegions(FromPictures):
+    def __init__(self, recalled: RecalledRegions) -> None:
+        super().__init__(recalled)
+        self._recalled = recalled
+
+    def release(self, whole: bool) -> list[str]:
+        """See ``ReleasedLoopTracker``."""
+        odd = "has on line 1 another box than the given one (is it x1,y1,x2,y2 in place of left,top,width,height?)"
+        return [odd] if self._recalled.begins_elsewhere else []

@@ -50,6 +50,11 @@ def test_metrics_are_chosen(results: Path, capsys: pytest.CaptureFixture[str]) -
     assert "recovery rate" in (results / "report.html").read_text().partition("Every metric")[2]
 
 
+def test_the_title_tells_how_many_events_there_are(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["report", str(results), "--markdown"]) == 0
+    assert ": 3 episodes (frame-outs: 9), 95 % intervals over them\n" in capsys.readouterr().out
+
+
 def test_a_metric_without_rows_is_named(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     entries = write_summary(results)
     recovered = [each for each in entries if each["metric"] == "recovery_rate"]

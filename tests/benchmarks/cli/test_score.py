@@ -20,6 +20,7 @@ from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
 from benchmarks.contract.suite import Scene
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
+from benchmarks.data.estimates.block_file import facts_in, read_block
 from benchmarks.data.estimates.keeping import Estimates
 from benchmarks.data.exports.exporter import export
 from benchmarks.data.mot_text import read_mot
@@ -262,6 +263,31 @@ def test_only_episodes_that_predictions_are_of_are_scored(made: Path) -> None:
     results = score(SUITE, predictions=made / "vot", out=made / "scored", workers=0)
     assert set(results.rows()["seed"]) == {0, 987654321}
     assert not results.outcome.failed
+
+
+def test_a_first_line_that_is_not_the_given_box_is_noted(made: Path) -> None:
+    for path, facts in facts_in(made / "run").items():
+        x0, y0, x1, y1 = read_block(path).answered[0].answers[0].box_xyxy
+        lines = {"fake_knowing": f"{x0},{y0},{x1},{y1}\n", "fake_still": f"{x0},{y0},{x1 - x0},{y1 - y0}\n"}
+        name = facts.key.tracker.replace("fake_", "")
+        (file,) = (made / "vot" / f"{name}_there").rglob(f"*-{facts.key.seed:06d}_001.txt")
+        file.write_text(lines[facts.key.tracker] + file.read_text().partition("\n")[2])
+    with pytest.warns(TrackerWarning) as told:
+        score(SUITE, predictions=made / "vot", out=made / "scored", workers=0)
+    assert [str(each.message) for each in told] == [
+        "knowing_there has on line 1 another box than the given one (is it x1,y1,x2,y2 in place of "
+        "left,top,width,height?), in 2 episodes"
+    ]
+
+
+def test_a_folder_with_more_seeds_tells_which_to_give(made: Path) -> None:
+    for path in (made / "vot").rglob("*-000001_001.txt"):
+        path.unlink()
+    told = r"no seeds but 0:1, .*, or give --seeds 0:2 \(sequences without a file of predictions count as silence\)"
+    with pytest.raises(ValueError, match=told):
+        score(SUITE, predictions=made / "vot", out=made / "run", workers=0)
+    with pytest.warns(TrackerWarning, match="expected a file for .*-000001, got none"):
+        score(SUITE, predictions=made / "vot", out=made / "run", seeds=range(2), workers=0)
 
 
 def test_only_changed_files_are_scored_again(made: Path) -> None:

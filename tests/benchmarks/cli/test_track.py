@@ -45,6 +45,14 @@ def test_notes_about_the_footage_are_told(clip: str, capsys: pytest.CaptureFixtu
     assert "note: hdr.mp4 has high dynamic range (PQ)" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("box", "beyond"), [("100,20,134,40", "74"), ("-9,20,30,30", "9"), ("100,20,60.4,100", "")])
+def test_a_box_beyond_the_picture_is_told(box: str, beyond: str, clip: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["track", clip, "--tracker", "hold", f"--box={box}", "--frames", "2"]) == 0
+    notes = [line for line in capsys.readouterr().err.splitlines() if "beyond" in line]
+    told = f"note: the box reaches {beyond} px beyond the picture; it is left,top,width,height"
+    assert notes == ([told] if beyond else [])
+
+
 GOOD = f"clip.mp4 --tracker hold --box {FIRST_BOX}"
 
 

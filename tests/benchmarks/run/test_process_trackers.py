@@ -136,6 +136,8 @@ TABLE = '[mine]\ncommand = "python x.py"\n'
         ("mine=", "process mine: expected a command, got none"),
         ("mine='python", "process mine: expected a command with closed quotes, got "),
         ("mine=no_such_program", "process mine: expected a program, .*, got 'no_such_program'"),
+        ("mine=python nix.py", r"process mine: expected a program whose files exist, got no file nix.py in /\S+$"),
+        ("mine=python3 x.py --with=nix.toml", "process mine: expected a program whose files exist, got no file nix.to"),
         ("none.toml", "process: expected a TOML file with a table for each tracker, got 'none.toml'"),
         ("[mine", "process: expected a TOML file with a table for each tracker, got "),
         ("# none\n", "process: expected a TOML file with a table for each tracker, got none in 'trackers.toml'"),
@@ -158,11 +160,27 @@ TABLE = '[mine]\ncommand = "python x.py"\n'
 )
 def test_what_is_no_process_is_named(text: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    Path("x.py").touch()
     if "\n" in text or "[" in text or " = " in text:
         Path("trackers.toml").write_text(text)
         text = "trackers.toml"
     with pytest.raises(ValueError, match=f"^{message}"):
         process_trackers([text], 60.0)
+
+
+def test_files_of_other_programs_may_be_elsewhere() -> None:
+    """A command of a container names files that only the container has."""
+    assert process_trackers(["mine=env docker run image python /app/nix.py"], 60.0)["mine"].name == "mine"
+
+
+def test_one_that_lacks_a_module_is_refused_with_its_last_words(tmp_path: Path) -> None:
+    (tmp_path / "needy.py").write_text("import nix\n")
+    mine = {"mine": f"{sys.executable} {tmp_path / 'needy.py'}"}
+    how: dict[str, Any] = {"preset": "quick", "trackers": "mine", "seeds": range(1), "workers": 0}
+    told = "process mine: expected a program that greets, got none: it ended .* 1: ModuleNotFoundError: .* 'nix'"
+    with pytest.raises(ValueError, match=told):
+        bench("toy-many", process=mine, out=tmp_path / "out", **how)
+    assert list((tmp_path / "out").iterdir()) == []
 
 
 def test_names_of_trackers_are_taken(tmp_path: Path) -> None:
