@@ -216,9 +216,9 @@ def print_results(
     else:
         from benchmarks.data.real import reopened  # It imports the readers of all layouts.
 
-        print("making the report, whose pictures take another run of a tracker …", file=sys.stderr)
+        print("making the report; trackers run again for its pictures …", file=sys.stderr)
         with trackers_print_to_stderr():
-            write_report(out, metric, reopened)
+            write_report(out, metric, reopened, progress_bar)
     if as_json:
         document = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
         print(json.dumps(document, indent=1))

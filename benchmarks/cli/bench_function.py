@@ -12,8 +12,8 @@ In a notebook or a script::
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +25,7 @@ from benchmarks.contract.suite import DEFAULT, Suite
 from benchmarks.contract.text import counted
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.contract.varied import base_of
-from benchmarks.run.experiment import Experiment, Progress, run
+from benchmarks.run.experiment import Experiment, ShowProgress, run
 from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
@@ -50,8 +50,6 @@ if TYPE_CHECKING:
 
 _NEED_TRUTH = ("blind", "oracle")
 """Roles of trackers that are given the true state in metres."""
-ShowProgress = Callable[[str], AbstractContextManager[Progress | None]]
-"""Takes a title and opens what shows progress, e.g. ``benchmarks.show.progress.progress_bar``."""
 Names = dict[str, tuple[str, ...]]
 """What users name: scenarios, presets, trackers, controllers, see ``choices``."""
 

@@ -14,6 +14,7 @@ from benchmarks.contract.suite import controllers_suite
 from benchmarks.learning import playing
 from benchmarks.run.result_folder import make_folder
 from benchmarks.show.page import write_report
+from benchmarks.show.progress import progress_bar
 from benchmarks.statistics.summary import write_summary
 from scenarios import catalog
 from scenarios.envs.settings import FollowSettings
@@ -63,5 +64,5 @@ class Play(WithModules):
             print("no episode was played to its end with a key pressed")
             return 0
         print_leaderboard(write_summary(out))
-        print(f"rows: {out / 'records.jsonl'}\nreport: {write_report(out)}")
+        print(f"rows: {out / 'records.jsonl'}\nreport: {write_report(out, progress=progress_bar)}")
         return 0

@@ -65,7 +65,7 @@ class Report(WithModules):
             print_by_episode(grouped(read_rows(self.directory)), self.metric)
         from benchmarks.data.real import reopened  # It imports the readers of all layouts.
 
-        print(write_report(self.directory, self.metric, reopened))
+        print(write_report(self.directory, self.metric, reopened, progress_bar))
         return 0
 
     def _rejudge(self) -> None:

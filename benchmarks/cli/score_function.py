@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from benchmarks.cli.bench_function import ShowProgress, refuse, run_all, several, stored_request
+from benchmarks.cli.bench_function import refuse, run_all, several, stored_request
 from benchmarks.contract import suite as registry
 from benchmarks.contract.judging import check_no_layout
 from benchmarks.contract.rows import REAL
@@ -19,7 +19,7 @@ from benchmarks.data.predictions.folders import find_folders, predicted_trackers
 from benchmarks.data.predictions.formats import FORMATS, SequenceFile
 from benchmarks.data.sequence_names import sequence_name, set_name
 from benchmarks.run.episodes import Simulated
-from benchmarks.run.experiment import Experiment
+from benchmarks.run.experiment import Experiment, ShowProgress
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.selection import SET_PATH, choices, experiment_on, trackers_of

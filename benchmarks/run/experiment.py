@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
@@ -129,6 +130,8 @@ class Experiment:
 
 Progress = Callable[[int, int], None]
 """Called with the number of (tracker, episode) pairs done, and of all."""
+ShowProgress = Callable[[str], AbstractContextManager[Progress | None]]
+"""Takes a title and opens what shows progress, e.g. ``benchmarks.show.progress.progress_bar``."""
 
 
 def run(experiment: Experiment, out: Path, progress: Progress = lambda done, of: None) -> Outcome:

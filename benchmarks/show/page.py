@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
@@ -18,6 +19,7 @@ from benchmarks.contract.text import time_in_words
 from benchmarks.judges.tracker_speed import MS_PER_FRAME
 from benchmarks.run.blindfold import BLIND_NOTE
 from benchmarks.run.editions import judge_edition
+from benchmarks.run.experiment import ShowProgress
 from benchmarks.run.failures import ended_processes
 from benchmarks.show import tables
 from benchmarks.show.against import against, points_of
@@ -114,7 +116,12 @@ class _Results:
             yield against(points, y, x, "What does a better score cost?")
 
 
-def write_report(directory: Path, metrics: Sequence[str] = (), reopen: Reopen = lambda row, seed: None) -> Path:
+def write_report(
+    directory: Path,
+    metrics: Sequence[str] = (),
+    reopen: Reopen = lambda row, seed: None,
+    progress: ShowProgress = lambda title: nullcontext(),
+) -> Path:
     """Make ``directory/report.html`` from the rows in ``directory`` and return its path.
 
     For a picture of the suite part of an episode is run again, if this code made the rows. A missing summary
@@ -123,6 +130,7 @@ def write_report(directory: Path, metrics: Sequence[str] = (), reopen: Reopen = 
     Args:
         metrics: names of those on the leaderboard, the first one ranks; () = the suite's headline.
         reopen: opens real sequences again; without it there is no picture of them.
+        progress: shows progress of the runs for pictures, see ``ShowProgress``.
 
     Raises:
         ValueError: if the folder holds no results.
@@ -132,7 +140,7 @@ def write_report(directory: Path, metrics: Sequence[str] = (), reopen: Reopen = 
     check("directory", bool(rows), "one that holds results", f"no whole episode in {str(directory)!r}")
     summary, comparisons = (read_entries(directory, name) for name in (SUMMARY_FILE_NAME, COMPARISONS_FILE_NAME))
     results = list(_by_condition(rows, summary, comparisons, metrics))
-    _draw_pictures(directory, results, reopen)
+    _draw_pictures(directory, results, reopen, progress)
     pictures = read_pictures(directory)
     sections = [_section(each, [one for one in pictures if one["condition"] == [*each.condition]]) for each in results]
     headings = (each["showing"].heading or each["suite"].summary for each in sections)
@@ -223,7 +231,7 @@ def _by_condition(
         yield _Results(condition, by_name, entries, compared, judging, styles)
 
 
-def _draw_pictures(directory: Path, results: Sequence[_Results], reopen: Reopen) -> None:
+def _draw_pictures(directory: Path, results: Sequence[_Results], reopen: Reopen, progress: ShowProgress) -> None:
     """Draw a picture of each condition whose suite has one."""
     deadly = ended_processes(directory)
     for each in results:
@@ -235,7 +243,9 @@ def _draw_pictures(directory: Path, results: Sequence[_Results], reopen: Reopen)
         alive = [entry for entry in each.summary if gone.isdisjoint((entry["tracker"], entry.get("controller")))]
         if event is not None and alive:
             keep = partial(keep_sequence_picture, reopen=reopen) if each.is_real else keep_event_picture
-            keep(directory, each.condition, each.rows, worth_showing(each.suite, alive), event)
+            shown = worth_showing(each.suite, alive)
+            with progress(f"picture of {name_of(each.condition)}, frames") as report:
+                keep(directory, each.condition, each.rows, shown, event, report or (lambda done, of: None))
         elif event is not None:
             remove_picture(directory, name_of(each.condition))
 

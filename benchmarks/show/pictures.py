@@ -10,6 +10,7 @@ import base64
 import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,11 +21,12 @@ from numpy.typing import NDArray
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import Condition
 from benchmarks.run.episodes import EpisodeSpec
+from benchmarks.run.experiment import Progress
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.selection import job_of
-from benchmarks.show.replay import is_of_present_editions, replay, replay_all
+from benchmarks.show.replay import is_of_present_editions, replay_all
 from benchmarks.show.video.drawing import Drawing, picture_sheet
-from benchmarks.show.video.surroundings import surrounded
+from benchmarks.show.video.surroundings import surrounded_all
 from scenarios.scenario import Episode
 from trackers.atomic_file import write_atomic
 
@@ -67,6 +69,7 @@ def keep_event_picture(
     trackers: Mapping[str, Sequence[Row]],
     shown: Sequence[str],
     picture: EventPicture,
+    progress: Progress = lambda done, of: None,
 ) -> None:
     """Write the picture of an event, unless it exists; remove it where it is out of date.
 
@@ -74,6 +77,7 @@ def keep_event_picture(
 
     Args:
         trackers: rows by tracker. shown: the trackers in the picture, a line for each.
+        progress: called with the number of frames that have been run for the picture, and of all.
     """
     name, event = name_of(condition), picture.find(trackers[shown[0]])
     first = [trackers[tracker][0] for tracker in shown]
@@ -81,8 +85,7 @@ def keep_event_picture(
         return
     remove_picture(directory, name)
     if event is not None and all(map(is_of_present_editions, first)):
-        drawn = (drawn_cells(job, picture.drawing, event.frames, picture.scale) for job in _jobs(first, event.seed))
-        sheet = picture_sheet([row for rows in drawn for row in rows], picture.cell_width_px)
+        sheet = _sheet(_jobs(first, event.seed), event, picture, progress)
         write_picture(directory, name, sheet, condition, event.title, f"Seed {event.seed}: {event.caption}", key)
 
 
@@ -92,6 +95,8 @@ def keep_sequence_picture(
     trackers: Mapping[str, Sequence[Row]],
     shown: Sequence[str],
     picture: EventPicture,
+    progress: Progress = lambda done, of: None,
+    *,
     reopen: Reopen,
 ) -> None:
     """Write the picture of an event of a real sequence, see ``keep_event_picture``; none of one that has changed or is
@@ -105,12 +110,22 @@ def keep_sequence_picture(
     remove_picture(directory, name)
     episode = None if event is None else reopen(first[0], event.seed)
     if event is not None and episode is not None and all(is_of_present_editions(row, episode) for row in first):
-        jobs = [job_of(row, event.seed, episode) for row in first]
-        cells = [surrounded_cells(job, picture.drawing, event.frames, picture.scale) for job in jobs]
+        sheet = _sheet(_jobs(first, event.seed, episode), event, picture, progress)
         caption = f"Sequence {episode.sequence}: {event.caption}"
-        write_picture(
-            directory, name, picture_sheet(cells, picture.cell_width_px), condition, event.title, caption, key
-        )
+        write_picture(directory, name, sheet, condition, event.title, caption, key)
+
+
+def _sheet(jobs: Sequence[Job], event: ShownEvent, picture: EventPicture, progress: Progress) -> NDArray[np.uint8]:
+    """Run jobs, which have equally many frames; return their pictures of an event (H, W, 3)."""
+
+    def after(index: int, done: int, of: int) -> None:
+        progress(index * of + done, len(jobs) * of)
+
+    drawn = (
+        drawn_cells(job, picture.drawing, event.frames, picture.scale, partial(after, index))
+        for index, job in enumerate(jobs)
+    )
+    return picture_sheet([row for rows in drawn for row in rows], picture.cell_width_px)
 
 
 def _key(event: ShownEvent | None, shown: Sequence[str], rows: Sequence[Row]) -> str:
@@ -124,40 +139,39 @@ def _is_kept(directory: Path, name: str, key: str) -> bool:
 
 
 def drawn_cells(
-    job: Job, drawing: Callable[[Episode], Drawing], frames: Sequence[int], scale: float
+    job: Job,
+    drawing: Callable[[Episode], Drawing],
+    frames: Sequence[int],
+    scale: float,
+    progress: Progress = lambda done, of: None,
 ) -> list[list[tuple[str, NDArray[np.uint8]]]]:
-    """Run a job; return a line of pictures with their words for each of its trackers, see ``EventPicture``."""
+    """Run a job; return a line of pictures with their words for each of its trackers, see ``EventPicture``.
+
+    Args:
+        progress: called with the number of frames that have been run, and of all.
+    """
     cells: list[dict[int, tuple[str, NDArray[np.uint8]]]] = [{} for _ in job.trackers]
     with opened(job) as live:
-        frames = [min(frame, live.loop.episode.frame_count - 1) for frame in frames]
-        drawings = [drawing(live.loop.episode) for _ in job.trackers]
-        for instants in replay_all(live, scale=scale, wanted=frames, frame_count=max(frames) + 1):
+        episode = live.loop.episode
+        frames = [min(frame, episode.frame_count - 1) for frame in frames]
+        drawings, count = [drawing(episode) for _ in job.trackers], max(frames) + 1
+        is_real = job.episode.scenario is None
+        # What surrounds a real picture is known from all earlier ones.
+        view, wanted = (1.0, range(count)) if is_real else (scale, frames)
+        run = replay_all(live, scale=view, wanted=wanted, frame_count=count, progress=progress)
+        shown = surrounded_all(run, episode.rate_hz, scale, frames) if is_real else run
+        for instants in shown:
             for own, tracker, each, instant in zip(cells, job.trackers, drawings, instants, strict=True):
                 frame = instant.frame.truth.frame
                 own[frame] = f"{tracker}   frame {frame}   {each.describe(instant)}", each.picture(instant)
     return [[own[frame] for frame in frames] for own in cells]
 
 
-def surrounded_cells(
-    job: Job, drawing: Callable[[Episode], Drawing], frames: Sequence[int], scale: float
-) -> list[tuple[str, NDArray[np.uint8]]]:
-    """Run the one tracker of a job on a real sequence; return its line of pictures with their words."""
-    (tracker,) = job.trackers
-    with opened(job) as live:
-        count = live.loop.episode.frame_count
-        frames = [min(frame, count - 1) for frame in frames]
-        drawn, count = drawing(live.loop.episode), max(frames) + 1
-        cells: dict[int, tuple[str, NDArray[np.uint8]]] = {}
-        instants = replay(live, scale=1.0, wanted=range(count), frame_count=count)
-        for frame, instant in enumerate(surrounded(instants, live.loop.episode.rate_hz, scale)):
-            if frame in frames:
-                cells[frame] = f"{tracker}   frame {frame}   {drawn.describe(instant)}", drawn.picture(instant)
-    return [cells[frame] for frame in frames]
-
-
-def _jobs(rows: Sequence[Row], seed: int) -> list[Job]:
-    """Return the jobs that repeat the runs of rows: on a set path one, as all trackers see the same pictures."""
-    jobs = [job_of(row, seed) for row in rows]
+def _jobs(rows: Sequence[Row], seed: int, episode: EpisodeSpec | None = None) -> list[Job]:
+    """Return the jobs that repeat the runs of rows: on a set path one, as all trackers see the same pictures;
+    ``episode``: see ``job_of``.
+    """
+    jobs = [job_of(row, seed, episode) for row in rows]
     if any(job.episode.steering is not None for job in jobs):
         return jobs
     modules = tuple(dict.fromkeys(name for job in jobs for name in job.modules))

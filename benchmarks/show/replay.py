@@ -6,6 +6,7 @@ from collections.abc import Container, Iterator, Sequence
 
 from benchmarks.contract.rows import Row
 from benchmarks.run.episodes import EpisodeSpec, editions_of
+from benchmarks.run.experiment import Progress
 from benchmarks.run.jobs import OpenJob
 from benchmarks.run.selection import job_of
 from benchmarks.show.video.drawing import Instant
@@ -21,12 +22,21 @@ def replay(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: 
         yield instants[0]
 
 
-def replay_all(live: OpenJob, *, scale: float, wanted: Container[int], frame_count: int) -> Iterator[list[Instant]]:
+def replay_all(
+    live: OpenJob,
+    *,
+    scale: float,
+    wanted: Container[int],
+    frame_count: int,
+    progress: Progress = lambda done, of: None,
+) -> Iterator[list[Instant]]:
     """Yield for each of the ``wanted`` frames the instants of all trackers in order, see ``replay``.
 
-    Without trackers it is one instant without an answer.
+    Without trackers it is one instant without an answer. ``progress``: called with the number of frames that have been
+    run, and of all.
     """
-    for frame in live.frames(frame_count):
+    for done, frame in enumerate(live.frames(frame_count), 1):
+        progress(done, frame_count)
         if frame.truth.frame in wanted:
             view = frame.observation.image_rgb if scale == 1 else live.loop.episode.larger_view(scale)
             targets, decides_at = live.targets(frame.truth), [each.guard.decides_at for each in live.runs]

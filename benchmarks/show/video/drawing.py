@@ -165,9 +165,20 @@ def draw_posterior(canvas: Canvas, estimate: Estimate, colour: marks.Rgb = marks
     """Draw the particles of an estimate, or its 95 % ellipse."""
     if estimate.particles_px is not None:
         marks.draw_particles(canvas.image, canvas.at(estimate.particles_px), estimate.weights, colour)
-    elif estimate.covariance_px is not None and np.isfinite([estimate.position_px, *estimate.covariance_px]).all():
+    elif estimate.covariance_px is not None and _has_ellipse(estimate):
         covariance = canvas.turn @ estimate.covariance_px @ canvas.turn.T
         marks.draw_ellipse(canvas.image, canvas.at(estimate.position_px), covariance, colour)
+
+
+def posterior_signs(instant: Instant) -> Mapping[str, marks.Rgb]:
+    """Return the entry of the legend for posteriors, if ``draw_posterior`` draws some."""
+    drawn = any(each.particles_px is not None or _has_ellipse(each) for _, each in instant.estimates)
+    return {"particles or 95 % ellipse": marks.PARTICLE} if drawn else {}
+
+
+def _has_ellipse(estimate: Estimate) -> bool:
+    covariance_px = estimate.covariance_px
+    return covariance_px is not None and bool(np.isfinite([estimate.position_px, *covariance_px]).all())
 
 
 def draw_estimate(canvas: Canvas, estimate: Estimate, name: str = "", colour: marks.Rgb = marks.ESTIMATE) -> None:
@@ -207,12 +218,16 @@ class Drawing(ABC):
 
     Attributes:
         uses_larger_view: whether it shows the surroundings of the observed frame.
-        signs: entries of the legend, with their colours. answers: further ones, with a tracker.
+        signs: entries of the legend, with their colours. answers: further ones, with a tracker; see ``occasional``.
     """
 
     uses_larger_view = False
     signs: Mapping[str, marks.Rgb]
     answers: Mapping[str, marks.Rgb] = {"estimate, probability of being in view": marks.ESTIMATE}
+
+    def occasional(self, instant: Instant) -> Mapping[str, marks.Rgb]:
+        """Return entries of the legend that it has from this instant on, if it did not have them before."""
+        return {}
 
     @abstractmethod
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
@@ -236,14 +251,15 @@ class InLargerView(Drawing):
         "truth": marks.TRUTH,
         "out of view": _SHADE["out"],
     }
-    answers: Mapping[str, marks.Rgb] = {
-        "estimate, its path, probability of being in view": marks.ESTIMATE,
-        "particles or 95 % ellipse": marks.PARTICLE,
-    }
+    answers: Mapping[str, marks.Rgb] = {"estimate, its path, probability of being in view": marks.ESTIMATE}
 
     def __init__(self, width_px: int | None = None) -> None:
         """``width_px``: of the picture; None enlarges small views by a whole factor."""
         self._width_px = width_px
+
+    def occasional(self, instant: Instant) -> Mapping[str, marks.Rgb]:
+        """See ``Drawing``."""
+        return posterior_signs(instant)
 
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
         """See ``Drawing``."""
@@ -284,12 +300,16 @@ class InLargerView(Drawing):
 class OfFootage(InLargerView):
     """Shows footage, of which no truth is known: what is said of an instant is the tracker's opinion."""
 
-    signs: Mapping[str, marks.Rgb] = {"the picture": marks.OBSERVED, "estimate outside it": _SHADE["out"]}
+    signs: Mapping[str, marks.Rgb] = {"the picture": marks.OBSERVED}
+
+    def occasional(self, instant: Instant) -> Mapping[str, marks.Rgb]:
+        """See ``Drawing``."""
+        outside = {"estimate outside it": _SHADE["out"]} if _beyond(instant) else {}
+        return {**super().occasional(instant), **outside}
 
     def picture(self, instant: Instant) -> NDArray[np.uint8]:
         """See ``Drawing``."""
         if instant.estimate is None:
-            self.signs = {"the picture": marks.OBSERVED}
             self.answers = {"tracks and their paths, a colour for each identity": marks.colour_of(0)}
         return super().picture(instant)
 

@@ -103,6 +103,7 @@ class Caption:
         self._drawing = drawing
         self._title = title
         self._frame_count = frame_count or _USUAL_COUNT
+        self._occasional: dict[str, marks.Rgb] = {}
         self._shades: list[tuple[marks.Rgb, ...]] = []
         self._probabilities: list[float] = []
         self._bands: NDArray[np.uint8] | None = None
@@ -143,6 +144,9 @@ class Caption:
         signs = dict(self._drawing.signs)
         signs |= {} if instant.frame.steered is None else {"2nd camera": marks.OBSERVED}
         signs |= {} if instant.answer is None else self._drawing.answers
+        # New entries come last and stay, so that no entry moves.
+        self._occasional |= self._drawing.occasional(instant)
+        signs |= self._occasional
         x = 16
         for words, colour in signs.items():
             strip[46:60, x : x + 20] = colour

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from benchmarks.contract.judging import truth_as
 from benchmarks.judges.stereo.metrics.people import SEEN_AT_LEAST, answered_place_m
 from benchmarks.show.video import marks
-from benchmarks.show.video.drawing import Canvas, Drawing, InLargerView, Instant, draw_instant
+from benchmarks.show.video.drawing import Canvas, Drawing, InLargerView, Instant, draw_instant, posterior_signs
 from scenarios.scenario import Episode
 from scenarios.stereo_follow.floor_plan import RoomPlan
 from scenarios.stereo_follow.truth import PeopleTruth, StereoTruth
@@ -47,6 +47,10 @@ class StereoDrawing(Drawing):
         canvas = Canvas.of(instant.frame.observation.image_rgb, _CELL_PX[0])
         draw_instant(canvas, instant)
         return np.hstack([canvas.image, _plan_view(instant, self._plan)])
+
+    def occasional(self, instant: Instant) -> Mapping[str, marks.Rgb]:
+        """See ``Drawing``."""
+        return posterior_signs(instant)
 
     def describe(self, instant: Instant) -> str:
         """See ``Drawing``: visibility, occluder and change of light, ``9 % seen, behind crosser-3, lamp off``."""

@@ -6,7 +6,8 @@ of a flat scene, or of a camera that turns in place; what stands out of the scen
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import cv2
@@ -129,8 +130,19 @@ class Mosaic:
     def with_picture(self, image_rgb: NDArray[np.uint8], motion: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return the view (H, W, 3) with the next picture in its middle; ``motion``: from the picture before."""
         self._motion = motion @ self._motion
-        away_px = self._motion_px(image_rgb.shape[1], image_rgb.shape[0])
-        if self._kept is None or not np.isfinite(away_px):
+        view = self._view(image_rgb)
+        if self._has_moved(image_rgb):
+            self._kept, self._motion = view, np.eye(3)
+        return view
+
+    def pass_by(self, image_rgb: NDArray[np.uint8], motion: NDArray[np.float64]) -> None:
+        """Take in the next picture, as ``with_picture`` does, where its view is not wanted."""
+        self._motion = motion @ self._motion
+        if self._has_moved(image_rgb):
+            self._kept, self._motion = self._view(image_rgb), np.eye(3)
+
+    def _view(self, image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        if self._kept is None or not np.isfinite(self._motion_px(image_rgb)):
             view = np.full((*self._size[::-1], 3), marks.GROUND, np.uint8)
         else:
             # OpenCV counts pixel centres as whole numbers.
@@ -138,13 +150,17 @@ class Mosaic:
             H = to_centres @ self._motion @ np.linalg.inv(to_centres)
             view = cv2.warpPerspective(self._kept, H, self._size, borderValue=marks.GROUND).astype(np.uint8)
         view[self._middle] = cv2.resize(image_rgb, self._inner, interpolation=cv2.INTER_AREA)
-        # Each view is interpolated once from the kept one, so it does not blur while the camera hardly moves.
-        if self._kept is None or not away_px < _MOVED * image_rgb.shape[1]:
-            self._kept, self._motion = view, np.eye(3)
         return view
 
-    def _motion_px(self, width: int, height: int) -> float:
+    def _has_moved(self, image_rgb: NDArray[np.uint8]) -> bool:
+        """Return whether the latest view is to be kept: all are interpolated once from the kept one, so that they do
+        not blur while the camera hardly moves.
+        """
+        return self._kept is None or not self._motion_px(image_rgb) < _MOVED * image_rgb.shape[1]
+
+    def _motion_px(self, image_rgb: NDArray[np.uint8]) -> float:
         """Return how far the picture's farthest corner has moved since the kept view; NaN if behind the camera."""
+        height, width = image_rgb.shape[:2]
         corners = np.array([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]])
         return float(np.linalg.norm(apply_homography(self._motion, corners) - corners, axis=1).max())
 
@@ -156,12 +172,34 @@ def surrounded(instants: Iterable[Instant], rate_hz: float, scale: float | None 
         rate_hz: instants a second.
         scale: of the larger view, a ``Mosaic`` of what was seen before; None leaves the one that they have.
     """
-    motion, paths, mosaic = CameraMotion(), Paths(rate_hz), None
-    for instant in instants:
-        image_rgb = instant.frame.observation.image_rgb
+    for (instant,) in surrounded_all(([each] for each in instants), rate_hz, scale):
+        yield instant
+
+
+def surrounded_all(
+    instants: Iterable[Sequence[Instant]],
+    rate_hz: float,
+    scale: float | None = None,
+    wanted: Container[int] | None = None,
+) -> Iterator[list[Instant]]:
+    """Yield for each of the ``wanted`` frames, None = all, the instants of all trackers, see ``surrounded``.
+
+    Args:
+        instants: of consecutive frames, those of all trackers on one picture.
+    """
+    motion, paths, mosaic = CameraMotion(), defaultdict[int, Paths](lambda: Paths(rate_hz)), None
+    for of_frame in instants:
+        frame = of_frame[0].frame
+        image_rgb = frame.observation.image_rgb
         moved = motion.until(image_rgb)
-        instant = replace(instant, paths=paths.extended(moved, instant.estimates))
+        shown = [replace(one, paths=paths[k].extended(moved, one.estimates)) for k, one in enumerate(of_frame)]
+        is_wanted = wanted is None or frame.truth.frame in wanted
         if scale is not None:
             mosaic = mosaic or Mosaic(image_rgb, scale)
-            instant = replace(instant, larger_view_rgb=mosaic.with_picture(image_rgb, moved), zoom=mosaic.zoom)
-        yield instant
+            if is_wanted:
+                view, zoom = mosaic.with_picture(image_rgb, moved), mosaic.zoom
+                shown = [replace(one, larger_view_rgb=view, zoom=zoom) for one in shown]
+            else:
+                mosaic.pass_by(image_rgb, moved)
+        if is_wanted:
+            yield shown

@@ -171,7 +171,9 @@ def test_the_same_command_continues_and_a_new_annotation_is_run_again(
         bench(ran / "cars", ran / "out")
 
 
-def test_the_report_shows_an_absence_as_long_as_the_sequence_is_what_was_run(ran: Path, tmp_path: Path) -> None:
+def test_the_report_shows_an_absence_as_long_as_the_sequence_is_what_was_run(
+    ran: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     out = shutil.copytree(ran / "out", tmp_path / "out")
     (words,) = [json.loads(file.read_text()) for file in (out / "pictures").glob("*.json")]
     first = AWAY.start
@@ -182,6 +184,14 @@ def test_the_report_shows_an_absence_as_long_as_the_sequence_is_what_was_run(ran
     # A line of four pictures of 600 pixels for ours and each one of a user's own.
     assert sheet.shape[1] == 4 * 606 - 6
     assert len(json.loads(words["made_from"])[1]) == len(TRACKERS)
+    # The picture is made again from the rows, and while it is, the frames are counted.
+    before = sheet.tobytes()
+    next((out / "pictures").glob("*.json")).unlink()
+    capsys.readouterr()
+    assert main(["report", str(out)]) == 0
+    count = AWAY.stop + 6
+    assert f"picture of frame-out-real-cars-real, frames: {count} of {count}, " in capsys.readouterr().err
+    assert cv2.imread(str(next((out / "pictures").glob("*.jpg")))).tobytes() == before
     # The boxes are others now: the runs cannot be repeated.
     truth = ran / "cars" / "Car1" / "groundtruth_rect.txt"
     written = truth.read_text()

@@ -144,7 +144,7 @@ def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Pat
     rows = {name: [{**heading, "tracker": name, **told}] for name in ("stereo_people", "stereo_wb")}
     for _ in range(2):
         pictures.keep_event_picture(tmp_path, condition, rows, tuple(rows), SHOWING.event_picture)
-    ((job, _, frames, _),) = drawn
+    ((job, _, frames, *_),) = drawn
     assert (job.episode.preset, job.episode.seed, list(job.trackers)) == ("quick", 4, list(rows))
     assert frames == [19, 22, 28, 38]
     (words,) = (tmp_path / "pictures").glob("*.json")

@@ -88,6 +88,19 @@ def test_the_picture_lies_in_the_middle_of_what_was_seen_before() -> None:
     assert (shown[:, -100:] == shown[0, -1]).all(), "to the right nothing was seen"
 
 
+def test_a_view_is_the_same_where_others_before_it_were_not_wanted() -> None:
+    motion = CameraMotion()
+    shown = [picture(view_of(0.002 * k, 1.0, 400 + 5 * k, 360)) for k in range(40)]
+    motions = [motion.until(each) for each in shown]
+    whole, sparse = Mosaic(shown[0], 1.5), Mosaic(shown[0], 1.5)
+    views = [whole.with_picture(*each) for each in zip(shown, motions, strict=True)]
+    for k, each in enumerate(zip(shown, motions, strict=True)):
+        if k % 13:
+            sparse.pass_by(*each)
+        else:
+            np.testing.assert_array_equal(sparse.with_picture(*each), views[k])
+
+
 @pytest.mark.parametrize(("width", "height"), [(3840, 2160), (1080, 1920), (1080, 2520), (640, 480)])
 def test_views_fit_a_screen_and_a_caption(width: int, height: int) -> None:
     image = np.zeros((height, width, 3), np.uint8)

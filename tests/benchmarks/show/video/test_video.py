@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import av
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 
 from benchmarks.show.replay import replay
 from benchmarks.show.video import marks
-from benchmarks.show.video.drawing import Canvas, InLargerView, Instant, draw_mask
+from benchmarks.show.video.drawing import Canvas, InLargerView, Instant, OfFootage, draw_mask
 from benchmarks.show.video.episode_video import Caption, write_mp4, write_video
 from tests.benchmarks.fake_episode import HEIGHT, WIDTH, FakeEpisode, FakeTracker, live
 from trackers.types import CameraCommand, Estimate, Observation
@@ -69,6 +70,38 @@ def test_a_legend_has_the_view_of_a_steered_camera_where_there_is_one(monkeypatc
     steered = replace(frame, steered=frame.truth)
     for each, told in ((frame, 0), (steered, 1)):
         assert words_of(monkeypatch, replace(instant, frame=each)).count("2nd camera") == told
+
+
+def test_a_legend_has_what_a_tracker_has_given_so_far_and_no_entry_moves(monkeypatch: pytest.MonkeyPatch) -> None:
+    inside, outside = np.array([9.0, 9.0]), np.array([-9.0, 9.0])
+    estimates = (
+        Estimate(inside),
+        Estimate(inside, covariance_px=np.full((2, 2), np.nan)),
+        Estimate(outside),
+        Estimate(inside, covariance_px=np.eye(2)),
+        Estimate(inside),
+    )
+    told: list[tuple[str, float]] = []
+    monkeypatch.setattr(
+        marks, "draw_text", lambda image, at, text, *rest, **style: told.append((text, at)) or at[0] + 9 * len(text)
+    )
+    caption = Caption(OfFootage(), "fake", 5)
+    legends = []
+    for estimate in estimates:
+        told.clear()
+        caption.below(np.zeros((1, 960, 3), np.uint8), instant_at(1, estimate))
+        legends.append([entry for entry in told if entry[1][1] == 58])
+    for before, now in pairwise(legends):
+        assert now[: len(before)] == before
+    first = ["the picture", "estimate, its path, probability of being in view"]
+    later = ["estimate outside it", "particles or 95 % ellipse"]
+    assert [[text for text, _ in legend] for legend in legends] == [
+        first,
+        first,
+        first + later[:1],
+        first + later,
+        first + later,
+    ]
 
 
 def test_the_same_pictures_make_the_same_bytes(tmp_path: Path) -> None:
