@@ -142,8 +142,7 @@ def run(experiment: Experiment, out: Path, progress: Progress = lambda done, of:
 
     Raises:
         ValueError: for a folder that holds rows of other seeds or of another ``real_time_hz``, cannot be written, or is
-            written by another run; for a tracker that is to run whose process does not greet; and if there is no row
-            at the end.
+            written by another run; and if there is no row at the end.
     """
     make_folder(out)
     try:
@@ -156,10 +155,6 @@ def run(experiment: Experiment, out: Path, progress: Progress = lambda done, of:
 
 def _run(experiment: Experiment, out: Path, progress: Progress) -> Outcome:
     have, moved = _kept(experiment, out)
-    for name, tracker in experiment.trackers.items():
-        lacks = any(key_of(experiment.suite, each, name) not in have for each in experiment.episodes)
-        if lacks and isinstance(tracker, ProcessTracker):
-            tracker.check_greets()
     outcome = Outcome(resumed=len(have), moved=moved)
     failures = {
         key: each for key, each in read_failures(out).items() if key in have or experiment.made_now(key) is None

@@ -56,17 +56,10 @@ from benchmarks.run.own_inputs import own
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures, first_box, given
 from scenarios.scenario import Episode, Frame
 from sim.checks import check, check_choice
-from trackers.clients.child import Limits, ProcessError
+from trackers.clients.child import Limits
 from trackers.clients.environments import made_environment, needs
 from trackers.clients.folder import answers_on
-from trackers.clients.remote import (
-    Program,
-    RemoteMultiTracker,
-    RemoteTracker,
-    check_greets,
-    found_program,
-    remote_tracker,
-)
+from trackers.clients.remote import Program, RemoteMultiTracker, RemoteTracker, found_program, remote_tracker
 from trackers.clients.trax import TraxTracker
 from trackers.follow_one import FollowOne
 from trackers.protocols import MultiTracker, Tracker
@@ -113,14 +106,6 @@ class ProcessTracker(TrackerSpec):
     def columns(self) -> Row:
         """See ``TrackerSpec``."""
         return {"process": self.argument}
-
-    def check_greets(self) -> None:
-        """Raise ValueError, with its last words, unless its process greets; one of the folder protocol does not."""
-        try:
-            if not self.takes_all:
-                check_greets(self.program)
-        except ProcessError as error:
-            raise ValueError(f"process {self.name}: expected a program that greets, got none: {error}") from None
 
     def create(
         self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False

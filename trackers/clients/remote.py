@@ -53,15 +53,6 @@ def end_idle() -> None:
             connection.child.close()
 
 
-def check_greets(program: Program) -> None:
-    """Start a process, wait for its greeting and end it. Raises ProcessError for one that does not greet in time."""
-    started = _started(program)
-    if isinstance(started, TraxTracker):
-        started.release(whole=True)
-    else:
-        started.child.close()
-
-
 def remote_tracker(
     program: Program, parameters: Mapping[str, Any], rng: np.random.Generator
 ) -> RemoteTracker | RemoteMultiTracker | TraxTracker:
