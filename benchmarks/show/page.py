@@ -107,7 +107,9 @@ class _Results:
         return [chart for chart in (*showing_of(self.suite).charts(drawn), *self._cost(), speed) if chart.values]
 
     def _cost(self) -> Iterator[Chart]:
-        """Yield the score that ranks over the time a frame; nothing of a single point."""
+        """Yield the score that ranks over the time a frame; nothing of a single point, or in a suite without times."""
+        if MS_PER_FRAME not in {each.name for each in self.suite.metrics}:
+            return
         y, x = (self.suite.metric(name) for name in (self.suite.headline_in(self.condition[1])[0], MS_PER_FRAME))
         entries = [entry for entry in self.summary if entry["role"] in _DRAWN_ROLES]
         found = points_of(entries, y.name, x.name)

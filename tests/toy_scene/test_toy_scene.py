@@ -130,7 +130,7 @@ def test_render_draws_all_tracks_on_a_set_path_and_one_in_closed_loop(
         out = tmp_path / f"{name}.mp4"
         words = ["render", "toy-yard", "--preset", "quick", "--tracker", "warm_bodies", "--frames", "4"]
         assert main([*words, "--out", str(out), *more, *MODULES]) == 0
-        assert "toy-yard-v1 quick, frames: 4 of 4" in capsys.readouterr().err
+        assert "toy-yard-v1-quick-0, frames: 4 of 4" in capsys.readouterr().err
         with av.open(str(out)) as video:
             assert sum(1 for _ in video.decode(video=0)) == 4
 

@@ -99,6 +99,8 @@ def score_sequence(truth: TruthSeries, estimate: EstimateSeries, failed_at_frame
 
 def labelled(truth: TruthSeries) -> TruthSeries:
     """Return a truth in which a frame with a box is in view, whatever is known of it."""
+    if truth.outside is None:
+        return truth
     has_none = np.isnan(truth.box_xyxy[:, truth.target]).any(axis=1)
     return replace(truth, state=np.where(has_none, truth.state, "in"))
 
