@@ -412,6 +412,7 @@ def _real(folder: Path) -> Path:
 
 
 @pytest.mark.filterwarnings("ignore:.*gave no answer")
+@pytest.mark.filterwarnings("ignore:mine has on line 1")
 def test_real_sequences_are_scored_from_their_first_picture_on_or_from_the_target_s(tmp_path: Path) -> None:
     folder = _real(tmp_path)
     lines = (folder / "predictions" / "mine" / "Red.txt").read_text().splitlines()
