@@ -36,8 +36,21 @@ _EXPECTED = (
 )
 
 
+class _WithoutArea:
+    __slots__ = ()
+
+    @property
+    def box_xyxy(self) -> None:
+        """None."""
+        return None
+
+    def mask(self, height_px: int, width_px: int) -> NDArray[np.bool_]:
+        """Return (H, W), False everywhere."""
+        return np.zeros((height_px, width_px), bool)
+
+
 @dataclass(frozen=True, slots=True)
-class Special:
+class Special(_WithoutArea):
     """No place, but a code, a whole number."""
 
     code: int = 0
@@ -45,33 +58,15 @@ class Special:
     def __str__(self) -> str:
         return str(self.code)
 
-    @property
-    def box_xyxy(self) -> None:
-        """None."""
-        return None
-
-    def mask(self, height_px: int, width_px: int) -> NDArray[np.bool_]:
-        """Return (H, W), False everywhere."""
-        return np.zeros((height_px, width_px), bool)
-
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class Point(_WithoutArea):
     """A place without extent, ``position_px`` (2,)."""
 
     position_px: NDArray[np.float64]
 
     def __str__(self) -> str:
         return _text(self.position_px)
-
-    @property
-    def box_xyxy(self) -> None:
-        """None."""
-        return None
-
-    def mask(self, height_px: int, width_px: int) -> NDArray[np.bool_]:
-        """Return (H, W), False everywhere."""
-        return np.zeros((height_px, width_px), bool)
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,17 +26,16 @@ class Score(WithModules):
 
     Rows, leaderboard, `compare` and report are those of `frameout bench`: with its folder as --out the trackers stand
     beside those that ran there. Sequences are named as `frameout export` names them, such as
-    road-town-v2-quick-000003, real ones as in the table by sequence. A sequence without predictions is named, and
-    scored as silence.
+    SCENARIO-PRESET-000003, real ones as in the table by sequence. A sequence without predictions is named, and scored
+    as silence.
 
     A folder of predictions is called like the tracker, or holds such folders. In it are a text file for each sequence,
     NAME.txt, data/NAME.txt (TrackEval) or NAME/NAME_001.txt (VOT toolkit), or one JSON file. The same command scores
     files that have changed since, and those alone.
 
     Attributes:
-        suite: name of the suite: frame-out, stereo, fish, many (by boxes, as MOT Challenge; with --real its folders) or
-            one of yours. The camera of follow cannot be steered by predictions, and harbour needs distances, which
-            files of boxes lack.
+        suite: name of the suite, see `frameout list`, or one of yours: any but those whose camera is steered, or that
+            need distances, which files of boxes lack.
         predictions: the folders.
         truth: a scenario of the suite, or the folder or URL of a data set of its episodes (default: the suite's first
             scenario).

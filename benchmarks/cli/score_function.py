@@ -106,8 +106,7 @@ def score(
             found = {seed for each in folders for seed in map(seed_of, each.sequences) if seed is not None}
             chosen = sorted(found)
         by: dict[str, Any] = {"controllers": (SET_PATH,), "renderer": renderer}
-        each_seed = [experiment_on(wanted, scenario, presets, {}, range(k, k + 1), **by, **how) for k in chosen]
-        experiment = replace(each_seed[0], episodes=[one for each in each_seed for one in each.episodes])
+        experiment = experiment_on(wanted, scenario, presets, {}, chosen, **by, **how)
         named = {each: prefix for prefix, each in names.items()}
         files = [
             SequenceFile(sequence_name(named[each.preset], each.seed), each.configuration.frame_count)

@@ -119,7 +119,7 @@ class Track(WithModules):
         pictures = footage.pictures()
         first, box_xyxy = self._start(pictures, screen)
         spec = FootageSpec(footage.name, first, pictures, box_xyxy, footage.rate_hz, footage.expected)
-        answers = None if self.estimates is None else Answers(self.estimates, box_xyxy)
+        answers = None if self.estimates is None else Answers(self.estimates)
         show = screen.show if screen is not None and self.show else Wanted.show
         wanted = Wanted(out, answers, self.scale, self.frames, show)
         suite = suite_of(tracker, many)

@@ -10,7 +10,7 @@ TrackEval does, an identity that stands twice in a frame is refused.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from benchmarks.data.box_files import numbers_of, rate_of, text_lines
 from benchmarks.data.pictures import short
 from sim.checks import check
+from trackers.types import Answer, Estimate, Track
 
 FIRST = 1
 """Number of the first frame, and coordinate of the top left corner of the picture."""
@@ -76,6 +77,40 @@ def read_mot(path: Path) -> MotRows:
     corner = box_xywh[:, :2] - FIRST
     box_xyxy = np.concatenate([corner, corner + box_xywh[:, 2:]], axis=1)
     return MotRows(frame.astype(np.int64), identity.astype(np.int64), box_xyxy, kept[:, 6], kept[:, 7:], line)
+
+
+def mot_rows(answers: Sequence[Answer | Sequence[Track]], number: int = FIRST) -> Iterator[str]:
+    """Yield the rows of a tracker's answers on pictures that begin with ``number``.
+
+    The target of a tracker of one has the identity 1. A confidence is that of the track, or the probability of being in
+    view, -1 without; a box that was not answered is of the size of the first one, or of none, about the position.
+    """
+    first = first_box([answer for answer in answers if isinstance(answer, Estimate)])
+    for frame, answer in enumerate(answers, start=number):
+        alone = isinstance(answer, Estimate)
+        tracks = [Track(1, answer, confidence=answer.in_view_probability)] if isinstance(answer, Estimate) else answer
+        for each in tracks:
+            box = box_of(each.estimate, first if alone else np.zeros(4))
+            if box is not None:
+                left, top, right, bottom = map(float, box)
+                numbers = ",".join(map(repr, (left + FIRST, top + FIRST, right - left, bottom - top)))
+                confidence = -1 if each.confidence is None else repr(float(each.confidence))
+                yield f"{frame},{each.identity},{numbers},{confidence},-1,-1,-1"
+
+
+def first_box(estimates: Sequence[Estimate]) -> NDArray[np.float64]:
+    """Return the box (4,) of the first estimate; zeros without one."""
+    box = estimates[0].box_xyxy if estimates else None
+    return np.zeros(4) if box is None else box
+
+
+def box_of(estimate: Estimate, usual: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return the box (4,) of an estimate, by default of the size of the ``usual`` one; None without an estimate."""
+    if np.isnan(estimate.position_px).any():
+        return None
+    half = 0.5 * (usual[2:] - usual[:2])
+    about = np.concatenate([estimate.position_px - half, estimate.position_px + half])
+    return about if estimate.box_xyxy is None else np.asarray(estimate.box_xyxy, float)
 
 
 def rate_told(properties: Mapping[str, str]) -> float:

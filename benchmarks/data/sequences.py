@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import USUAL_RATE_HZ, UnreadableSequence
-from benchmarks.contract.sequence_truth import SequenceTruth
+from benchmarks.contract.sequence_truth import SequenceTruth, truth_in_pixels
 from benchmarks.data.pictures import Picture, bytes_of, read_picture, short
 from scenarios.scenario import Frame
 from sim.checks import check
@@ -251,25 +251,16 @@ class SequenceEpisode:
         box_xyxy, state = self._sequence.box_xyxy[k], str(self._sequence.state[k])
         seen, gone = not np.isnan(box_xyxy).any(), state in (OUT, UNSEEN)
         self._last_in = self._last_in if gone else k
-        return SequenceTruth(
-            frame=k,
-            time_s=self._time_s(k),
-            T_world_camera=np.full((4, 4), np.nan),
-            names=(TARGET,),
-            kinds=("unknown",),
-            T_world_object=np.full((1, 4, 4), np.nan),
-            size_m=np.full((1, 3), np.nan),
-            speed_mps=np.full(1, np.nan),
-            position_px=0.5 * (box_xyxy[:2] + box_xyxy[2:])[None],
-            box_xyxy=box_xyxy[None].copy(),
-            instance_id=np.zeros(1, np.int64),
+        return truth_in_pixels(
+            SequenceTruth,
+            k,
+            self._time_s(k),
+            (TARGET,),
+            ("unknown",),
+            box_xyxy[None].copy(),
+            np.array([OUT if gone else state]),
             visible_fraction=np.array([np.nan if seen or state == UNLABELLED else 0.0]),
-            state=np.array([OUT if gone else state]),
-            side=np.array([""]),
             frames_since_exit=np.array([k - self._last_in - 1 if gone else -1]),
             instance_map=self._instance_map(k),
-            depth_m=np.empty((0, 0), np.float32),
-            exposure_s=float("nan"),
-            gain=float("nan"),
             outside=np.array([state == OUT]),
         )

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import USUAL_RATE_HZ
+from benchmarks.contract.sequence_truth import truth_in_pixels
 from benchmarks.contract.text import printable
 from benchmarks.data.box_files import read_properties
 from benchmarks.data.layouts.followed import with_picture
@@ -157,27 +158,8 @@ class TrackedEpisode(SequenceEpisode):
         count, mine = len(self._tracked.names), self._rows[k]
         box_xyxy, there = np.full((count, 4), np.nan), np.zeros(count, bool)
         box_xyxy[self._tracked.object[mine]], there[self._tracked.object[mine]] = self._tracked.box_xyxy[mine], True
-        return Truth(
-            frame=k,
-            time_s=self._time_s(k),
-            T_world_camera=np.full((4, 4), np.nan),
-            names=self._tracked.names,
-            kinds=self._tracked.kinds,
-            T_world_object=np.full((count, 4, 4), np.nan),
-            size_m=np.full((count, 3), np.nan),
-            speed_mps=np.full(count, np.nan),
-            position_px=0.5 * (box_xyxy[:, :2] + box_xyxy[:, 2:]),
-            box_xyxy=box_xyxy,
-            instance_id=np.arange(count),
-            visible_fraction=np.full(count, np.nan),
-            state=np.where(there, "in", _ABSENT),
-            side=np.full(count, ""),
-            frames_since_exit=np.full(count, -1),
-            instance_map=np.empty((0, 0), np.int32),
-            depth_m=np.empty((0, 0), np.float32),
-            exposure_s=float("nan"),
-            gain=float("nan"),
-        )
+        tracked, state = self._tracked, np.where(there, "in", _ABSENT)
+        return truth_in_pixels(Truth, k, self._time_s(k), tracked.names, tracked.kinds, box_xyxy, state)
 
 
 def tracked_folders(

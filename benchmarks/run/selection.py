@@ -198,7 +198,7 @@ def experiment_on(
     scenario: str,
     presets: Sequence[str] | Mapping[str, Any],
     trackers: Sequence[str] | Mapping[str, TrackerSpec],
-    seeds: range,
+    seeds: Sequence[int],
     *,
     controllers: Sequence[str] | None = None,
     link: str = "prompt",
@@ -233,7 +233,8 @@ def experiment_on(
     if not isinstance(trackers, Mapping):
         trackers = {name: _tracker_of(judged, scene, name, bool(how.get("modules"))) for name in trackers}
     drawn = check_renderer(renderer)
-    check("seeds", 0 <= seeds.start < seeds.stop, "A:B with 0 <= A < B", f"{seeds.start}:{seeds.stop}")
+    got = f"{seeds.start}:{seeds.stop}" if isinstance(seeds, range) else list(seeds)
+    check("seeds", len(seeds) > 0 and min(seeds) >= 0, "A:B with 0 <= A < B", got)
     episodes = [
         Simulated(scene, name, seed, preset, drawn, steering)
         for seed in seeds

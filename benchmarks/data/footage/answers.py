@@ -1,8 +1,6 @@
 """Files of what a tracker answered on footage: MOT text, CSV or Parquet, by the ending.
 
-MOT text is that of MOT Challenge (https://motchallenge.net, Milan et al. 2016, arXiv 1603.00831): frame, identity,
-left, top, width, height, confidence, -1, -1, -1. Frames, identities and pixels are counted from 1. It has boxes alone:
-an estimate without one has a box of the size of the first one about its place.
+MOT text is that of ``mot_text.mot_rows``.
 """
 
 from __future__ import annotations
@@ -13,8 +11,8 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from benchmarks.data.mot_text import mot_rows
 from benchmarks.run.packages import check_packages
 from benchmarks.run.result_folder import check_file
 from sim.checks import check
@@ -41,8 +39,8 @@ _COLUMNS = {
 class Answers:
     """Keeps the answers of a tracker, one row for each estimate, and writes them."""
 
-    def __init__(self, file: Path, box_xyxy: NDArray[np.float64] | None) -> None:
-        """``box_xyxy``: (4,) the target's first box, None for a tracker of many.
+    def __init__(self, file: Path) -> None:
+        """Check the file.
 
         Raises:
             ValueError: for a file of another ending, or one that cannot be written.
@@ -52,11 +50,14 @@ class Answers:
             check_packages(["pyarrow"], "data")
         check_file(file, "estimates")
         self._file = file
-        self._half_px = None if box_xyxy is None else 0.5 * (box_xyxy[2:] - box_xyxy[:2])
         self._rows: list[tuple[Any, ...]] = []
+        self._answers: list[Answer] = []
 
     def keep(self, frame: int, time_s: float, answer: Answer) -> None:
         """Keep an answer; of a tracker of one target the identity is 0, and NaN is kept where it does not know."""
+        if self._file.suffix == ".txt":
+            self._answers.append(answer)
+            return
         tracks = (Track(0, answer),) if isinstance(answer, Estimate) else answer
         for each in tracks:
             it = each.estimate
@@ -66,27 +67,13 @@ class Answers:
 
     def write(self) -> None:
         """Write the file, whole or not at all."""
+        if self._file.suffix == ".txt":
+            write_atomic(self._file, "".join(f"{row}\n" for row in mot_rows(self._answers)))
+            return
         table = pd.DataFrame(self._rows, columns=list(_COLUMNS)).astype(_COLUMNS)
-        if self._file.suffix == ".parquet":
+        if self._file.suffix == ".csv":
+            write_atomic(self._file, table.to_csv(index=False, float_format="%.3f", lineterminator="\n"))
+        else:
             buffer = io.BytesIO()
             table.to_parquet(buffer, index=False)
             write_atomic(self._file, buffer.getvalue())
-        else:
-            is_mot = self._file.suffix == ".txt"
-            shown = self._mot(table) if is_mot else table
-            text = shown.to_csv(index=False, header=not is_mot, float_format="%.3f", lineterminator="\n")
-            write_atomic(self._file, text)
-
-    def _mot(self, table: pd.DataFrame) -> pd.DataFrame:
-        """Return the columns of MOT text: a row for each estimate that has a box or a first one."""
-        place = table[["x_px", "y_px"]].to_numpy()
-        corners = table[["x_min_px", "y_min_px", "x_max_px", "y_max_px"]].to_numpy()
-        if self._half_px is not None:
-            about = np.hstack([place - self._half_px, place + self._half_px])
-            corners = np.where(np.isfinite(corners), corners, about)
-        known = np.isfinite(np.hstack([place, corners])).all(axis=1)
-        left, top, right, bottom = corners[known].T
-        sure = table["confidence"].fillna(table["in_view_probability"]).fillna(1.0)
-        keys = table.loc[known, ["frame", "identity"]] + 1
-        numbers = {"left": left + 1, "top": top + 1, "width": right - left, "height": bottom - top, "sure": sure[known]}
-        return keys.assign(**numbers, x=-1, y=-1, z=-1)

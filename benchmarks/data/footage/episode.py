@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.rows import REAL
+from benchmarks.contract.sequence_truth import truth_in_pixels
 from benchmarks.contract.suite import Suite
 from benchmarks.data.footage.sources import Picture
 from benchmarks.data.sequences import USUAL_FOCAL
@@ -99,7 +100,7 @@ class FootageEpisode:
         picture = self._next or next(self._pictures)
         self._next = None
         time_s = picture.time_s - self._began_s
-        truth = _nothing_known(self._index, time_s)
+        truth = truth_in_pixels(Truth, self._index, time_s, (), (), np.empty((0, 4)), np.empty(0, "<U8"))
         self._index += 1
         return Frame(Observation(picture.image_rgb, time_s, self._camera), truth)
 
@@ -117,28 +118,3 @@ class FootageEpisode:
 
     def close(self) -> None:
         """See ``Episode``. Whoever opened the footage closes it."""
-
-
-def _nothing_known(frame: int, time_s: float) -> Truth:
-    """Return the truth of a frame without objects, pose and settings."""
-    return Truth(
-        frame=frame,
-        time_s=time_s,
-        T_world_camera=np.full((4, 4), np.nan),
-        names=(),
-        kinds=(),
-        T_world_object=np.empty((0, 4, 4)),
-        size_m=np.empty((0, 3)),
-        speed_mps=np.empty(0),
-        position_px=np.empty((0, 2)),
-        box_xyxy=np.empty((0, 4)),
-        instance_id=np.empty(0, np.int64),
-        visible_fraction=np.empty(0),
-        state=np.empty(0, "<U8"),
-        side=np.empty(0, "<U8"),
-        frames_since_exit=np.empty(0, np.int64),
-        instance_map=np.empty((0, 0), np.int32),
-        depth_m=np.empty((0, 0), np.float32),
-        exposure_s=float("nan"),
-        gain=float("nan"),
-    )

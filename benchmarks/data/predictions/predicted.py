@@ -23,7 +23,7 @@ from trackers.types import CameraModel, Estimate, Observation, Track
 
 _NONE = Estimate(np.full(2, np.nan))
 _LEAST_IOU = 0.5
-"""Of the box on line 1 with the given one."""
+"""Of the first box with the given one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,5 +150,5 @@ class _FromRegions(FromPictures):
 
     def release(self, whole: bool) -> list[str]:
         """See ``ReleasedLoopTracker``."""
-        odd = "has on line 1 another box than the given one (is it x1,y1,x2,y2 in place of left,top,width,height?)"
+        odd = "begins with another box than the given one (is it x1,y1,x2,y2 in place of left,top,width,height?)"
         return [odd] if self._recalled.begins_elsewhere else []

@@ -21,18 +21,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks.contract.rows import REAL
 from benchmarks.data.estimates.block_file import Answered, Facts, facts_in, read_block
 from benchmarks.data.exports.destination import whole_folder
-from benchmarks.data.exports.labels import as_xywh
 from benchmarks.data.exports.mot import SPLIT
-from benchmarks.data.mot_text import FIRST
+from benchmarks.data.mot_text import FIRST, box_of, first_box, mot_rows
 from benchmarks.data.sequence_names import sequence_name, set_name
 from sim.checks import check, check_choice
 from trackers.regions import Mask, Rectangle, Special
-from trackers.types import Answer, Estimate, Track
+from trackers.types import Estimate
 
 WRITTEN = ("mot", "vot")
 
@@ -96,7 +93,7 @@ def _files(facts: Facts, answered: Answered, format: str, numbered: _Numbered) -
     tracker = f"{key.controller}+{key.tracker}" if key.controller else key.tracker
     if format == "mot":
         answers = answered.answers if answered.revised is None else answered.revised
-        return {f"{SPLIT}/{tracker}/data/{name}.txt": _mot_rows(answers, numbered.first(facts))}
+        return {f"{SPLIT}/{tracker}/data/{name}.txt": mot_rows(answers, numbered.first(facts))}
     estimates = [answer for answer in answered.answers if isinstance(answer, Estimate)]
     probabilities = [each.in_view_probability for each in estimates]
     confidences = ["" if each is None else repr(float(each)) for each in probabilities]
@@ -105,38 +102,11 @@ def _files(facts: Facts, answered: Answered, format: str, numbered: _Numbered) -
 
 
 def _regions(estimates: Sequence[Estimate]) -> Iterator[str]:
-    first = _first_box(estimates)
+    first = first_box(estimates)
     yield str(Special(1))
     for each in estimates[1:]:
-        box = _box(each, first)
+        box = box_of(each, first)
         if each.mask is not None and each.mask.any():
             yield str(Mask(each.mask))
         else:
             yield str(Special(0) if box is None else Rectangle(box))
-
-
-def _mot_rows(answers: Sequence[Answer | Sequence[Track]], number: int = FIRST) -> Iterator[str]:
-    first = _first_box([answer for answer in answers if isinstance(answer, Estimate)])
-    for frame, answer in enumerate(answers, start=number):
-        alone = isinstance(answer, Estimate)
-        tracks = [Track(1, answer, confidence=answer.in_view_probability)] if isinstance(answer, Estimate) else answer
-        for each in tracks:
-            box = _box(each.estimate, first if alone else np.zeros(4))
-            if box is not None:
-                numbers = ",".join(repr(float(number)) for number in as_xywh(box, float(FIRST)))
-                confidence = -1 if each.confidence is None else repr(float(each.confidence))
-                yield f"{frame},{each.identity},{numbers},{confidence},-1,-1,-1"
-
-
-def _first_box(estimates: Sequence[Estimate]) -> np.ndarray:
-    box = estimates[0].box_xyxy if estimates else None
-    return np.zeros(4) if box is None else box
-
-
-def _box(estimate: Estimate, usual: np.ndarray) -> np.ndarray | None:
-    """Return the box (4,) of an estimate, by default of the size of the ``usual`` one; None without an estimate."""
-    if np.isnan(estimate.position_px).any():
-        return None
-    half = 0.5 * (usual[2:] - usual[:2])
-    usual = np.concatenate([estimate.position_px - half, estimate.position_px + half])
-    return usual if estimate.box_xyxy is None else np.asarray(estimate.box_xyxy, float)

@@ -90,7 +90,7 @@ def run(
     spec = FootageSpec(footage.name, next(pictures), pictures, box, footage.rate_hz, footage.expected)
     limit_s = wanted.pop("limit_s", 60.0)
     estimates = wanted.pop("estimates", None)
-    answers = None if estimates is None else Answers(estimates, box)
+    answers = None if estimates is None else Answers(estimates)
     tracker = Fake(make=make)
     try:
         job = Job(suite_of(tracker, box is None), spec, {"fake": tracker}, repeats=1, limit_s=limit_s)

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.data.predictions.writing import _mot_rows, _regions, write_predictions
+from benchmarks.data.mot_text import mot_rows
+from benchmarks.data.predictions.writing import _regions, write_predictions
 from trackers.regions import Mask, Rectangle, Special, estimate_of, read_region
 from trackers.types import Estimate, Track
 
@@ -32,9 +33,9 @@ def test_regions_are_masks_boxes_places_and_silence() -> None:
 
 def test_rows_of_one_target_and_of_many() -> None:
     box = Estimate(np.array([5.0, 5.0]), np.array([3.0, 1.0, 7.0, 9.0]), in_view_probability=0.25)
-    assert list(_mot_rows([box, NONE])) == ["1,1,4.0,2.0,4.0,8.0,0.25,-1,-1,-1"]
+    assert list(mot_rows([box, NONE])) == ["1,1,4.0,2.0,4.0,8.0,0.25,-1,-1,-1"]
     tracks = [Track(7, box, confidence=0.5), Track(8, Estimate(np.array([2.0, 3.0]))), Track(9, NONE)]
-    assert list(_mot_rows([[], tracks])) == ["2,7,4.0,2.0,4.0,8.0,0.5,-1,-1,-1", "2,8,3.0,4.0,0.0,0.0,-1,-1,-1,-1"]
+    assert list(mot_rows([[], tracks])) == ["2,7,4.0,2.0,4.0,8.0,0.5,-1,-1,-1", "2,8,3.0,4.0,0.0,0.0,-1,-1,-1,-1"]
 
 
 def test_what_is_not_written_leaves_nothing(tmp_path: Path) -> None:
