@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 from benchmarks.data.footage.sources import Picture
 from benchmarks.judges.frame_out.metrics.localisation import box_iou
-from trackers.baselines.ground_view import picture_motion
 from trackers.kernels.ground_camera import apply_homography
+from trackers.kernels.picture_motion import picture_motion
 
 _LONGEST_PX = 480
 """Longest side of the pictures that are compared."""

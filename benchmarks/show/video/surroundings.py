@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from benchmarks.show.video import marks
 from benchmarks.show.video.drawing import Instant
-from trackers.baselines.ground_view import picture_motion
 from trackers.kernels.ground_camera import apply_homography
+from trackers.kernels.picture_motion import picture_motion
 from trackers.types import Estimate
 
 _LONGEST_PX, _NARROWEST_PX = 1920, 960
