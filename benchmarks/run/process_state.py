@@ -28,7 +28,8 @@ import numpy as np
 from joblib.externals.loky.backend import resource_tracker as resource_tracker_of_loky
 
 from benchmarks.contract.text import counted
-from trackers.clients.child import children_of, running
+from trackers.clients.child import running
+from trackers.clients.keeper import children_of
 
 _NOTICED_S = 1.0
 Setting = tuple[Callable[[], Any], Callable[[Any], Any]]

@@ -2,7 +2,7 @@
 
 It runs in an empty folder of its own, with the variables of the environment that ``_PASSED`` names, and inherits no
 file but the ends of its pipes. What it prints is read and dropped, but for the last words. It and all that it starts
-are ended together; a mark in their environment tells those that have left its group and session.
+are ended together, by a ``keeper`` between the two, also when this process is ended itself.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ import os
 import re
 import select
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
 import time
-import uuid
 import weakref
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from io import RawIOBase
@@ -27,7 +27,9 @@ from typing import IO
 
 import psutil
 
-_MARK = "FRAMEOUT_TRACKER"
+from trackers.clients import keeper
+from trackers.clients.keeper import children_of
+
 _PASSED = re.compile(
     "PATH|HOME|USER|LOGNAME|SHELL|LANG|LANGUAGE|TZ|TMPDIR|DISPLAY|(DY)?LD_LIBRARY_PATH|(?i:(http|https|no)_proxy)|"
     "(LC|XDG|SSL|CUDA|NVIDIA|HIP|ROCR|HF|TORCH|TF|XLA|JAX|KERAS|NPY|NUMBA|OPENCV|OPENBLAS|OMP|MKL|KMP|UV|PIP)_.*"
@@ -37,10 +39,10 @@ _TICK_S = 0.05
 """How often limits are looked at while a process works."""
 _LISTED_S = 0.2
 """How often its children, and theirs, are listed, whose CPU time and memory count too."""
-_SEARCH_S = 1.0
-"""How often all processes of the machine are searched for those that it has started."""
 _ENDING_S = 1.0
 """Longest wait for the end of a process whose pipe is closed."""
+_KEEPER_S = 30.0
+"""Longest wait for the start and for the end of a keeper."""
 _LAST_WORDS = 4096
 LONGEST_ANSWER = 1 << 30
 """Bytes."""
@@ -51,8 +53,8 @@ _RUNNING: weakref.WeakSet[Child] = weakref.WeakSet()
 
 
 def running() -> set[int]:
-    """Return the ids of the processes of trackers that this process has started."""
-    return {child.pid for child in _RUNNING}
+    """Return the ids of the keepers of trackers that this process has started."""
+    return {child.keeper_pid for child in _RUNNING}
 
 
 class ProcessError(RuntimeError):
@@ -86,7 +88,7 @@ class Child:
     Attributes:
         spent_cpu_s: CPU time of all its processes on the latest exchange, with what they have spent since the one
             before.
-        pid: of the process itself. folder: where it runs.
+        pid: of the process itself. keeper_pid: of its parent. folder: where it runs.
     """
 
     def __init__(
@@ -106,33 +108,44 @@ class Child:
         if not hasattr(select, "poll"):
             raise ProcessError(f"a tracker in its own process needs Linux or macOS, got {sys.platform}")
         self.limits, self.spent_cpu_s = limits, 0.0
-        self._mark = uuid.uuid4().hex
         passed = {name: value for name, value in os.environ.items() if _PASSED.fullmatch(name)}
         with ExitStack() as made:
             folder = made.enter_context(tempfile.TemporaryDirectory(prefix="tracker-", ignore_cleanup_errors=True))
             fill(Path(folder))
-            try:
-                process = subprocess.Popen(
-                    command,
-                    stdin=subprocess.PIPE,
-                    stdout=subprocess.PIPE,
-                    stderr=subprocess.PIPE,
-                    bufsize=0,
-                    cwd=folder,
-                    env={**passed, **environment, _MARK: self._mark},
-                    pass_fds=files,
-                    start_new_session=True,
-                )
-            except OSError as error:
-                raise ProcessError(f"it cannot be started: {error}") from None
+            leash, held = socket.socketpair()
+            made.callback(leash.close)
+            with held:
+                numbers = str(held.fileno()), ",".join(map(str, files))
+                try:
+                    process = subprocess.Popen(
+                        [sys.executable, "-I", "-S", keeper.__file__, *numbers, *command],
+                        stdin=subprocess.PIPE,
+                        stdout=subprocess.PIPE,
+                        stderr=subprocess.PIPE,
+                        bufsize=0,
+                        cwd=folder,
+                        env={**passed, **environment},
+                        pass_fds=(held.fileno(), *files),
+                        start_new_session=True,
+                    )
+                except OSError as error:
+                    raise ProcessError(f"it cannot be started: {error}") from None
             self.folder = Path(folder)
             self._made = made.pop_all()
-        self._close = weakref.finalize(self, _end, os.getpid(), process, self._mark, self._made)
+        self._close = weakref.finalize(self, _end, os.getpid(), process, leash, self._made)
         assert process.stdin is not None
         assert process.stdout is not None
         assert process.stderr is not None
-        self._process, self.pid, self._inputs = process, process.pid, list[IO[bytes] | RawIOBase]([process.stdin])
+        self._leash, self._told = leash, b""
+        self._status: int | None = None
+        self.keeper_pid = process.pid
         _RUNNING.add(self)
+        try:
+            self.pid = self._started()
+        except BaseException:
+            self.kill()
+            raise
+        self._inputs = list[IO[bytes] | RawIOBase]([process.stdin])
         self.stdin, self.stdout = process.stdin.fileno(), process.stdout.fileno()
         self._stderr = process.stderr.fileno()
         os.set_blocking(self.stdin, False)
@@ -141,13 +154,36 @@ class Child:
         for stream in self._said:
             self._poll.register(stream, select.POLLIN)
         self._known: dict[int, float] = {self.pid: 0.0}
-        self._searched_s = self._looked_s = time.monotonic()
+        self._looked_s = time.monotonic()
         self._listed_s = 0.0
+
+    def _started(self) -> int:
+        """Return the id of the process that the keeper has started."""
+        line = self._line(_KEEPER_S) or "its keeper does not start"
+        if not line.startswith("runs "):
+            raise ProcessError(f"it cannot be started: {line.removeprefix('failed ')}")
+        return int(line.removeprefix("runs "))
+
+    def _status_within(self, limit_s: float) -> int | None:
+        """Return the exit status of the process once it has ended, negative for a signal; None if it runs on."""
+        if self._status is None and (line := self._line(limit_s)):
+            self._status = int(line.removeprefix("ended "))
+        return self._status
+
+    def _line(self, limit_s: float) -> str | None:
+        """Return the keeper's next line if it comes within a limit."""
+        self._leash.settimeout(limit_s)
+        with contextlib.suppress(TimeoutError, BlockingIOError):
+            while b"\n" not in self._told:
+                self._told += self._leash.recv(_PIECE) or b"ended -9\n"  # Of the keeper itself.
+            line, _, self._told = self._told.partition(b"\n")
+            return line.decode()
+        return None
 
     @property
     def is_alive(self) -> bool:
         """Whether it has not been ended by ``kill``, and runs."""
-        return self._close.alive and self._process.poll() is None
+        return self._close.alive and self._status_within(0.0) is None
 
     def take_ends(self, requests: RawIOBase, replies: RawIOBase) -> None:
         """Read answers from the pipe ``replies`` too; both pipes are closed with the process."""
@@ -195,7 +231,7 @@ class Child:
                         self._poll.unregister(file)
                 else:
                     self._read(file, of)
-            if not ready and self._process.poll() is not None:
+            if not ready and self._status_within(0.0) is not None:
                 raise ProcessError(self._ending())
             if time.monotonic() - max(self._looked_s, began_s) > _TICK_S:
                 self._look(began_s, limit_s)
@@ -212,28 +248,19 @@ class Child:
     def wait(self, limit_s: float) -> None:
         """Wait for its end. Raises ProcessError if that comes late, is no success, or is one of a limit."""
         began_s = time.monotonic()
-        while self._runs():
+        while self._status_within(0.0) is None:
             for file, _ in self._poll.poll(1000.0 * _TICK_S):
                 self._read(file, (-1,))
             self._look(began_s, limit_s)
         self._account()
-        if self._process.wait() != 0:
+        if self._status != 0:
             raise ProcessError(self._ending())
-
-    def _runs(self) -> bool:
-        if not hasattr(os, "waitid"):  # macOS
-            return self._process.poll() is None
-        # It is not reaped: the clock of its CPU time is still there.
-        return os.waitid(os.P_PID, self.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
 
     def strays(self) -> set[int]:
         """Return the processes that it has started and that are not below it any more."""
         if not self._close.alive:
             return set()
-        own = {self.pid}
-        with contextlib.suppress(psutil.Error):
-            own.update(each.pid for each in psutil.Process(self.pid).children(recursive=True))
-        return set(_marked(self._mark)) - own
+        return {pid for pid in children_of(self.keeper_pid) - {self.pid} if _runs(pid)}
 
     def kill(self) -> None:
         """End it and all that it has started; a second call does nothing."""
@@ -254,8 +281,7 @@ class Child:
                 os.write(self.stdin, farewell)
             for pipe in self._inputs:
                 pipe.close()
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                self._process.wait(_ENDING_S)
+            self._status_within(_ENDING_S)
         self.kill()
 
     def _write(self, file: int, unsent: memoryview) -> int:
@@ -284,9 +310,8 @@ class Child:
     def _look(self, began_s: float, limit_s: float) -> None:
         """Raise ProcessError for a process that has ended or is beyond a limit."""
         self._looked_s = now_s = time.monotonic()
-        if now_s - self._searched_s > _SEARCH_S:
-            self._searched_s = now_s
-            self._know(_marked(self._mark))
+        if now_s - self._listed_s > _LISTED_S:
+            self._list()
         if now_s - began_s > limit_s:
             raise ProcessError(f"it did not answer within {limit_s:g} s")
         self._weigh()
@@ -300,16 +325,16 @@ class Child:
             limit = f"{1e-9 * most:.3g} GB"
             raise ProcessError(f"it takes {1e-9 * used:.3g} GB of memory, more than its limit of {limit}")
 
-    def _know(self, pids: Iterable[int]) -> None:
-        self._known.update({pid: 0.0 for pid in pids if pid not in self._known})
+    def _list(self) -> None:
+        self._listed_s = time.monotonic()
+        self._known.update({pid: 0.0 for pid in _below(self.keeper_pid) if pid not in self._known})
 
     def _cpu_s(self) -> float:
         return sum(max(_cpu_s(pid), before) for pid, before in self._known.items())
 
     def _account(self) -> None:
         if time.monotonic() - self._listed_s > _LISTED_S:
-            self._listed_s = time.monotonic()
-            self._know(_below(self.pid))
+            self._list()
             self._weigh()
         now = {pid: max(_cpu_s(pid), before) for pid, before in self._known.items()}
         self.spent_cpu_s = sum(now.values()) - sum(self._known.values())
@@ -325,29 +350,13 @@ class Child:
 
     def _ending(self) -> str:
         """Return what became of a process that has closed a file, with its last words after a colon."""
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(_ENDING_S)
+        code = self._status_within(_ENDING_S)
         self._drain()
-        code = self._process.returncode
         fate = "it closed its pipe and runs on" if code is None else f"it ended with exit status {code}"
         if code is not None and code < 0:
             fate = f"it was ended by {signal.Signals(-code).name}"
         said = (self._said[self._stderr] or self._said[self.stdout]).decode(errors="replace").strip().splitlines()
         return f"{fate}: {said[-1][:200]}" if said else f"{fate}, without a word"
-
-
-def children_of(pid: int | str) -> set[int]:
-    """Return the processes that a process has started and that run; none where no file lists them (on Linux some do).
-
-    Args:
-        pid: of it, or ``self``.
-    """
-    found = set[int]()
-    with contextlib.suppress(OSError):
-        for thread in os.listdir(f"/proc/{pid}/task"):
-            with contextlib.suppress(OSError), open(f"/proc/{pid}/task/{thread}/children", "rb", 0) as file:
-                found.update(map(int, file.read().split()))
-    return found
 
 
 def _below(pid: int) -> set[int]:
@@ -381,30 +390,23 @@ def _share_bytes(pid: int) -> int:
     return _resident_bytes(pid)
 
 
-def _marked(mark: str) -> list[int]:
-    """Return the processes with a mark in their environment."""
-    found = []
-    for pid in psutil.pids():
-        with contextlib.suppress(psutil.Error, OSError):
-            if psutil.Process(pid).environ().get(_MARK) == mark:
-                found.append(pid)
-    return found
+def _runs(pid: int) -> bool:
+    with contextlib.suppress(psutil.Error):
+        return psutil.Process(pid).status() != psutil.STATUS_ZOMBIE
+    return False
 
 
-def _end(starter: int, process: subprocess.Popen[bytes], mark: str, made: ExitStack) -> None:
-    """End a process and all that it has started, also those that go on starting others; close its files."""
+def _end(starter: int, process: subprocess.Popen[bytes], leash: socket.socket, made: ExitStack) -> None:
+    """Have a keeper end its program and all that this has started; close its files."""
     if os.getpid() != starter:  # A fork has no children of its own.
         return
     with contextlib.suppress(OSError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()
-    for _ in range(100):
-        left = _marked(mark)
-        for pid in left:
-            with contextlib.suppress(OSError):
-                os.kill(pid, signal.SIGKILL)
-        if not left:
-            break
+        leash.send(b"\0")
+    try:
+        process.wait(_KEEPER_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
     for stream in (process.stdin, process.stdout, process.stderr):
         if stream is not None:
             stream.close()
