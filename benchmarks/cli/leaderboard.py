@@ -17,7 +17,7 @@ from benchmarks.contract.text import counted, time_in_words
 from benchmarks.show import tables
 from benchmarks.show.progress import console_of
 from benchmarks.show.provenance import events_in
-from benchmarks.statistics.summary import Groups, condition_of, grouped, steering_words
+from benchmarks.statistics.summary import Groups, by_condition, condition_of, grouped, steering_words
 
 _WIDTH = 132
 _ROLE_STYLES = {
@@ -36,7 +36,7 @@ def print_leaderboard(
     rows: Iterable[Row] = (),
     markdown: bool = False,
 ) -> None:
-    """Print a table for each scenario, preset, renderer and controller or link, the best first.
+    """Print a table for each suite, scenario, preset, renderer and controller or link, the best first.
 
     On a narrow terminal the last columns are left out and named below; numbers keep their intervals.
 
@@ -46,19 +46,20 @@ def print_leaderboard(
         rows: those of the summary; the titles tell how many events they are about where all trackers share them.
         markdown: print Markdown tables.
     """
-    groups = grouped(rows)
-    console = console_of(_WIDTH)
-    for condition, entries in _conditions(summary):
+    groups, conditions = grouped(rows), by_condition(summary)
+    console, several = console_of(_WIDTH), len({condition[0] for condition in conditions}) > 1
+    for condition, entries in conditions.items():
         episodes = max(entry["n"] for entry in entries)
-        scores = suite(entries[0]["suite"]).showing(metrics)
+        scores = suite(condition[0]).showing(metrics)
         recorded = ("block of time", "blocks of time") if scores.on_sequences is None else ("sequence", "sequences")
-        units = recorded if entries[0]["scenario"] == REAL else ("episode", "episodes")
+        units = recorded if condition[1] == REAL else ("episode", "episodes")
         over = "95 % intervals over them" if episodes > 1 else "too few for intervals"
         measured = {entry["metric"] for entry in entries}
         without = [name for name in scores.headline if name in metrics and name not in measured]
         gap = f"; no row gives {', '.join(without)}" if without else ""
-        held = f"{counted(episodes, *units)}{_events(groups.get(condition_of(entries[0]), {}))}"
-        title = f"{condition}: {held}, {over}{gap}"
+        held = f"{counted(episodes, *units)}{_events(groups.get(condition, {}))}"
+        where = [*condition[not several : 4], *_how(entries[0])]
+        title = f"{', '.join(where)}: {held}, {over}{gap}"
         board = tables.leaderboard(scores, entries, sorted({entry["role"] for entry in entries}))
         if markdown:
             print(f"{title}\n")
@@ -95,14 +96,12 @@ def print_by_episode(groups: Groups, metrics: Sequence[str] = ()) -> None:
             print(tables.markdown_table(heads, lines, words=1), end="\n\n")
 
 
-def _conditions(summary: Sequence[dict[str, Any]]) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-    groups: dict[str, list[dict[str, Any]]] = {}
-    for entry in summary:
-        steered = f", {steering_words(condition_of(entry))}" if "controller" in entry else ""
-        timed = f", {time_in_words(entry['real_time_hz'])}" if "real_time_hz" in entry else ""
-        title = f"{entry['scenario']}, {entry['preset']}, {entry['renderer']}{steered}{timed}"
-        groups.setdefault(title, []).append(entry)
-    yield from groups.items()
+def _how(entry: Mapping[str, Any]) -> Iterator[str]:
+    """Yield how the camera was steered and how trackers had time, in words, where it is not as usual."""
+    if "controller" in entry:
+        yield steering_words(condition_of(entry))
+    if "real_time_hz" in entry:
+        yield time_in_words(entry["real_time_hz"])
 
 
 def _that_fits(console: Console, title: str, board: tables.Table, names: Sequence[str]) -> Table:

@@ -40,7 +40,7 @@ from benchmarks.statistics.bootstrap import Interval
 from benchmarks.statistics.summary import (
     COMPARISONS_FILE_NAME,
     SUMMARY_FILE_NAME,
-    condition_of,
+    by_condition,
     grouped,
     label_of,
     read_entries,
@@ -224,13 +224,11 @@ def page_environment(module_file: str, *, autoescape: bool = True) -> Environmen
 def _by_condition(
     rows: Sequence[Row], summary: Entries, comparisons: Entries, metrics: Sequence[str]
 ) -> Iterator[_Results]:
+    entries, compared = by_condition(summary), by_condition(comparisons)
     for condition, by_name in grouped(rows).items():
-        entries, compared = (
-            [entry for entry in some if condition_of(entry) == condition] for some in (summary, comparisons)
-        )
-        judging = suite(condition[0]).showing(metrics)
-        styles = line_styles(tables.names_and_roles(judging, entries))
-        yield _Results(condition, by_name, entries, compared, judging, styles)
+        judging, own = suite(condition[0]).showing(metrics), entries.get(condition, [])
+        styles = line_styles(tables.names_and_roles(judging, own))
+        yield _Results(condition, by_name, own, compared.get(condition, []), judging, styles)
 
 
 def _draw_pictures(directory: Path, results: Sequence[_Results], reopen: Reopen, progress: ShowProgress) -> None:

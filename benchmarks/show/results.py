@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from benchmarks.contract.rows import FILE_NAME, Row, event_of, read_rows
-from benchmarks.contract.suite import check_metrics, suite
+from benchmarks.contract.suite import Suite, check_metrics, suite
 from benchmarks.contract.text import counted, number_text
 from benchmarks.run.outcome import Outcome
 from benchmarks.show.against import against, points_of
@@ -26,8 +26,8 @@ from benchmarks.statistics.bootstrap import Interval
 from benchmarks.statistics.summary import (
     COMPARISONS_FILE_NAME,
     SUMMARY_FILE_NAME,
+    by_condition,
     by_seed,
-    condition_of,
     episode_names,
     grouped,
     label_of,
@@ -137,14 +137,10 @@ class Results:
 
 def metric_chart(summary: Sequence[dict[str, Any]], metric: str) -> tuple[Chart, LineStyles]:
     """Return the chart of a metric of the list of ``summary.json``, see ``Results.plot``, and the report's styles."""
-    check_choice("metric", metric, list(dict.fromkeys(entry["metric"] for entry in summary)))
-    conditions = list(dict.fromkeys(map(condition_of, summary)))
     lines: dict[str, dict[str, Interval]] = {}
     styles: LineStyles = {}
-    for condition in conditions:
-        scores, entries = suite(condition[0]), [entry for entry in summary if condition_of(entry) == condition]
-        defined, looks = scores.metric(metric), line_styles(names_and_roles(scores, entries))
-        where = "" if len(conditions) == 1 else f", {' '.join(filter(None, condition[1:]))}"
+    for scores, entries, where, looks in _conditions_with(summary, metric):
+        defined = scores.metric(metric)
         shown = [entry for entry in entries if entry["metric"] == metric]
         for entry in sorted(shown, key=lambda entry: rank(defined, entry)):
             name, mean = f"{label_of(entry)}{where}", entry["mean"]
@@ -168,21 +164,37 @@ def metric_chart(summary: Sequence[dict[str, Any]], metric: str) -> tuple[Chart,
 
 def over_chart(summary: Sequence[dict[str, Any]], y: str, x: str) -> tuple[Chart, LineStyles]:
     """Return the chart of one metric over another, see ``Results.plot``, and the report's styles."""
-    for metric in (y, x):
-        check_choice("metric", metric, list(dict.fromkeys(entry["metric"] for entry in summary)))
-    conditions = list(dict.fromkeys(map(condition_of, summary)))
     points: dict[str, Points] = {}
     styles: LineStyles = {}
-    for condition in conditions:
-        scores, entries = suite(condition[0]), [entry for entry in summary if condition_of(entry) == condition]
-        where = "" if len(conditions) == 1 else f", {' '.join(filter(None, condition[1:]))}"
-        looks = line_styles(names_and_roles(scores, entries))
+    for scores, entries, where, looks in _conditions_with(summary, y, x):
+        of_y, of_x = scores.metric(y), scores.metric(x)
         own = points_of(entries, y, x)
         points |= {f"{name}{where}": each for name, each in own.items()}
         styles |= {f"{name}{where}": looks[name.partition("+")[0]] for name in own}
-    judged = suite(conditions[0][0])
-    of_y, of_x = judged.metric(y), judged.metric(x)
     return against(points, of_y, of_x, f"{column_of(of_y).title} over {column_of(of_x).title}"), styles
+
+
+def _conditions_with(
+    summary: Sequence[dict[str, Any]], *metrics: str
+) -> list[tuple[Suite, list[dict[str, Any]], str, LineStyles]]:
+    """Return suite, entries, words after a tracker's name and line styles of each condition that has these metrics.
+
+    Raises:
+        ValueError: if none has; lists the metrics that there are.
+    """
+    found = by_condition(summary)
+    known = {condition: {entry["metric"]: None for entry in entries} for condition, entries in found.items()}
+    for metric in metrics:
+        check_choice("metric", metric, {name: None for names in known.values() for name in names})
+        found = {condition: entries for condition, entries in found.items() if metric in known[condition]}
+    check("metric", bool(found), "metrics of one suite", " and ".join(metrics))
+    alike = len({condition[0] for condition in found}) == 1
+    made = []
+    for condition, entries in found.items():
+        scores = suite(condition[0])
+        where = "" if len(found) == 1 else f", {' '.join(filter(None, condition[alike:]))}"
+        made.append((scores, entries, where, line_styles(names_and_roles(scores, entries))))
+    return made
 
 
 def numbers_table(rows: Iterable[Row]) -> pd.DataFrame:

@@ -94,6 +94,14 @@ def grouped(rows: Iterable[Row]) -> Groups:
     return {condition: dict(by_label) for condition, by_label in groups.items()}
 
 
+def by_condition(entries: Iterable[dict[str, Any]]) -> dict[Condition, list[dict[str, Any]]]:
+    """Return entries of the summary or of the comparisons by their condition."""
+    found: dict[Condition, list[dict[str, Any]]] = defaultdict(list)
+    for entry in entries:
+        found[condition_of(entry)].append(entry)
+    return dict(found)
+
+
 def condition_of(row: Mapping[str, Any]) -> Condition:
     """Return the condition of a row, or of an entry of the summary or the comparisons."""
     steering = row.get(_steering_key(row["suite"])) or ""

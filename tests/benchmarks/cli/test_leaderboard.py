@@ -55,6 +55,18 @@ def test_the_title_tells_how_many_events_there_are(results: Path, capsys: pytest
     assert ": 3 episodes (frame-outs: 9), 95 % intervals over them\n" in capsys.readouterr().out
 
 
+def test_two_suites_on_one_scene_have_a_table_each(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The scenes of ``many`` are those of others."""
+    entries = [each for each in write_summary(results) if each["metric"] == "recovery_rate"]
+    other = [each | {"suite": "many", "metric": "hota"} for each in entries]
+    leaderboard.print_leaderboard([*entries, *other], markdown=True)
+    first, second = capsys.readouterr().out.split("| tracker")[1:]
+    assert "recovery rate" in first
+    assert "HOTA" not in first
+    assert "HOTA" in second.splitlines()[0]
+    assert "many, road-town-v2, standard, raster: 3 episodes" in first
+
+
 def test_a_metric_without_rows_is_named(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     entries = write_summary(results)
     recovered = [each for each in entries if each["metric"] == "recovery_rate"]

@@ -14,7 +14,7 @@ from benchmarks import Results
 from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
 from benchmarks.show.palette import line_styles
-from benchmarks.show.results import lists_table, metric_chart, numbers_table
+from benchmarks.show.results import lists_table, metric_chart, numbers_table, over_chart
 from tests.benchmarks.fake_rows import TRACKERS, write_rows
 
 
@@ -116,6 +116,26 @@ def test_trackers_of_several_conditions_are_told_apart(results: Results) -> None
     chart, styles = metric_chart(both, "recovery_rate")
     assert len(chart.lines) == len(styles) == 2 * len(TRACKERS)
     assert [name.split()[2] for name in chart.lines] == ["standard"] * len(TRACKERS) + ["hard"] * len(TRACKERS)
+
+
+def test_a_metric_is_plotted_where_another_suite_of_the_folder_lacks_it(results: Results) -> None:
+    summary = json.loads((results.directory / "summary.json").read_text())
+    other = {"suite": "many", "scenario": "harbour-v1", "metric": "hota"}
+    both = [*(entry | other for entry in summary if entry["metric"] == "recovery_rate"), *summary]
+    for metric in ("hota", "recovery_rate"):
+        assert sorted(metric_chart(both, metric)[0].lines) == sorted(TRACKERS)
+    assert over_chart(both, "recovery_rate", "kept_rate")[0].points
+    with pytest.raises(ValueError, match=r"metric: expected metrics of one suite, got hota and kept_rate"):
+        over_chart(both, "hota", "kept_rate")
+
+
+def test_two_suites_with_one_metric_of_one_scene_are_told_apart(results: Results) -> None:
+    summary = json.loads((results.directory / "summary.json").read_text())
+    hota = [entry | {"metric": "hota"} for entry in summary if entry["metric"] == "recovery_rate"]
+    both = [entry | {"suite": name, "scenario": "harbour-v1"} for name in ("harbour", "many") for entry in hota]
+    lines = metric_chart(both, "hota")[0].lines
+    assert len(lines) == 2 * len(TRACKERS)
+    assert "sharp, harbour harbour-v1 standard raster" in lines
 
 
 def test_plots_of_the_report_are_pictures_that_stand_alone(results: Results) -> None:
