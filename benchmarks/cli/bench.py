@@ -36,7 +36,7 @@ from benchmarks.contract.text import printable
 from benchmarks.run.outcome import TrackerWarning
 from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.result_folder import check_file
-from benchmarks.run.selection import added_trackers, varied_names
+from benchmarks.run.selection import varied_names
 from benchmarks.show.page import REPORT_FILE_NAME, is_current, write_report
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
@@ -149,15 +149,22 @@ class Bench(WithModules):
         if self.csv is not None:
             check_file(self.csv, "csv")
         if not self.real:
-            chosen = {"scenarios": self.scenario, "presets": self.preset}
             added = process_trackers(self.process, self.limit_s)
-            chosen |= {
+            chosen = {
+                "scenarios": self.scenario,
+                "presets": self.preset,
                 "trackers": with_added((*self.trackers, *varied_names(self.vary)), added),
                 "controllers": self.controllers,
             }
-            suites = map(suite, self.suites)
-            with added_trackers(added):
-                check_suites(suites, chosen, link=self.link, data=self.data, quick=self.quick)
+            check_suites(
+                map(suite, self.suites),
+                chosen,
+                added,
+                link=self.link,
+                data=self.data,
+                quick=self.quick,
+                modules=self.modules,
+            )
         made = [self._run_suite(suite(name)) for name in self.suites]
         if self.csv is not None:
             from benchmarks.show.results import numbers_table

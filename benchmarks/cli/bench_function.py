@@ -29,10 +29,9 @@ from benchmarks.run.experiment import Experiment, ShowProgress, run
 from benchmarks.run.outcome import Outcome, TrackerWarning
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import needs_data
-from benchmarks.run.process_trackers import ProcessTracker, process_trackers
+from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.selection import (
     Registered,
-    added_trackers,
     choices,
     experiment_on,
     registered,
@@ -161,16 +160,14 @@ def bench(
         check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)
         Experiment(wanted, [], {}, **how)  # A number out of range is refused before anything is read.
         episodes, outcome.unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)
-        with added_trackers(added):
-            chosen = _trackers_on_real(wanted, names["trackers"], quick=quick)
+        chosen = _trackers_on_real(wanted, names["trackers"], added, quick=quick)
         experiments = [Experiment(wanted, episodes, chosen, **how)]
         name = f"{wanted.name}-real"
     else:
         check_no_layout(layout, target, rate_hz)
         assert seeds is not None
         _check_steering(wanted, link, data)
-        with added_trackers(added):
-            experiments = _experiments(wanted, names, seeds, link, data, renderer, quick=quick, how=how)
+        experiments = _experiments(wanted, names, added, seeds, link, data, renderer, quick=quick, how=how)
         name = "quick" if quick else wanted.name
     folder = Path(out or Path("results") / (name if real_time is None else f"{name}-{real_time:g}hz"))
     silence = wanted.silence_in(REAL if paths else "")
@@ -200,18 +197,28 @@ def with_added(names: tuple[str, ...], added: Mapping[str, TrackerSpec]) -> tupl
     return names if not names or not added.keys().isdisjoint(names) else (*names, *added)
 
 
-def check_suites(suites: Iterable[Suite], names: Names, *, link: str, data: str | None, quick: bool) -> None:
+def check_suites(
+    suites: Iterable[Suite],
+    names: Names,
+    added: Mapping[str, TrackerSpec],
+    *,
+    link: str,
+    data: str | None,
+    quick: bool,
+    modules: Sequence[str],
+) -> None:
     """Raise ValueError for what one of several suites would refuse, before the first one runs for hours.
 
     Args:
         suites: those that are to run one after the other.
         names: in each; stored scenarios and presets are checked where they are read.
-        link, data, quick: see ``bench``.
+        added: trackers of processes. link, data, quick, modules: see ``bench``.
     """
     for wanted in suites:
         _check_steering(wanted, link, data)
         if data is None:
-            _experiments(wanted, names, range(1), link, None, "raster", quick=quick, how={})
+            how = {"modules": tuple(modules)}
+            _experiments(wanted, names, added, range(1), link, None, "raster", quick=quick, how=how)
 
 
 def refuse(expected: str, **given: object) -> None:
@@ -235,6 +242,7 @@ def _check_steering(wanted: Suite, link: str, data: str | None) -> None:
 def _experiments(
     wanted: Suite,
     names: Names,
+    added: Mapping[str, TrackerSpec],
     seeds: range,
     link: str,
     data: str | None,
@@ -251,7 +259,8 @@ def _experiments(
     elif quick and not names["presets"]:
         names = names | {"presets": (wanted.quick_preset,)}
     experiments = []
-    for scenario, presets, trackers, controllers in choices(wanted, **names, variants=not quick):
+    chosen = choices(wanted, **names, added=added, variants=not quick, own_modules=bool(how["modules"]))
+    for scenario, presets, trackers, controllers in chosen:
         by: Any = {"controllers": controllers or None, "link": link, "renderer": renderer}
         made = experiment_on(wanted, scenario, presets, trackers, seeds, **by, **how)
         _check_usable(made.trackers.values())
@@ -264,11 +273,14 @@ def _experiments(
     return experiments
 
 
-def _trackers_on_real(wanted: Suite, names: tuple[str, ...], *, quick: bool) -> dict[str, TrackerSpec]:
+def _trackers_on_real(
+    wanted: Suite, names: tuple[str, ...], added: Mapping[str, TrackerSpec], *, quick: bool
+) -> dict[str, TrackerSpec]:
     """Return the trackers that run on what is real. Raises ValueError for unknown names."""
-    ours = {
-        name: each for name, each in trackers_of(wanted.name).items() if isinstance(each, Registered | ProcessTracker)
+    ours: dict[str, TrackerSpec] = {
+        name: each for name, each in trackers_of(wanted.name).items() if isinstance(each, Registered)
     }
+    ours |= {name: each for name, each in added.items() if wanted.name in each.suites}
     if wanted.on_sequences is not None:
         ours = {name: each for name, each in ours.items() if each.role not in _NEED_TRUTH}
         for name in names:

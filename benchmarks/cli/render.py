@@ -12,9 +12,10 @@ import tyro
 from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, RATE, Processes, WithModules
 from benchmarks.contract.judging import check_no_layout
 from benchmarks.contract.suite import DEFAULT, suite
+from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.jobs import Job
 from benchmarks.run.process_trackers import process_trackers
-from benchmarks.run.selection import added_trackers, job_on, tracker_named
+from benchmarks.run.selection import job_on, tracker_named
 from benchmarks.show.progress import progress_bar
 from benchmarks.show.showing import suite_shown, suite_watching
 from benchmarks.show.video.episode_video import render_episode
@@ -39,7 +40,8 @@ class Render(WithModules):
         scenario: catalogue id, see `frameout list`; without a version the latest.
         preset: one of the scenario's (default: standard, or its first).
         seed: of the episode, a whole number >= 0.
-        tracker: name of the tracker to draw, see `frameout list`, or of one of --process (default: truth only).
+        tracker: name of the tracker to draw, see `frameout list`, or of one of --process (default: the first of these,
+            else truth only).
         process: a tracker in a process of its own, NAME=COMMAND, or a TOML file with a table for each of several.
         controller: name of the controller that steers by the tracker's estimate (default: a set path).
         link: how the controller's commands reach the carrier: prompt, delayed or noisy (default: prompt; on a preset
@@ -73,8 +75,7 @@ class Render(WithModules):
 
     def run(self) -> int:
         """Write it; return the exit status."""
-        with added_trackers(process_trackers(self.process, Job.limit_s)):
-            job, name = self._real_job() if self.real is not None else self._simulated_job()
+        job, name = self._real_job() if self.real is not None else self._simulated_job()
         out = self.out or Path("results") / f"{name}.mp4"
         with progress_bar(f"{name}, frames") as progress:
             failures = render_episode(job, out, frames=self.frames, scale=self.scale, progress=progress)
@@ -84,8 +85,10 @@ class Render(WithModules):
         return 1 if failures else 0
 
     @property
-    def _trackers(self) -> tuple[str, ...]:
-        return () if self.tracker is None else (self.tracker,)
+    def _trackers(self) -> dict[str, TrackerSpec]:
+        added = process_trackers(self.process, Job.limit_s)
+        name = self.tracker or next(iter(added), None)
+        return {} if name is None else {name: added.get(name) or tracker_named(name)}
 
     def _real_job(self) -> tuple[Job, str]:
         from benchmarks.data.real import real_episodes  # It imports the readers of all layouts.
@@ -106,7 +109,7 @@ class Render(WithModules):
         if self.sequence or len(names) > 1:
             check_choice("sequence", self.sequence, names)
         episode = episodes[names.index(self.sequence) if self.sequence else 0]
-        trackers = {name: tracker_named(name) for name in self._trackers}
+        trackers = self._trackers
         return Job(judging, episode, trackers, self.modules, repeats=1), "-".join([episode.sequence, *trackers])
 
     def _simulated_job(self) -> tuple[Job, str]:
@@ -120,10 +123,11 @@ class Render(WithModules):
     def _job(self, scenario: str, preset: str) -> Job:
         if self.link is not None and self.controller is None:
             raise ValueError(f"controller: expected a name, whose commands take the link {self.link!r}; got none")
+        trackers = self._trackers
         if self.controller is None:
-            shown, link = suite_watching(scenario, self.tracker), None
+            shown, link = suite_watching(scenario, *trackers), None
         else:
             shown = suite_shown(scenario, preset, self.link)
             link = (self.link or "prompt") if shown.judges_controllers else None
         how: Any = {"controller": self.controller, "link": link, "renderer": self.renderer}
-        return job_on(shown, scenario, preset, self.seed, self._trackers, repeats=1, **how)
+        return job_on(shown, scenario, preset, self.seed, trackers, repeats=1, **how)

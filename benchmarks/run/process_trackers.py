@@ -56,6 +56,7 @@ from benchmarks.run.own_inputs import own
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures, first_box, given
 from scenarios.scenario import Episode, Frame
 from sim.checks import check, check_choice
+from trackers import registry
 from trackers.clients.child import Limits
 from trackers.clients.environments import made_environment, needs
 from trackers.clients.folder import answers_on
@@ -189,6 +190,7 @@ def process_trackers(arguments: Iterable[str], limit_s: float) -> dict[str, Trac
         ValueError: for what is no such argument; names the key, what was expected and what came.
     """
     found: dict[str, TrackerSpec] = {}
+    taken = {*registry.entries(), *(each.name for suite in suites().values() for each in suite.references)}
     for argument in arguments:
         name, is_command, command = argument.partition("=")
         if is_command and _NAME.fullmatch(name):
@@ -200,6 +202,7 @@ def process_trackers(arguments: Iterable[str], limit_s: float) -> dict[str, Trac
         for each, table in tables.items():
             check("process", each not in found, "each name once", f"{each!r} twice")
             check("process", _NAME.fullmatch(each) is not None, "names of letters, digits, _, - and .", repr(each))
+            check("process", each not in taken, "names that no tracker of `frameout list` has", each)
             found[each] = _tracker(each, table, folder, argument, limit_s)
     return found
 

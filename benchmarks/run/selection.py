@@ -6,10 +6,9 @@ import dataclasses
 import importlib
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Any, NamedTuple, cast, get_args
 
 import numpy as np
@@ -82,44 +81,20 @@ def registered(entry: registry.TrackerEntry, **values: Any) -> Registered:
     return Registered(**same, **own, module=entry.tracker.__module__, entry=entry)
 
 
-_ADDED: ContextVar[Mapping[str, TrackerSpec]] = ContextVar("added", default={})  # noqa: B039
-
-
-@contextmanager
-def added_trackers(added: Mapping[str, TrackerSpec]) -> Iterator[None]:
-    """Have further trackers known by name in this context, and among those that run by default.
-
-    Raises:
-        ValueError: for a name that a tracker has.
-    """
-    with_name = [name for name in added if registry.entry_or_none(name) is not None or name in _references()]
-    check("process", not with_name, "names that no tracker of `frameout list` has", ", ".join(with_name))
-    before = _ADDED.set({**_ADDED.get(), **added})
-    try:
-        yield
-    finally:
-        _ADDED.reset(before)
-
-
-def _references() -> dict[str, TrackerSpec]:
-    return {ref.name: ref for each in suites().values() for ref in each.references}
-
-
 def trackers_of(*suite_names: str) -> dict[str, TrackerSpec]:
-    """Return all trackers and references, or those of some suites, by name: in order of registration, references,
-    ``added_trackers``.
-    """
-    known = (
-        *map(registered, registry.entries().values()),
-        *_references().values(),
-        *_ADDED.get().values(),
-    )
+    """Return all trackers and references, or those of some suites, by name: in order of registration, references."""
+    references = (each for suite in suites().values() for each in suite.references)
+    known = (*map(registered, registry.entries().values()), *references)
     return {each.name: each for each in known if not suite_names or not set(suite_names).isdisjoint(each.suites)}
 
 
-def trackers_in(suite: Suite, scene: Scene) -> dict[str, TrackerSpec]:
-    """Return all that may take part in a scene of a suite, by name: its trackers, and those of the suite itself."""
-    return trackers_of(suite.tracked_by(scene)) | trackers_of(suite.name)
+def trackers_in(suite: Suite, scene: Scene, added: Mapping[str, TrackerSpec]) -> dict[str, TrackerSpec]:
+    """Return all that may take part in a scene of a suite, by name: its trackers, those of the suite itself, and of
+    those that a user has ``added``.
+    """
+    its = suite.tracked_by(scene), suite.name
+    ours = {name: each for name, each in added.items() if not {*its}.isdisjoint(each.suites)}
+    return trackers_of(its[0]) | trackers_of(its[1]) | ours
 
 
 def tracker_named(name: str, **values: Any) -> TrackerSpec:
@@ -231,7 +206,7 @@ def experiment_on(
         _check_controller(judged, scene, name)
     check_choice("link", link, LINKS)
     if not isinstance(trackers, Mapping):
-        trackers = {name: _tracker_of(judged, scene, name, bool(how.get("modules"))) for name in trackers}
+        trackers = {name: _tracker_of(judged, scene, name, {}, bool(how.get("modules"))) for name in trackers}
     drawn = check_renderer(renderer)
     got = f"{seeds.start}:{seeds.stop}" if isinstance(seeds, range) else list(seeds)
     check("seeds", len(seeds) > 0 and min(seeds) >= 0, "A:B with 0 <= A < B", got)
@@ -249,14 +224,15 @@ def job_on(
     scenario: str,
     preset: str,
     seed: int,
-    trackers: Sequence[str] = (),
+    trackers: Sequence[str] | Mapping[str, TrackerSpec] = (),
     *,
     controller: str | None = None,
     link: str | None = None,
     renderer: str = "raster",
     **how: Any,
 ) -> Job:
-    """Return the job of one episode by names; ``link`` None = commands arrive unchanged. ``how``: see ``Job``.
+    """Return the job of one episode by names; ``link`` None = commands arrive unchanged. ``trackers``: see
+    ``experiment_on``, ``how``: see ``Job``.
 
     Raises:
         ValueError: for unknown names.
@@ -264,7 +240,9 @@ def job_on(
     judged = suite(judging) if isinstance(judging, str) else judging
     drawn = check_renderer(renderer)
     episode = simulated(scenario, preset, seed, renderer=drawn, controller=controller, link=link)
-    return Job(judged, episode, {name: tracker_named(name) for name in trackers}, **how)
+    if not isinstance(trackers, Mapping):
+        trackers = {name: tracker_named(name) for name in trackers}
+    return Job(judged, episode, trackers, **how)
 
 
 def job_of(row: Row, seed: int, episode: EpisodeSpec | None = None) -> Job:
@@ -272,10 +250,12 @@ def job_of(row: Row, seed: int, episode: EpisodeSpec | None = None) -> Job:
     steered = {"controller": row["controller"], "link": row.get("link"), "renderer": row["renderer"]}
     how: Any = {"modules": tuple(row.get("modules", ())), "real_time_hz": row.get("real_time_hz")}
     how |= {"limit_s": row.get("limit_s", Job.limit_s), "repeats": 1}
-    with added_trackers(process_trackers([row["process"]] if "process" in row else [], how["limit_s"])):
-        if episode is not None:
-            return Job(suite(row["suite"]), episode, {row["tracker"]: tracker_named(row["tracker"])}, **how)
-        return job_on(row["suite"], row["scenario"], row["preset"], seed, (row["tracker"],), **steered, **how)
+    name = row["tracker"]
+    added = process_trackers([row["process"]] if "process" in row else [], how["limit_s"])
+    tracker = {name: added.get(name) or tracker_named(name)}
+    if episode is not None:
+        return Job(suite(row["suite"]), episode, tracker, **how)
+    return job_on(row["suite"], row["scenario"], row["preset"], seed, tracker, **steered, **how)
 
 
 def _check_controller(suite: Suite, scenario: Scenario, name: str) -> None:
@@ -300,18 +280,20 @@ def _steering(
     return [None if name == SET_PATH else Steering(name, *how) for name in controllers]
 
 
-def _tracker_of(suite: Suite, scenario: Scenario, name: str, own_modules: bool) -> TrackerSpec:
+def _tracker_of(
+    suite: Suite, scenario: Scenario, name: str, added: Mapping[str, TrackerSpec], own_modules: bool
+) -> TrackerSpec:
     """Return a tracker that may take part. Raises ValueError for another name."""
     if (other := with_value(name)) is not None:
-        _tracker_of(suite, scenario, base_of(name), own_modules)
+        _tracker_of(suite, scenario, base_of(name), added, own_modules)
         return other
     scene = suite.scene(scenario.id)
     entry = registry.entry_or_none(name)
     if entry is None or {suite.tracked_by(scene), suite.name}.isdisjoint(entry.suites or (DEFAULT,)):
-        expected = trackers_in(suite, scene)
+        expected = trackers_in(suite, scene, added)
         if name in expected:
             return expected[name]
-        known = trackers_of()
+        known = {**trackers_of(), **added}
         whose = f", which is of suite {', '.join(known[name].suites)}" if name in known else ""
         if not (whose or own_modules):
             whose = suggestion(name, expected) + f"{registry.OWN_NEEDS_MODULE} (--modules; in Python modules=)"
@@ -327,12 +309,12 @@ class Choice(NamedTuple):
 
     Attributes:
         scenario: catalogue id. presets: of it.
-        trackers, controllers: names; no controllers = as presets say.
+        trackers: by name. controllers: names; none = as presets say.
     """
 
     scenario: str
     presets: tuple[str, ...]
-    trackers: tuple[str, ...]
+    trackers: Mapping[str, TrackerSpec]
     controllers: tuple[str, ...]
 
 
@@ -343,7 +325,9 @@ def choices(
     presets: Sequence[str] = (),
     trackers: Sequence[str] = (),
     controllers: Sequence[str] = (),
+    added: Mapping[str, TrackerSpec] = MappingProxyType({}),
     variants: bool,
+    own_modules: bool = False,
 ) -> list[Choice]:
     """Return what runs, scenario by scenario, of the names that a user gives.
 
@@ -352,11 +336,13 @@ def choices(
 
     Args:
         scenarios: () = all of the suite. presets: () = each scenario's default.
-        trackers: () = the scenario's. controllers: () = all where they compete.
+        trackers: () = the scenario's, and those ``added``. controllers: () = all where they compete.
+        added: trackers that a user brings, by name.
         variants: whether ablations are included by default.
+        own_modules: whether modules of the user's were imported.
 
     Raises:
-        ValueError: for scenarios that the suite does not have.
+        ValueError: for scenarios and trackers that the suite does not have.
     """
     latest = [catalog.id_of(scene.scenario) for scene in suite.scenes]
     given = [catalog.id_of(name) for name in scenarios]
@@ -372,7 +358,7 @@ def choices(
     for scene, its_presets, its_trackers, its_controllers in zip(
         scenes,
         filter(None, shown),
-        _shared(trackers, scenes, lambda scene, name: base_of(name) in trackers_in(suite, scene)),
+        _shared(trackers, scenes, lambda scene, name: base_of(name) in trackers_in(suite, scene, added)),
         _shared(controllers, scenes, _steers),
         strict=True,
     ):
@@ -381,18 +367,13 @@ def choices(
         scenario = catalog.scenario(scene.scenario)
         if suite.judges_controllers:
             its_controllers = its_controllers or default_controllers(scenario, variants=variants)
-        added = tuple(name for name in _ADDED.get() if name in trackers_in(suite, scene))
-        usual = (*scene.trackers, *added) if scene.trackers else ()
-        its_trackers = (
-            its_trackers
-            or usual
-            or tuple(
-                name
-                for name, each in trackers_in(suite, scene).items()
-                if not each.missing() and (variants or each.role != "variant")
-            )
-        )
-        found.append(Choice(scenario.id, its_presets, its_trackers, its_controllers))
+        known = trackers_in(suite, scene, added)
+        usual = (*scene.trackers, *filter(known.__contains__, added)) if scene.trackers else ()
+        able = (name for name, each in known.items() if not each.missing() and (variants or each.role != "variant"))
+        chosen = {
+            name: _tracker_of(suite, scenario, name, added, own_modules) for name in its_trackers or usual or able
+        }
+        found.append(Choice(scenario.id, its_presets, chosen, its_controllers))
     check("trackers", bool(found), f"some that {', '.join(controllers)} can steer by", ", ".join(trackers))
     return found
 

@@ -79,7 +79,7 @@ def suite_shown(scenario: str, preset: str, link: str | None) -> Suite:
     return next(each for each in steered if each.judges_controllers != as_written)
 
 
-def suite_watching(scenario: str, tracker: str | None) -> Suite:
+def suite_watching(scenario: str, tracker: str | None = None) -> Suite:
     """Return the suite whose targets are shown without a controller: one of the scenario that fits the tracker.
 
     A tracker of many targets is shown with all of its tracks, if a suite judges them.

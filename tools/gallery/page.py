@@ -90,7 +90,7 @@ def gallery_page(pictures: str) -> str:
 
 def picture_of(shown: ShownPreset) -> NDArray[np.uint8]:
     """Return a preset's picture (H, ``WIDTH_PX``, 3): an early frame with its truth, without a tracker."""
-    job = job_on(suite_watching(shown.scenario, None), shown.scenario, shown.preset, shown.seed)
+    job = job_on(suite_watching(shown.scenario), shown.scenario, shown.preset, shown.seed)
     with opened(job) as live:
         drawing = drawing_of(shown.scenario, live.loop.episode)
         last = min(_FRAME, live.loop.episode.frame_count - 1)

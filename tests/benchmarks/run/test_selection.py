@@ -25,8 +25,7 @@ def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> Non
     chosen = choices(FOLLOW, presets=STANDARD, variants=True)
     assert [choice.scenario for choice in chosen] == ["road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1"]
     for choice in chosen:
-        roles = [trackers_of()[name].role for name in choice.trackers]
-        assert roles == ["ours", "as-written"]
+        assert [each.role for each in choice.trackers.values()] == ["ours", "as-written"]
         known = controllers(catalog.scenario(choice.scenario).carrier.name).values()
         assert choice.controllers == tuple(each.name for each in known)
 
@@ -39,8 +38,8 @@ def test_names_go_where_they_are_known() -> None:
         controllers=("hold", "centre"),
         variants=True,
     )
-    assert town.trackers == ("colour_pf", "opencv_mil")
-    assert rooms.trackers == ("stereo_wb", "opencv_mil")
+    assert tuple(town.trackers) == ("colour_pf", "opencv_mil")
+    assert tuple(rooms.trackers) == ("stereo_wb", "opencv_mil")
     assert town.controllers == rooms.controllers == ("hold", "centre")
     (only,) = choices(FOLLOW, presets=STANDARD, trackers=("colour_pf",), variants=True)
     assert only.scenario == "road-town-v2"
@@ -57,14 +56,14 @@ def test_an_earlier_version_takes_part_if_it_is_named(monkeypatch: pytest.Monkey
     assert town.scenario == "road-town-v3"
     (town,) = choices(FOLLOW, scenarios=("road-town-v2",), presets=STANDARD, variants=True)
     assert town.scenario == "road-town-v2"
-    assert town.trackers == FOLLOW.scene("road-town").trackers
+    assert tuple(town.trackers) == FOLLOW.scene("road-town").trackers
 
 
 def test_the_suites_own_reference_takes_part_if_it_is_named() -> None:
     (_, rooms, *_) = choices(
         FOLLOW, presets=STANDARD, trackers=("oracle_target",), controllers=("hold",), variants=True
     )
-    assert (rooms.scenario, rooms.trackers) == ("stereo-follow-v2", ("oracle_target",))
+    assert (rooms.scenario, *rooms.trackers) == ("stereo-follow-v2", "oracle_target")
     (town,) = choices(FRAME_OUT, presets=STANDARD, variants=True)
     assert "oracle_target" not in town.trackers
 
@@ -87,9 +86,9 @@ def test_without_presets_each_scenario_has_its_default() -> None:
     assert presets["harbour-v1"] == ("patrol",)
 
 
-def test_what_nobody_knows_is_kept_to_be_refused() -> None:
-    (choice,) = choices(FOLLOW, presets=STANDARD, trackers=("nix",), variants=True)
-    assert choice.trackers == ("nix",)
+def test_what_nobody_knows_is_refused() -> None:
+    with pytest.raises(ValueError, match=r"trackers: expected one of .*mosaic_graph_pf.*; got 'nix'"):
+        choices(FOLLOW, presets=STANDARD, trackers=("nix",), variants=True)
     with pytest.raises(ValueError, match=r"scenario: expected one of road-town, .*road-town-v2.*; got 'fish-v1'"):
         choices(FOLLOW, scenarios=("fish-v1",), presets=STANDARD, variants=True)
 
@@ -105,7 +104,20 @@ def test_a_suite_of_trackers_is_as_it_was() -> None:
 def test_a_suite_made_of_another_has_trackers_of_its_own() -> None:
     """As in CONTRIBUTING: a new name, without trackers yet."""
     (choice,) = choices(replace(FRAME_OUT, name="while-seen"), presets=STANDARD, variants=True)
-    assert choice.trackers == ()
+    assert choice.trackers == {}
+
+
+def test_a_tracker_that_a_user_adds_runs_where_it_is_entered() -> None:
+    mine = {"mine": replace(tracker_named("colour_pf"), name="mine", suites=("frame-out",))}
+    (town,) = choices(FRAME_OUT, presets=STANDARD, added=mine, variants=False)
+    assert town.trackers["mine"] is mine["mine"]
+    assert "colour_pf" in town.trackers
+    (only,) = choices(FRAME_OUT, presets=STANDARD, trackers=("mine",), added=mine, variants=False)
+    assert only.trackers == mine
+    (people,) = choices(STEREO, presets=STANDARD, added=mine, variants=False)
+    assert "mine" not in people.trackers
+    with pytest.raises(ValueError, match=r"got 'mine', which is of suite frame-out"):
+        choices(STEREO, presets=STANDARD, trackers=("mine",), added=mine, variants=False)
 
 
 def test_a_tracker_that_names_no_suite_is_of_the_default_one() -> None:
@@ -134,7 +146,7 @@ def test_a_value_of_a_parameter_makes_a_tracker_of_its_own() -> None:
     experiment = experiment_on("frame-out", "road-town", ["quick"], names, range(2))
     assert [each.parameters.particles for each in experiment.trackers.values()] == [50, 200, 70]
     (choice,) = choices(FRAME_OUT, trackers=names, variants=False)
-    assert choice.trackers == names
+    assert tuple(choice.trackers) == names
 
 
 @pytest.mark.parametrize(
