@@ -1,16 +1,17 @@
-"""JSON of COCO and TAO: pictures and results. Boxes are left, top, width, height; the picture begins at 0, 0.
+"""JSON of COCO and TAO: annotations and results. Boxes are left, top, width, height; the picture begins at 0, 0.
 
 * Results are a list of ``{"image_id", "category_id", "bbox", "score"}``, in TAO with ``"track_id"`` (and
   ``"video_id"``, which says nothing new): https://cocodataset.org/#format-results, and
   https://github.com/TAO-Dataset/tao/blob/master/docs/evaluation.md.
-* Files of annotations name the pictures, ``"images": [{"id", "file_name", …}]``, and the ``"categories"``:
-  https://cocodataset.org/#format-data.
+* Files of annotations name the pictures, ``"images": [{"id", "file_name", …}]``, the ``"categories"``, in TAO the
+  ``"videos"``, and the boxes, ``"annotations"``: https://cocodataset.org/#format-data.
 """
 
 from __future__ import annotations
 
 import json
 from collections import defaultdict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePosixPath
@@ -19,10 +20,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.pictures import short
+from benchmarks.data.pictures import Picture, short
+from benchmarks.data.read_once import read_once
 from sim.checks import check
 
 NO_TRACK = -1
+Entry = Mapping[str, Any]
+BOX = "left, top, width, height with a width and height >= 0"
 _RESULT = '{"image_id": 1, "category_id": 1, "bbox": [left, top, width, height], "score": 0.9}'
 
 
@@ -45,26 +49,44 @@ class Results:
 
 
 @dataclass(frozen=True)
-class Pictures:
-    """What a file of annotations says of pictures.
+class Annotations:
+    """What a file of annotations says.
 
     Attributes:
-        file_names: number of a picture → its path. categories: number → name.
+        file: it.
+        images: entries with ``id``, ``file_name`` and maybe ``video_id``. videos: entries with ``id`` and ``name``.
+        categories: number → name.
+        content: all of the file.
     """
 
-    file_names: dict[int, str]
+    file: Path
+    images: list[Entry]
+    videos: list[Entry]
     categories: dict[int, str]
+    content: Entry
 
     @cached_property
     def folders(self) -> dict[str, dict[str, int]]:
         """Name of a folder → name of a picture in it → its number."""
         found = defaultdict[str, dict[str, int]](dict)
-        for number, file in self.file_names.items():
-            *above, name = PurePosixPath(file).parts or ("",)
-            found[above[-1] if above else ""][name] = number
+        for each in self.images:
+            *above, name = PurePosixPath(each["file_name"]).parts or ("",)
+            found[above[-1] if above else ""][name] = each["id"]
+        return found
+
+    @cached_property
+    def boxes(self) -> dict[int, list[Entry]]:
+        """Number of a picture → annotations of it, with ``bbox``. Raises ValueError for one that is none; names it."""
+        found: dict[int, list[Entry]] = {}
+        for number, each in enumerate(_entries(self.file, self.content, "annotations", _ANNOTATION), start=1):
+            where, seen = f"{short(self.file, 3)}, annotations, entry {number}", each.get("visibility", 1.0)
+            check(where, not each["bbox"] or is_box(each["bbox"]), BOX, repr(each["bbox"])[:80])
+            check(where, isinstance(seen, int | float), "a number as visibility", repr(seen)[:80])
+            found.setdefault(each["image_id"], []).append(each)
         return found
 
 
+@read_once
 def read_results(path: Path) -> Results:
     """Return the results of a file, maybe none.
 
@@ -80,30 +102,47 @@ def read_results(path: Path) -> Results:
     return Results(numbers[:, 0], numbers[:, 1], box_xyxy, np.array([row[4] for row in rows], float), numbers[:, 2])
 
 
-def read_pictures(path: Path) -> Pictures:
-    """Return the pictures of a file of annotations. Raises ValueError for a file of another kind."""
-    where, content = short(path, 3), read_json(path)
-    images = content.get("images") if isinstance(content, dict) else None
-    wanted = 'annotations with "images": [{"id": 1, "file_name": "NAME/000000.png"}, …]'
-    check(where, isinstance(images, list), wanted, f"a {type(content).__name__} without them")
-    file_names: dict[int, str] = {}
-    for number, each in enumerate(images or [], start=1):
-        good = isinstance(each, dict) and _is_whole(each.get("id")) and isinstance(each.get("file_name"), str)
-        check(f"{where}, image {number}", good, wanted, repr(each)[:80])
-        file_names[int(each["id"])] = each["file_name"]
-    named = (each for each in content.get("categories", []) if isinstance(each, dict) and _is_whole(each.get("id")))
-    return Pictures(file_names, {int(each["id"]): str(each.get("name", each["id"])) for each in named})
+@read_once
+def read_annotations(path: Path) -> Annotations | None:
+    """Return what a file of annotations says; None of one that lists no pictures.
+
+    Raises:
+        ValueError: for a file that is no JSON, and an entry that lacks what is read; names it.
+    """
+    content = read_json(path)
+    if not isinstance(content, dict) or not isinstance(content.get("images"), list):
+        return None
+    images, videos = (
+        _entries(path, content, name, needed) for name, needed in (("images", _IMAGE), ("videos", _VIDEO))
+    )
+    categories = content.get("categories")
+    named = [each for each in categories if isinstance(each, dict)] if isinstance(categories, list) else []
+    names = {int(each["id"]): str(each.get("name", each["id"])) for each in named if _is_whole(each.get("id"))}
+    return Annotations(path, images, videos, names, content)
 
 
-def read_json(path: Path) -> Any:
+def read_json(path: Picture) -> Any:
     """Return the content of a JSON file. Raises ValueError, which names file and line, for one that is none."""
-    where = short(path, 3)
     try:
-        return json.loads(path.read_text(encoding="utf-8-sig"))
+        return json.loads(path.read_bytes())
     except json.JSONDecodeError as error:
-        raise ValueError(f"{where}, line {error.lineno}: expected JSON, got {error.msg}") from None
-    except (UnicodeDecodeError, RecursionError):
-        raise ValueError(f"{where}: expected JSON, got something else") from None
+        raise ValueError(f"{short(path, 3)}, line {error.lineno}: expected JSON, got {error.msg}") from None
+    except (ValueError, RecursionError):
+        raise ValueError(f"{short(path, 3)}: expected JSON, got something else") from None
+
+
+def is_box(value: Any) -> bool:
+    """Return whether a value is four numbers with a width and height >= 0."""
+    return isinstance(value, list) and len(value) == 4 and all(map(_is_number, value)) and min(value[2:]) >= 0
+
+
+def _entries(file: Path, content: Entry, name: str, needed: Mapping[str, Callable[[Any], bool]]) -> list[Entry]:
+    """Return the entries of a list, none without it. Raises ValueError for one that lacks what is ``needed``."""
+    entries = content.get(name, [])
+    for number, each in enumerate(entries if isinstance(entries, list) else [entries], start=1):
+        good = isinstance(each, dict) and all(fits(each.get(key)) for key, fits in needed.items())
+        check(f"{short(file, 3)}, {name}, entry {number}", good, f"an entry with {', '.join(needed)}", repr(each)[:80])
+    return list(entries)
 
 
 def _row(where: str, entry: Any) -> tuple[int, int, int, list[float], float]:
@@ -115,8 +154,7 @@ def _row(where: str, entry: Any) -> tuple[int, int, int, list[float], float]:
     known = track_id == NO_TRACK or (_is_whole(track_id) and track_id >= 0)
     check(where, known, "a whole number >= 0 as track_id, or none", repr(track_id)[:80])
     box, score = entry.get("bbox"), entry.get("score")
-    is_box = isinstance(box, list) and len(box) == 4 and all(map(_is_number, box)) and min(box[2:]) >= 0
-    check(where, is_box, "left, top, width, height as bbox, with a width and height >= 0", repr(box)[:80])
+    check(where, is_box(box), f"{BOX} as bbox", repr(box)[:80])
     check(where, _is_number(score), "a number as score", repr(score)[:80])
     return int(entry["image_id"]), int(entry["category_id"]), int(track_id), box, float(score)
 
@@ -127,3 +165,13 @@ def _is_number(value: Any) -> bool:
 
 def _is_whole(value: Any) -> bool:
     return _is_number(value) and value == int(value)
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+_IMAGE = {"id": _is_whole, "file_name": _is_text, "video_id": lambda value: value is None or _is_whole(value)}
+_VIDEO = {"id": _is_whole, "name": _is_text}
+_ANNOTATION = {"image_id": _is_whole, "bbox": lambda value: isinstance(value, list)}
+"""Field → whether a value fits."""

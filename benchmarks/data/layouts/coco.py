@@ -12,7 +12,8 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from benchmarks.data.layouts.annotated import Annotations, Entry, labelled, read_annotations
+from benchmarks.data.coco_json import Annotations, Entry, read_annotations
+from benchmarks.data.layouts.annotated import labelled
 from benchmarks.data.layouts.layout import Source, layout
 from benchmarks.data.pictures import visible
 
@@ -33,4 +34,4 @@ def _sequences(root: Path, file: Path, said: Annotations) -> Iterator[Source]:
         sequences.setdefault(root / Path(each["file_name"]).parent, []).append(each)
     for folder, images in sequences.items():
         name = "-".join(folder.relative_to(root).parts) or root.parent.name
-        yield Source(name, (folder, file), partial(labelled, name, root, said, images, 0.0))
+        yield Source(name, (folder, file), partial(labelled, name, root, file, said.boxes, images, 0.0))

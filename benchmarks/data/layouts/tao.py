@@ -17,7 +17,8 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.data.box_files import rate_of
-from benchmarks.data.layouts.annotated import Annotations, Entry, labelled, read_annotations
+from benchmarks.data.coco_json import Annotations, Entry, read_annotations
+from benchmarks.data.layouts.annotated import labelled
 from benchmarks.data.layouts.layout import Source, layout
 from benchmarks.data.pictures import visible
 
@@ -45,4 +46,4 @@ def _sequences(root: Path, file: Path, said: Annotations) -> Iterator[Source]:
             name, metadata = Path(video["name"]).name, video.get("metadata")
             rate_hz = rate_of(str(metadata.get("fps", ""))) if isinstance(metadata, dict) else 0.0
             places = ((root / mine[0]["file_name"]).parent, file)
-            yield Source(name, places, partial(labelled, name, root, said, mine, rate_hz))
+            yield Source(name, places, partial(labelled, name, root, file, said.boxes, mine, rate_hz))

@@ -9,19 +9,20 @@ counts where at least one pixel of it is seen, and its state says why there is n
 
 from __future__ import annotations
 
-import json
 import tarfile
 from collections.abc import Iterator, Sequence
-from functools import lru_cache, partial
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
 
 from benchmarks.contract.text import printable
+from benchmarks.data.coco_json import read_json
 from benchmarks.data.layouts.followed import followed
 from benchmarks.data.layouts.layout import Source, Target, layout
 from benchmarks.data.pictures import ENDINGS, Member, short, visible
+from benchmarks.data.read_once import read_once
 from benchmarks.data.sequences import OCCLUDED, OUT, UNSEEN, Labelled
 from sim.checks import check
 
@@ -37,7 +38,7 @@ def find_webdataset(path: Path) -> Iterator[Source]:
     """See ``Find``."""
     sequences: dict[str, list[Sample]] = {}
     for tar in visible(path, "*.tar"):
-        for key, sample in _samples(tar, tar.stat().st_mtime_ns).items():
+        for key, sample in _samples(tar).items():
             if ".json" in sample and any(ending in sample for ending in ENDINGS):
                 sequences.setdefault(key.rpartition("_")[0], []).append(sample)
     for name, samples in sequences.items():
@@ -45,8 +46,8 @@ def find_webdataset(path: Path) -> Iterator[Source]:
         yield Source(name, (*places,), partial(_read, name, samples))
 
 
-@lru_cache(maxsize=8)
-def _samples(tar: Path, changed_ns: int) -> dict[str, Sample]:
+@read_once
+def _samples(tar: Path) -> dict[str, Sample]:
     """Return key → ending → file, in the order of the tar file. Raises ValueError for a file that is none."""
     found: dict[str, Sample] = {}
     try:
@@ -84,14 +85,13 @@ def _is_seen(entry: dict[str, Any]) -> bool:
 
 def _truth(member: Member) -> dict[str, Any]:
     """Return the truth of a sample. Raises ValueError for a file that is none of our export's."""
-    where = short(member)
+    truth = read_json(member)
     try:
-        truth = json.loads(member.read_bytes())
         good = isinstance(truth["time_s"], float | int)
         for each in truth["objects"]:
             good &= isinstance(each["names"], str) and isinstance(each["state"], str)
             good &= np.array([each["box_xyxy"], each["visible_box_xyxy"]], float).shape == (2, 4)
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, OverflowError):
         good = False
-    check(where, good, "truth as `frameout export --format webdataset` writes it", "something else")
+    check(short(member), good, "truth as `frameout export --format webdataset` writes it", "something else")
     return dict(truth)

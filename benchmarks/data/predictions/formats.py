@@ -20,9 +20,8 @@ from __future__ import annotations
 import hashlib
 import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -30,9 +29,9 @@ import numpy as np
 
 from benchmarks.contract.text import counted
 from benchmarks.data.box_files import BETWEEN, numbers_of, text_lines
-from benchmarks.data.coco_json import NO_TRACK, Pictures, Results, read_pictures, read_results
-from benchmarks.data.mot_text import FIRST, read_mot
-from benchmarks.data.mots_text import has_masks, read_mots
+from benchmarks.data.coco_json import NO_TRACK, Annotations, read_annotations, read_results
+from benchmarks.data.mot_text import FIRST, MotRows, read_mot
+from benchmarks.data.mots_text import MotsRows, has_masks, read_mots
 from benchmarks.data.pictures import short
 from sim.checks import check
 from trackers.regions import Rectangle, Region, Special, read_region
@@ -70,6 +69,11 @@ class SequenceFile:
     def folder(self) -> str:
         """Name of the folder of its pictures in files of annotations."""
         return self.pictures[0].partition("/")[0] if self.pictures else self.sequence
+
+    @property
+    def whole(self) -> int:
+        """Number of all pictures of its files."""
+        return self.skipped + self.frame_count + self.after
 
 
 @dataclass(frozen=True)
@@ -124,15 +128,16 @@ def format_of(path: Path) -> str:
 
 def sequences_in(path: Path, annotations: Path | None) -> list[str]:
     """Return the folders of the pictures that JSON results are of."""
-    folders, numbers = _pictures(annotations).folders, set(_results(path).image_id.tolist())
+    folders, numbers = _annotations_in(annotations).folders, set(read_results(path).image_id.tolist())
     return sorted(name for name, own in folders.items() if not numbers.isdisjoint(own.values()))
 
 
 def _read_lines(file: SequenceFile, path: Path) -> Predictions:
     lines, where = text_lines(path), short(path, 4)
-    while len(lines) > file.skipped + file.frame_count + file.after and not lines[-1].strip():
+    while len(lines) > file.whole and not lines[-1].strip():
         lines.pop()
-    begin = _begin(file, len(lines), where)
+    fits = len(lines) in (file.frame_count, file.whole)
+    check(where, fits, f"{file.whole} lines, one a frame of {file.sequence}", len(lines))
     regions = [_region(f"{where}, line {number}", line, file.format) for number, line in enumerate(lines, start=1)]
     beside = path.with_name(f"{path.stem}_confidence.value")
     confidence = np.full(len(lines), np.nan)
@@ -141,16 +146,10 @@ def _read_lines(file: SequenceFile, path: Path) -> Predictions:
         check(short(beside, 4), len(values) == len(lines), f"{len(lines)} lines, as {path.name} has", len(values))
         for k, value in enumerate(values):
             confidence[k] = _probability(f"{short(beside, 4)}, line {k + 1}", value)
+    begin = 0 if len(lines) == file.frame_count else file.skipped
     own = slice(begin, begin + file.frame_count)
     digest = _digest(file.format, *map(str, regions[own]), confidence[own].tolist())
     return Predictions(digest, regions[own], confidence[own].tolist())
-
-
-def _begin(file: SequenceFile, count: int, where: str) -> int:
-    """Return the line of the episode's first frame, of ``count`` lines."""
-    whole = file.skipped + file.frame_count + file.after
-    check(where, count in (file.frame_count, whole), f"{whole} lines, one a frame of {file.sequence}", count)
-    return 0 if count == file.frame_count else file.skipped
 
 
 def _region(where: str, line: str, name: str) -> Region:
@@ -177,46 +176,50 @@ def _probability(where: str, text: str) -> float:
 
 
 def _read_mot(file: SequenceFile, path: Path) -> Predictions:
-    rows, where = read_mot(path), short(path, 4)
-    whole = file.skipped + file.frame_count + file.after
-    tracks: dict[int, list[Track]] = defaultdict(list)
-    numbers = zip(
-        rows.frame.tolist(), rows.identity.tolist(), rows.confidence.tolist(), rows.line.tolist(), strict=True
-    )
-    for (number, identity, confidence, line), box_xyxy in zip(numbers, rows.box_xyxy, strict=True):
-        last = whole + FIRST - 1
-        check(f"{where}, line {line}", number <= last, f"a frame of {FIRST} to {last}", number)
-        good = confidence == -1 or np.isnan(confidence) or 0 <= confidence <= 1
-        check(f"{where}, line {line}", good, "a confidence from 0 to 1, or -1 for none", f"{confidence:g}")
-        known = None if confidence == -1 or np.isnan(confidence) else confidence
-        frame = number - FIRST - file.skipped
-        if 0 <= frame < file.frame_count:
-            tracks[frame].append(_track(identity, box_xyxy, known))
+    rows, tracks = read_mot(path), defaultdict[int, list[Track]](list)
+    for k, frame in _own_rows(file, path, rows, FIRST):
+        confidence = float(rows.confidence[k])
+        none = confidence == -1 or np.isnan(confidence)
+        wanted = "a confidence from 0 to 1, or -1 for none"
+        check(f"{short(path, 4)}, line {rows.line[k]}", none or 0 <= confidence <= 1, wanted, f"{confidence:g}")
+        tracks[frame].append(_track(int(rows.identity[k]), rows.box_xyxy[k], None if none else confidence))
     return Predictions(_digest("mot", rows.frame, rows.identity, rows.box_xyxy, rows.confidence), tracks=tracks)
 
 
 def _read_mots(file: SequenceFile, path: Path) -> Predictions:
-    rows, where = read_mots(path), short(path, 4)
-    whole = file.skipped + file.frame_count + file.after
-    tracks: dict[int, list[Track]] = defaultdict(list)
-    masks: dict[int, list[Mapping[str, Any]]] = defaultdict(list)
+    rows = read_mots(path)
+    boxes = rows.box_xyxy
+    tracks, masks = defaultdict[int, list[Track]](list), defaultdict[int, list[Mapping[str, Any]]](list)
     # MOTS Challenge counts its pictures from 1, KITTI from 0.
     first = max(_order(PurePosixPath(file.pictures[0]).name)[0] - file.skipped, 0) if file.pictures else 0
-    numbers = zip(rows.frame.tolist(), rows.identity.tolist(), rows.runs, rows.line.tolist(), strict=True)
-    for (number, identity, runs, line), box_xyxy in zip(numbers, rows.box_xyxy, strict=True):
-        last = first + whole - 1
-        check(f"{where}, line {line}", first <= number <= last, f"a frame of {first} to {last}", number)
+    for k, frame in _own_rows(file, path, rows, first):
+        if (boxes[k, 2:] > boxes[k, :2]).all():
+            tracks[frame].append(_track(int(rows.identity[k]), boxes[k], None))
+            masks[frame].append(rows.runs[k])
+    return Predictions(_digest("mots", rows.frame, rows.identity, rows.runs), tracks=tracks, masks=masks)
+
+
+def _own_rows(file: SequenceFile, path: Path, rows: MotRows | MotsRows, first: int) -> Iterator[tuple[int, int]]:
+    """Yield place and frame of the rows of an episode's own pictures, of which all of its files have numbers.
+
+    Args:
+        first: number of the first picture.
+
+    Raises:
+        ValueError: for the number of no picture; names file and line.
+    """
+    last = first + file.whole - 1
+    for k, number in enumerate(rows.frame.tolist()):
+        wanted = f"a frame of {first} to {last}"
+        check(f"{short(path, 4)}, line {rows.line[k]}", first <= number <= last, wanted, number)
         frame = number - first - file.skipped
-        if 0 <= frame < file.frame_count and (box_xyxy[2:] > box_xyxy[:2]).all():
-            tracks[frame].append(_track(identity, box_xyxy, None))
-            masks[frame].append(runs)
-    digest = _digest("mots", rows.frame, rows.identity, rows.runs)
-    return Predictions(digest, tracks=tracks, masks=masks)
+        if 0 <= frame < file.frame_count:
+            yield k, frame
 
 
 def _read_coco(file: SequenceFile, path: Path) -> Predictions:
-    results, pictures, where = _results(path), _pictures(file.annotations), short(path, 4)
-    own = _own_frames(file, pictures)
+    results, said, where = read_results(path), _annotations_in(file.annotations), short(path, 4)
+    own = _own_frames(file, said)
     fit = bool(own) if file.pictures else len(own) == file.frame_count
     wanted = f"{file.frame_count} pictures of {file.sequence} in its annotations"
     check(where, fit, wanted, len(own))
@@ -230,7 +233,7 @@ def _read_coco(file: SequenceFile, path: Path) -> Predictions:
         once = identity == NO_TRACK or (number, identity) not in seen
         check(at, once, "each track_id once in a picture", f"{identity} again in picture {number}")
         seen.add((number, identity))
-        kind = pictures.categories.get(int(results.category_id[k]))
+        kind = said.categories.get(int(results.category_id[k]))
         tracks[own[number]].append(_track(max(identity, 0), results.box_xyxy[k], score, kind))
     identities = results.track_id[chosen]
     parts = (results.image_id, results.category_id, results.box_xyxy, results.score, results.track_id)
@@ -249,12 +252,12 @@ def _track(identity: int, box_xyxy: np.ndarray, confidence: float | None, kind: 
     return Track(identity, Estimate(place_px, box, in_view_probability=confidence), kind, confidence=confidence)
 
 
-def _own_frames(file: SequenceFile, pictures: Pictures) -> dict[int, int]:
+def _own_frames(file: SequenceFile, said: Annotations) -> dict[int, int]:
     """Return number of a picture → frame of a sequence, of those pictures that annotations name.
 
     Frames of an episode are in the order of the numbers in the names of its pictures.
     """
-    numbers = pictures.folders.get(file.folder, {})
+    numbers = said.folders.get(file.folder, {})
     names = [PurePosixPath(each).name for each in file.pictures] or sorted(numbers, key=_order)
     return {numbers[name]: frame for frame, name in enumerate(names) if name in numbers}
 
@@ -265,27 +268,17 @@ def _order(name: str) -> tuple[int, str]:
     return int(match[0]) if match else -1, stem
 
 
-def _results(path: Path) -> Results:
-    return _results_read(path, path.stat().st_mtime_ns)
-
-
-def _pictures(annotations: Path | None) -> Pictures:
+def _annotations_in(file: Path | None) -> Annotations:
     wanted = "the file of annotations that the image_ids of JSON results are of"
-    check("annotations", annotations is not None, wanted, "none")
-    assert annotations is not None
-    check("annotations", annotations.is_file(), "a file that exists", repr(str(annotations)))
-    return _pictures_read(annotations, annotations.stat().st_mtime_ns)
-
-
-# A file is of all sequences of a tracker; a worker reads it once.
-@lru_cache(maxsize=4)
-def _results_read(path: Path, mtime_ns: int) -> Results:
-    return read_results(path)
-
-
-@lru_cache(maxsize=4)
-def _pictures_read(path: Path, mtime_ns: int) -> Pictures:
-    return read_pictures(path)
+    check("annotations", file is not None, wanted, "none")
+    assert file is not None
+    check("annotations", file.is_file(), "a file that exists", repr(str(file)))
+    said = read_annotations(file)
+    check(
+        short(file, 3), said is not None, 'annotations with "images": [{"id": 1, "file_name": "NAME/0.png"}, …]', "none"
+    )
+    assert said is not None
+    return said
 
 
 def _digest(*parts: object) -> str:
