@@ -116,15 +116,10 @@ def bench(
     ``TrackerWarning`` says so; ``outcome.failures`` of the results has every failure. Another one names a sequence or
     recording that cannot be used, of which there are no rows; the others are scored.
     """
-    paths = (real,) if isinstance(real, Path | str) else tuple(real)
+    paths = paths_of(real)
     given_seeds = isinstance(seeds, range) or (bool(paths) and seeds is None)
     check("seeds", given_seeds, "range(A, B)", repr(seeds))
-    own_modules = (modules,) if isinstance(modules, str) else tuple(modules)
-    load_modules(own_modules)
-    check("suite", isinstance(suite, str | Suite), "a name or a Suite; each suite has results of its own", repr(suite))
-    # Summaries look suites up by the name in rows: one that is not registered is refused.
-    known = registry.suite(suite if isinstance(suite, str) else suite.name)
-    wanted = known if isinstance(suite, str) else suite
+    wanted, own_modules = suite_after(modules, suite)
     if isinstance(process, Mapping):
         process = [f"{name}={command}" for name, command in process.items()]
     added = process_trackers((process,) if isinstance(process, str) else process, limit_s)
@@ -159,7 +154,7 @@ def bench(
         check("real_time", seen, "none with tracks, on which no picture is seen", real_time)
         check("keep_estimates", not kept, "none with tracks, on which no frame is judged", keep_estimates)
         Experiment(wanted, [], {}, **how)  # A number out of range is refused before anything is read.
-        episodes, outcome.unusable = real_episodes(wanted, [Path(each) for each in paths], layout, target, rate_hz)
+        episodes, outcome.unusable = real_episodes(wanted, paths, layout, target, rate_hz)
         chosen = _trackers_on_real(wanted, names["trackers"], added, quick=quick)
         experiments = [Experiment(wanted, episodes, chosen, **how)]
         name = f"{wanted.name}-real"
@@ -172,6 +167,25 @@ def bench(
     folder = Path(out or Path("results") / (name if real_time is None else f"{name}-{real_time:g}hz"))
     silence = wanted.silence_in(REAL if paths else "")
     return run_all(experiments, folder, outcome, silence, progress)
+
+
+def paths_of(given: Path | str | Sequence[Path | str]) -> list[Path]:
+    """Return one path or several."""
+    return [Path(each) for each in ((given,) if isinstance(given, Path | str) else given)]
+
+
+def suite_after(modules: str | Sequence[str], suite: str | Suite) -> tuple[Suite, tuple[str, ...]]:
+    """Import modules, which may register a suite or add to one; return the suite, and their names.
+
+    Raises:
+        ValueError: for a module that cannot be imported, an unknown name, and what is no suite.
+    """
+    own_modules = (modules,) if isinstance(modules, str) else tuple(modules)
+    load_modules(own_modules)
+    check("suite", isinstance(suite, str | Suite), "a name or a Suite; each suite has results of its own", repr(suite))
+    # Summaries look suites up by the name in rows: one that is not registered is refused.
+    known = registry.suite(suite if isinstance(suite, str) else suite.name)
+    return known if isinstance(suite, str) else suite, own_modules
 
 
 def run_all(

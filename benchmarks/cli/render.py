@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import tyro
 
 from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, RATE, Processes, WithModules
+from benchmarks.cli.bench_function import refuse
 from benchmarks.contract.judging import check_no_layout
 from benchmarks.contract.suite import DEFAULT, suite
 from benchmarks.contract.tracker_spec import TrackerSpec
@@ -75,7 +76,7 @@ class Render(WithModules):
 
     def run(self) -> int:
         """Write it; return the exit status."""
-        job, name = self._real_job() if self.real is not None else self._simulated_job()
+        job, name = self._simulated_job() if self.real is None else self._real_job(self.real)
         out = self.out or Path("results") / f"{name}.mp4"
         with progress_bar(f"{name}, frames") as progress:
             failures = render_episode(job, out, frames=self.frames, scale=self.scale, progress=progress)
@@ -90,19 +91,15 @@ class Render(WithModules):
         name = self.tracker or next(iter(added), None)
         return {} if name is None else {name: added.get(name) or tracker_named(name)}
 
-    def _real_job(self) -> tuple[Job, str]:
+    def _real_job(self, real: Path) -> tuple[Job, str]:
         from benchmarks.data.real import real_episodes  # It imports the readers of all layouts.
 
-        assert self.real is not None
-        none = self.controller is None and self.link is None
-        check(
-            "controller",
-            none,
-            "none for a real sequence, whose camera nobody steers",
-            repr(self.controller or self.link),
-        )
+        refuse("none for a real sequence, whose camera nobody steers", controller=self.controller, link=self.link)
+        others = {name: getattr(self, name) for name in ("scenario", "preset", "seed", "renderer")}
+        named = {name: value for name, value in others.items() if value != getattr(Render, name)}
+        refuse("none for a real sequence, which is no episode", **named)
         judging = suite(DEFAULT)
-        episodes, unusable = real_episodes(judging, [self.real], self.layout, self.target, self.rate_hz)
+        episodes, unusable = real_episodes(judging, [real], self.layout, self.target, self.rate_hz)
         for line in unusable:
             print(f"note: {line}", file=sys.stderr)
         names = [each.sequence for each in episodes]
@@ -118,16 +115,14 @@ class Render(WithModules):
         scenario = catalog.scenario(self.scenario)
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
         preset = self.preset or ("standard" if "standard" in scenario.presets else next(iter(scenario.presets)))
-        return self._job(scenario.id, preset), f"{scenario.id}-{preset}-{self.seed}"
-
-    def _job(self, scenario: str, preset: str) -> Job:
-        if self.link is not None and self.controller is None:
-            raise ValueError(f"controller: expected a name, whose commands take the link {self.link!r}; got none")
+        steered = self.link is None or self.controller is not None
+        check("controller", steered, f"a name, whose commands take the link {self.link!r}", "none")
         trackers = self._trackers
         if self.controller is None:
-            shown, link = suite_watching(scenario, *trackers), None
+            shown, link = suite_watching(scenario.id, *trackers), None
         else:
-            shown = suite_shown(scenario, preset, self.link)
+            shown = suite_shown(scenario.id, preset, self.link)
             link = (self.link or "prompt") if shown.judges_controllers else None
         how: Any = {"controller": self.controller, "link": link, "renderer": self.renderer}
-        return job_on(shown, scenario, preset, self.seed, trackers, repeats=1, **how)
+        job = job_on(shown, scenario.id, preset, self.seed, trackers, repeats=1, **how)
+        return job, f"{scenario.id}-{preset}-{self.seed}"

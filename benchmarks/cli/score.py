@@ -17,7 +17,6 @@ from benchmarks.cli.score_function import score
 from benchmarks.contract.suite import DEFAULT, check_metrics, suite
 from benchmarks.run.outcome import TrackerWarning
 from benchmarks.show.progress import progress_bar
-from sim.checks import check
 
 
 @dataclass(frozen=True)
@@ -77,7 +76,6 @@ class Score(WithModules):
 
     def run(self) -> int:
         """Run it; return the exit status."""
-        check("predictions", bool(self.predictions), "a folder or several", "none")
         check_metrics(self.metric, [self.suite])
         given = {name: value for name, value in vars(self).items() if name in inspect.signature(score).parameters}
         with warnings.catch_warnings(), trackers_print_to_stderr():

@@ -6,7 +6,7 @@ Tests hold the results to recorded ones of TrackEval, which is not installed: it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Any, NamedTuple
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from benchmarks.contract.judging import Score
 from benchmarks.contract.metric import Mean, Metric, Quantity
 from benchmarks.statistics.pooling import f_of
 
@@ -157,6 +158,21 @@ def clear_counts(frames: Sequence[Pairing]) -> ClearCounts:
         found += len(targets)
     all_targets, all_tracks = _frames(frames)
     return ClearCounts(found, all_targets - found, all_tracks - found, switches)
+
+
+def track_scores(frames: Sequence[Pairing], clear: ClearCounts, ending: str = "") -> Iterator[Score]:
+    """Yield the scores of whole tracks of ``numbered`` frames and their CLEAR counts; ``ending`` is added to the names.
+
+    ``hota``, ``mota``, ``identity_switches`` of CLEAR in an episode, and the frames of ``idf1``:
+    ``identity_right_frames``, ``identity_false_frames``, ``identity_missed_frames``.
+    """
+    identities = identity_counts(frames)
+    yield Score(f"hota{ending}", hota(frames))
+    yield Score(f"identity_right_frames{ending}", float(identities.right))
+    yield Score(f"identity_false_frames{ending}", float(identities.false))
+    yield Score(f"identity_missed_frames{ending}", float(identities.missed))
+    yield Score(f"mota{ending}", clear.mota, float(max(clear.found + clear.missed, 1)))
+    yield Score(f"identity_switches{ending}", float(clear.switches))
 
 
 def _shape(frames: Sequence[Pairing]) -> tuple[int, int]:

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,7 +29,6 @@ from benchmarks.show.palette import LineStyles, line_styles
 from benchmarks.show.pictures import (
     Reopen,
     keep_event_picture,
-    keep_sequence_picture,
     name_of,
     read_pictures,
     remove_picture,
@@ -238,14 +237,12 @@ def _draw_pictures(directory: Path, results: Sequence[_Results], reopen: Reopen,
         showing = showing_of(each.suite)
         event = showing.sequence_picture if each.is_real else showing.event_picture
         # What runs again: no tracker that ended its process, and none that ran elsewhere.
-        elsewhere = {name for name, rows in each.rows.items() if "predicted" in rows[0]}
-        gone = deadly | elsewhere
+        gone = deadly | {name for name, rows in each.rows.items() if "predicted" in rows[0]}
         alive = [entry for entry in each.summary if gone.isdisjoint((entry["tracker"], entry.get("controller")))]
         if event is not None and alive:
-            keep = partial(keep_sequence_picture, reopen=reopen) if each.is_real else keep_event_picture
-            shown = worth_showing(each.suite, alive)
+            what = (directory, each.condition, each.rows, worth_showing(each.suite, alive), event)
             with progress(f"picture of {name_of(each.condition)}, frames") as report:
-                keep(directory, each.condition, each.rows, shown, event, report or (lambda done, of: None))
+                keep_event_picture(*what, report or (lambda done, of: None), reopen if each.is_real else None)
         elif event is not None:
             remove_picture(directory, name_of(each.condition))
 

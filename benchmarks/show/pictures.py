@@ -70,49 +70,33 @@ def keep_event_picture(
     shown: Sequence[str],
     picture: EventPicture,
     progress: Progress = lambda done, of: None,
+    reopen: Reopen | None = None,
 ) -> None:
     """Write the picture of an event, unless it exists; remove it where it is out of date.
 
-    No picture is written without an event, nor for rows of other editions, whose runs cannot be repeated.
+    No picture is written without an event, nor for rows of other editions, whose runs cannot be repeated, nor of a real
+    sequence that is gone. Earlier pictures of a real sequence stand around those that are shown.
 
     Args:
         trackers: rows by tracker. shown: the trackers in the picture, a line for each.
         progress: called with the number of frames that have been run for the picture, and of all.
+        reopen: of real sequences, each of which has editions of its own; None for simulated episodes.
     """
     name, event = name_of(condition), picture.find(trackers[shown[0]])
-    first = [trackers[tracker][0] for tracker in shown]
-    if _is_kept(directory, name, key := _key(event, shown, first)):
+    seed = None if event is None else event.seed
+    own = ([row for row in trackers[each] if reopen is None or row["seed"] == seed] for each in shown)
+    first = [rows[0] for rows in own if rows]
+    key = _key(event, shown, first)
+    if _is_kept(directory, name, key):
         return
     remove_picture(directory, name)
-    if event is not None and all(map(is_of_present_editions, first)):
-        sheet = _sheet(_jobs(first, event.seed), event, picture, progress)
-        write_picture(directory, name, sheet, condition, event.title, f"Seed {event.seed}: {event.caption}", key)
-
-
-def keep_sequence_picture(
-    directory: Path,
-    condition: Condition,
-    trackers: Mapping[str, Sequence[Row]],
-    shown: Sequence[str],
-    picture: EventPicture,
-    progress: Progress = lambda done, of: None,
-    *,
-    reopen: Reopen,
-) -> None:
-    """Write the picture of an event of a real sequence, see ``keep_event_picture``; none of one that has changed or is
-    gone. Earlier pictures stand around those that are shown.
-    """
-    name, event = name_of(condition), picture.find(trackers[shown[0]])
-    first = [row for tracker in shown for row in trackers[tracker] if event is not None and row["seed"] == event.seed]
-    first = list({row["tracker"]: row for row in reversed(first)}.values())[::-1]
-    if _is_kept(directory, name, key := _key(event, shown, first)):
+    episode = reopen(first[0], event.seed) if reopen is not None and event is not None else None
+    if event is None or (reopen is not None and episode is None):
         return
-    remove_picture(directory, name)
-    episode = None if event is None else reopen(first[0], event.seed)
-    if event is not None and episode is not None and all(is_of_present_editions(row, episode) for row in first):
+    if all(is_of_present_editions(row, episode) for row in first):
         sheet = _sheet(_jobs(first, event.seed, episode), event, picture, progress)
-        caption = f"Sequence {episode.sequence}: {event.caption}"
-        write_picture(directory, name, sheet, condition, event.title, caption, key)
+        which = f"Seed {event.seed}" if episode is None else f"Sequence {episode.sequence}"
+        write_picture(directory, name, sheet, condition, event.title, f"{which}: {event.caption}", key)
 
 
 def _sheet(jobs: Sequence[Job], event: ShownEvent, picture: EventPicture, progress: Progress) -> NDArray[np.uint8]:

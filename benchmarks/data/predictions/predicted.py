@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from benchmarks.contract.rows import Row
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
 from benchmarks.data.predictions.formats import SequenceFile, read_predictions
-from benchmarks.judges.frame_out.metrics.localisation import box_iou
+from benchmarks.judges.boxes import box_iou
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode
 from sim.checks import check

@@ -17,7 +17,7 @@ from benchmarks.judges.fish.gaps import FishGap, find_gaps
 from benchmarks.judges.fish.links import answered, bearers, identity_series, judge_links, link_events, link_scores
 from benchmarks.judges.fish.measured import Measurement, body_length_px
 from benchmarks.judges.fish.motion import motion_scores
-from benchmarks.judges.identities import Pairing, clear_counts, hota, identity_counts, numbered, pairing
+from benchmarks.judges.identities import Pairing, clear_counts, numbered, pairing, track_scores
 from scenarios.fish_tank.truth import FishTruth
 from scenarios.scenario import Episode, Frame, Scenario
 from trackers.types import CameraCommand, Track
@@ -140,18 +140,11 @@ class FishSheet:
 def chain_scores(frames: Sequence[Pairing], ending: str = "") -> Iterator[Score]:
     """Yield the scores of whole tracks; ``ending`` is added to their names.
 
-    ``hota``, ``mota`` and the frames of ``idf1``: ``identity_right_frames``, ``identity_false_frames`` and
-    ``identity_missed_frames``, see ``benchmarks.judges.identities``, a similarity of 0 at the distance of a body's
-    length. ``identity_switches``: CLEAR's, of an episode. ``missed_rate``, ``false_rate``: frames of fish without a
-    track, and of tracks on no fish, of all frames of fish.
+    See ``track_scores``, with a similarity of 0 at the distance of a body's length. ``missed_rate``, ``false_rate``:
+    frames of fish without a track, and of tracks on no fish, of all frames of fish.
     """
-    identities, clear = identity_counts(frames), clear_counts(frames)
+    clear = clear_counts(frames)
+    yield from track_scores(frames, clear, ending)
     there = float(max(clear.found + clear.missed, 1))
-    yield Score(f"hota{ending}", hota(frames))
-    yield Score(f"identity_right_frames{ending}", float(identities.right))
-    yield Score(f"identity_false_frames{ending}", float(identities.false))
-    yield Score(f"identity_missed_frames{ending}", float(identities.missed))
-    yield Score(f"mota{ending}", clear.mota, there)
-    yield Score(f"identity_switches{ending}", float(clear.switches))
     yield Score(f"missed_rate{ending}", clear.missed / there, there)
     yield Score(f"false_rate{ending}", clear.false / there, there)

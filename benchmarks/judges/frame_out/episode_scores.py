@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score
 from benchmarks.judges import in_view, recovery
+from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.frame_out.metrics import localisation, posterior
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut, find_frame_outs
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
@@ -126,7 +127,7 @@ def in_view_scores(
     confidence = estimate.confidence(truth.size_px)
     failed = in_view.failed_frames(len(present), failed_at_frame)
     yield from in_view.oxuva_scores(present, absent, confidence >= 0.5, on_target, failed)
-    iou = localisation.box_iou(estimate.box_xyxy, truth.box_xyxy[:, truth.target])
+    iou = box_iou(estimate.box_xyxy, truth.box_xyxy[:, truth.target])
     visible = np.isin(truth.state, ("in", "partial"))
     if visible.any():
         # A position outside the picture predicts no box in it, and where nothing is known no box is right or wrong.

@@ -23,6 +23,7 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.contract.judging import OnSequences, Score
+from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.frame_out.episode_scores import (
     in_view_scores,
     precision_plot,
@@ -32,7 +33,7 @@ from benchmarks.judges.frame_out.episode_scores import (
 )
 from benchmarks.judges.frame_out.judge import FrameOutJudge
 from benchmarks.judges.frame_out.metrics.frame_outs import find_frame_outs
-from benchmarks.judges.frame_out.metrics.localisation import ON_CAR_IOU, box_iou
+from benchmarks.judges.frame_out.metrics.localisation import ON_CAR_IOU
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
 from scenarios.scenario import Episode
 

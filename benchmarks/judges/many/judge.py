@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from benchmarks.contract.judging import Ending, Score
-from benchmarks.judges.identities import THRESHOLD, Pairing, clear_counts, hota, identity_counts, numbered
+from benchmarks.judges.boxes import box_iou
+from benchmarks.judges.identities import THRESHOLD, Pairing, clear_counts, numbered, track_scores
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.truth import Truth
 from trackers.types import CameraCommand, Track
@@ -60,7 +61,8 @@ class ManySheet:
             paired(*objects, [each for each in tracks if _decided(each, ending.decides_at)])
             for objects, tracks in zip(self._truths, final, strict=True)
         ]
-        yield from box_scores(numbered(frames))
+        named = numbered(frames)
+        yield from track_scores(named, clear_counts(named))
 
 
 def objects_of(
@@ -87,36 +89,14 @@ def paired(
         each for each in tracks if each.estimate.box_xyxy is not None and np.isfinite(each.estimate.box_xyxy).all()
     ]
     identities = np.array([each.identity for each in boxed], np.int64)
-    similarity = overlaps(box_xyxy, np.array([each.estimate.box_xyxy for each in boxed], float).reshape(-1, 4))
+    answered_xyxy = np.array([each.estimate.box_xyxy for each in boxed], float).reshape(-1, 4)
+    similarity = box_iou(box_xyxy[:, None], answered_xyxy)
     kept = np.ones(len(boxed), bool)
     if is_distractor.any():
         close = np.where(similarity < THRESHOLD - _EPSILON, 0.0, similarity)
         rows, columns = linear_sum_assignment(-close)
         kept[columns[(close[rows, columns] > _EPSILON) & is_distractor[rows]]] = False
     return Pairing(index[is_target], identities[kept], similarity[is_target][:, kept])
-
-
-def overlaps(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the intersection over union (N, M) of boxes (N, 4) and (M, 4); 0 for those without area."""
-    low = np.maximum(first[:, None, :2], second[None, :, :2])
-    high = np.minimum(first[:, None, 2:], second[None, :, 2:])
-    shared = np.prod(np.maximum(high - low, 0.0), axis=2)
-    areas = [np.prod(boxes[:, 2:] - boxes[:, :2], axis=1) for boxes in (first, second)]
-    union = areas[0][:, None] + areas[1][None] - shared
-    return np.divide(shared, union, out=np.zeros_like(shared), where=union > _EPSILON)
-
-
-def box_scores(frames: Sequence[Pairing]) -> Iterator[Score]:
-    """Yield the scores of whole tracks, see ``benchmarks.judges.identities``: ``hota``, ``mota``, ``identity_switches``
-    and the frames of ``idf1``.
-    """
-    identities, clear = identity_counts(frames), clear_counts(frames)
-    yield Score("hota", hota(frames))
-    yield Score("identity_right_frames", float(identities.right))
-    yield Score("identity_false_frames", float(identities.false))
-    yield Score("identity_missed_frames", float(identities.missed))
-    yield Score("mota", clear.mota, float(max(clear.found + clear.missed, 1)))
-    yield Score("identity_switches", float(clear.switches))
 
 
 def _decided(track: Track, least: float) -> bool:

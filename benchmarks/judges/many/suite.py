@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from benchmarks.contract.judging import OnSequences
 from benchmarks.contract.suite import Scene, Suite, register_suite
-from benchmarks.judges.identities import identity_metrics
-from benchmarks.judges.many.judge import ManyJudge, box_scores
+from benchmarks.judges.identities import identity_metrics, track_scores
+from benchmarks.judges.many.judge import ManyJudge
 from benchmarks.judges.tracker_speed import SPEED
 
 _HEADLINE = ("hota", "idf1", "mota", "identity_switches", "frames_per_s")
@@ -25,7 +25,7 @@ MANY = Suite(
     quick_preset="quick",
     judge=ManyJudge,
     metrics=(
-        *identity_metrics("no overlap", "an overlap (IoU) of a half", _SEEN, box_scores),
+        *identity_metrics("no overlap", "an overlap (IoU) of a half", _SEEN, track_scores),
         *SPEED,
     ),
     headline=_HEADLINE,

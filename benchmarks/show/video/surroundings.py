@@ -127,19 +127,19 @@ class Mosaic:
         self._kept: NDArray[np.uint8] | None = None
         self._motion = np.eye(3)
 
-    def with_picture(self, image_rgb: NDArray[np.uint8], motion: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """Return the view (H, W, 3) with the next picture in its middle; ``motion``: from the picture before."""
+    def with_picture(
+        self, image_rgb: NDArray[np.uint8], motion: NDArray[np.float64], *, is_wanted: bool = True
+    ) -> NDArray[np.uint8] | None:
+        """Return the view (H, W, 3) with the next picture in its middle; it may be None where it is not wanted.
+
+        ``motion``: (3, 3) from the picture before.
+        """
         self._motion = motion @ self._motion
-        view = self._view(image_rgb)
-        if self._has_moved(image_rgb):
+        has_moved = self._has_moved(image_rgb)
+        view = self._view(image_rgb) if is_wanted or has_moved else None
+        if has_moved:
             self._kept, self._motion = view, np.eye(3)
         return view
-
-    def pass_by(self, image_rgb: NDArray[np.uint8], motion: NDArray[np.float64]) -> None:
-        """Take in the next picture, as ``with_picture`` does, where its view is not wanted."""
-        self._motion = motion @ self._motion
-        if self._has_moved(image_rgb):
-            self._kept, self._motion = self._view(image_rgb), np.eye(3)
 
     def _view(self, image_rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
         if self._kept is None or not np.isfinite(self._motion_px(image_rgb)):
@@ -196,10 +196,8 @@ def surrounded_all(
         is_wanted = wanted is None or frame.truth.frame in wanted
         if scale is not None:
             mosaic = mosaic or Mosaic(image_rgb, scale)
-            if is_wanted:
-                view, zoom = mosaic.with_picture(image_rgb, moved), mosaic.zoom
-                shown = [replace(one, larger_view_rgb=view, zoom=zoom) for one in shown]
-            else:
-                mosaic.pass_by(image_rgb, moved)
+            view = mosaic.with_picture(image_rgb, moved, is_wanted=is_wanted)
+            if view is not None:
+                shown = [replace(one, larger_view_rgb=view, zoom=mosaic.zoom) for one in shown]
         if is_wanted:
             yield shown

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.cli import render
 from benchmarks.cli.main import main
+from benchmarks.run.jobs import Job
 from benchmarks.show.video import marks
 from benchmarks.show.video.episode_video import HEIGHT_PX as CAPTION_PX
 from tests.benchmarks.data.written_sequences import AWAY, FRAMES, HEIGHT_PX, WIDTH_PX, true_boxes, write_otb
@@ -68,6 +70,18 @@ def test_of_several_sequences_one_is_named(red_box: Path, capsys: pytest.Capture
     assert capsys.readouterr().out == "results/RedBox.mp4\n"
 
 
+@pytest.mark.parametrize("place", [["--real", "set/RedBox"], ["--preset", "quick"]])
+def test_a_tracker_s_own_process_is_drawn_without_being_named_twice(
+    red_box: Path, place: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs: list[Job] = []
+    monkeypatch.setattr(render, "render_episode", lambda job, out, **how: jobs.append(job) or [])
+    assert main(["render", *place, "--process", "mine=true"]) == 0
+    assert list(jobs[0].trackers) == ["mine"]
+    assert main(["render", *place, "--process", "mine=true", "--tracker", "hold"]) == 0
+    assert list(jobs[1].trackers) == ["hold"]
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
@@ -75,6 +89,12 @@ def test_of_several_sequences_one_is_named(red_box: Path, capsys: pytest.Capture
         (["--sequence", "RedBox"], "sequence: expected none without --real, got 'RedBox'"),
         (["--layout", "otb"], "layout: expected none but with --real"),
         (["--real", "set/RedBox", "--controller", "centre"], "controller: expected none for a real sequence"),
+        (["--real", "set/RedBox", "--link", "delayed"], "link: expected none for a real sequence"),
+        (
+            ["--real", "set/RedBox", "--seed", "4"],
+            "seed: expected none for a real sequence, .*, got 4",
+        ),
+        (["harbour", "--real", "set/RedBox"], "scenario: expected none for a real sequence, .*, got 'harbour'"),
         (["--real", "set/RedBox", "--tracker", "nix"], "tracker: expected one of"),
     ],
 )

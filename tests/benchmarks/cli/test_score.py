@@ -26,9 +26,9 @@ from benchmarks.data.exports.exporter import export
 from benchmarks.data.mot_text import read_mot
 from benchmarks.data.predictions.writing import write_predictions
 from benchmarks.data.sets.data_set import DataSet
+from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.judges.identities import Pairing, clear_counts, hota, identity_counts, numbered
-from benchmarks.judges.many.judge import overlaps
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.experiment import Experiment, run
 from benchmarks.run.selection import experiment_on
@@ -393,6 +393,19 @@ def test_wrong_arguments_are_named(
     assert re.search(message, capsys.readouterr().err)
 
 
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"predictions": []}, "predictions: expected a folder or several, got none"),
+        ({"seeds": 3}, r"seeds: expected range\(A, B\), or None, got 3"),
+        ({"suite": ["frame-out"]}, "suite: expected a name or a Suite"),
+    ],
+)
+def test_wrong_arguments_from_python_are_named(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        score(**{"predictions": "."} | given)
+
+
 def test_files_for_one_target_are_refused_in_a_suite_of_many(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "fish-tank-v1-few-000000.txt").write_text("1\n" * 40)
@@ -526,7 +539,7 @@ def test_trackeval_scores_written_rows_as_the_identity_metrics_do(tmp_path: Path
                 Pairing(
                     truth.identity[truth.frame == k],
                     found.identity[found.frame == k],
-                    overlaps(truth.box_xyxy[truth.frame == k], found.box_xyxy[found.frame == k]),
+                    box_iou(truth.box_xyxy[truth.frame == k][:, None], found.box_xyxy[found.frame == k]),
                 )
                 for k in range(1, 41)
             ]

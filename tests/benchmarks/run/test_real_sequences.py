@@ -26,7 +26,7 @@ from benchmarks.data.estimates.rejudging import rejudge
 from benchmarks.data.exports.exporter import export
 from benchmarks.data.layouts.collection import read_collections
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.judges.frame_out.metrics import localisation
+from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.outcome import TrackerWarning
 from tests.benchmarks.data.exports.painted_scene import FRAMES as PAINTED_FRAMES
@@ -493,7 +493,7 @@ def directly(score: Callable[[NDArray[np.float64], NDArray[np.bool_]], Any]) -> 
     shown = np.array([truth.visible_fraction[1] > 0 for truth in truths()])
     true_box = np.array([truth.box_xyxy[1] for truth in truths()])
     box = np.array([runner_box(true_box[0], k) if k else true_box[0] for k in range(PAINTED_FRAMES)])
-    return score(localisation.box_iou(box, true_box), shown)
+    return score(box_iou(box, true_box), shown)
 
 
 def success_auc(iou: NDArray[np.float64], shown: NDArray[np.bool_]) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
 
 ON_CAR_IOU = 0.5
@@ -16,20 +17,6 @@ CENTRE_ERRORS_PX = np.arange(51.0)
 """Centre errors at which precision is drawn."""
 THRESHOLDS = np.linspace(0.0, 1.0, 21)
 """Overlaps at which success is counted."""
-
-
-def box_iou(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the intersection over union of boxes (..., 4), which broadcast: area(A n B) / area(A u B), in [0, 1].
-
-    0 where either box has no area or holds NaN.
-    """
-    low = np.maximum(first_xyxy[..., :2], second_xyxy[..., :2])
-    high = np.minimum(first_xyxy[..., 2:], second_xyxy[..., 2:])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        shared = np.prod(np.clip(high - low, 0.0, None), axis=-1)
-        areas = [np.prod(np.clip(box[..., 2:] - box[..., :2], 0.0, None), axis=-1) for box in (first_xyxy, second_xyxy)]
-        iou = shared / (areas[0] + areas[1] - shared)
-    return np.where((areas[0] > 0) & (areas[1] > 0), np.nan_to_num(iou, nan=0.0), 0.0)
 
 
 def on_object(truth: TruthSeries, estimate: EstimateSeries) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from benchmarks.data.footage.detection import first_moving
 from benchmarks.data.footage.sources import Picture
-from benchmarks.judges.frame_out.metrics.localisation import box_iou
+from benchmarks.judges.boxes import box_iou
 from tests.benchmarks.data.footage.written_footage import SIDE_PX, picture_of
 
 

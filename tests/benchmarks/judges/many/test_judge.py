@@ -11,27 +11,11 @@ import numpy as np
 import pandas as pd
 import pytest
 import trackeval
-from hypothesis import given, settings
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
-from shapely.geometry import box as rectangle
 
 from benchmarks import bench, score
 from benchmarks.data.tracked import read_tracked
-from benchmarks.judges.many.judge import overlaps
 
 NAME, FRAMES = "MOT17-99-FRCNN", 30
-_BOX = arrays(float, (4,), elements=st.floats(0, 50))
-
-
-@settings(max_examples=50, deadline=None)
-@given(first=_BOX, second=_BOX)
-def test_overlaps_are_those_of_rectangles(first: np.ndarray, second: np.ndarray) -> None:
-    boxes = [np.concatenate([np.minimum(b[:2], b[2:]), np.maximum(b[:2], b[2:])]) for b in (first, second)]
-    shapes = [rectangle(*each) for each in boxes]
-    union = shapes[0].union(shapes[1]).area
-    expected = shapes[0].intersection(shapes[1]).area / union if union > 1e-9 else 0.0
-    assert overlaps(boxes[0][None], boxes[1][None])[0, 0] == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.fixture(scope="module")

@@ -134,7 +134,7 @@ def test_the_event_to_look_at_is_found_by_a_rule(rows, found):
 
 def test_the_picture_is_made_once_for_the_rows_that_this_code_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     drawn = []
-    monkeypatch.setattr(pictures, "is_of_present_editions", lambda row: row["editions"] == "now")
+    monkeypatch.setattr(pictures, "is_of_present_editions", lambda row, episode: row["editions"] == "now")
     cell = ("words", np.zeros((24, 64, 3), np.uint8))
     monkeypatch.setattr(pictures, "drawn_cells", lambda *about, **how: drawn.append(about) or [[cell]])
     assert SHOWING.event_picture is not None
