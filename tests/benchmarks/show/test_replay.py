@@ -125,7 +125,7 @@ def test_a_failed_one_is_shown_silent_and_reported(tmp_path: Path, capsys: pytes
     ("words", "message"),
     [
         (["--controller", "centre"], "tracker: expected a name, as 'centre' steers by one, got none"),
-        (["--link", "noisy"], "controller: expected a name, whose commands take the link 'noisy'; got none"),
+        (["--link", "noisy"], "controller: expected a name, whose commands take the link 'noisy', got none"),
         (
             ["--controller", "centre", "--tracker", TRACKER, "--link", "nix"],
             "link: expected one of prompt, delayed, noisy, got 'nix'",
