@@ -8,6 +8,7 @@ from __future__ import annotations
 from benchmarks.contract.judging import OnSequences
 from benchmarks.contract.suite import Scene, Suite, register_suite
 from benchmarks.judges.identities import identity_metrics, track_scores
+from benchmarks.judges.many.first_boxes import FIRST_BOXES
 from benchmarks.judges.many.judge import ManyJudge
 from benchmarks.judges.tracker_speed import SPEED
 
@@ -18,8 +19,12 @@ MANY = Suite(
     name="many",
     summary="many targets: is each followed under one identity, by its box, as MOT Challenge scores it?",
     scenes=(
-        Scene("fish-tank", "fish", ("shoal_chain", "sort", "sort_appearance", "bytetrack")),
-        Scene("harbour", "harbour", ("harbour_watch", "eigen_swarm", "harbour_mog2")),
+        Scene("fish-tank", "fish", ("shoal_chain", "sort", "sort_appearance", "bytetrack", "first_boxes")),
+        Scene(
+            "harbour",
+            "harbour",
+            ("harbour_watch", "eigen_swarm", "harbour_mog2", "harbour_posts", "first_boxes"),
+        ),
     ),
     preset="standard",
     quick_preset="quick",
@@ -31,6 +36,7 @@ MANY = Suite(
     headline=_HEADLINE,
     compared=_COMPARED,
     tuned_for={"hota": 1.0, "idf1": 1.0},
+    references=(FIRST_BOXES,),
     silence="no track",
     controller=None,
     follows_many=True,
