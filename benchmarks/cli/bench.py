@@ -214,9 +214,9 @@ def print_results(
     """
     out, outcome = results.directory, results.outcome
     # The folder may hold rows of other suites.
-    summary = [entry for entry in outcome.summary if entry["suite"] == wanted.name]
+    summary, rows = [entry for entry in outcome.summary if entry["suite"] == wanted.name], read_rows(out)
     if not as_json:
-        print_leaderboard(summary, metric, rows=read_rows(out))
+        print_leaderboard(summary, metric, rows=rows)
     report = out / REPORT_FILE_NAME
     if is_current(out, metric):
         print("nothing new: the report stays as it is", file=sys.stderr)
@@ -230,8 +230,7 @@ def print_results(
         document = {"summary": summary, "failures": list(map(asdict, outcome.failures)), "report": str(report)}
         print(json.dumps(document, indent=1))
     else:
-        rows = read_rows(out)
-        lines = sequences_in_words(rows) if real and wanted.on_sequences is not None else []
+        lines = sequences_in_words(wanted, rows) if real else []
         agreement = rank_agreement(wanted, rows, beside) if beside else []
         print(*lines, *agreement, printable(f"rows: {out / 'records.jsonl'}\nreport: {report}"), sep="\n")
     for line in outcome.problems_in_words(wanted.silence_in(REAL if real else "")):

@@ -26,6 +26,7 @@ from benchmarks.run.jobs import Job
 from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.result_folder import check_file
 from benchmarks.run.selection import Registered, tracker_named
+from benchmarks.run.time_limit import check_limit
 from benchmarks.show.progress import progress_bar
 from sim.checks import check
 
@@ -82,7 +83,7 @@ class Track(WithModules):
         """Track; return the exit status."""
         check("scale", 1 <= self.scale <= _LARGEST_SCALE, f"a number from 1 to {_LARGEST_SCALE:g}", f"{self.scale:g}")
         check("frames", self.frames is None or self.frames >= 1, "a whole number >= 1", self.frames)
-        check("limit_s", 0 < self.limit_s < float("inf"), "a number of seconds > 0", f"{self.limit_s:g}")
+        check_limit(self.limit_s)
         tracker = self._tracker()
         many = not self._ways()
         check("box", not many or _follows_many(tracker), f"{_WAYS}, as {tracker.name} follows one target", "none")

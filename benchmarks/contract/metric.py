@@ -255,11 +255,13 @@ class Metric:
         wanted = f"value of metric {self.name}: expected a number from {own.low:g} to {own.high:g}, or NaN"
         try:
             value = self.value(*episode)
+            number = np.asarray(value)
         except Exception as error:
             raise BrokenMetric(f"{wanted}, got {type(error).__name__}: {error}") from error
-        if np.ndim(value) or not (np.isnan(value) or own.low <= value <= own.high):
+        is_number = number.ndim == 0 and number.dtype.kind in "biuf"
+        if not (is_number and (np.isnan(number) or own.low <= number <= own.high)):
             raise BrokenMetric(f"{wanted}, got {value!r}")
-        return float(value)
+        return float(number)
 
     @property
     def definitions(self) -> tuple[Any, ...]:

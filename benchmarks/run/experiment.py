@@ -21,6 +21,7 @@ from benchmarks.run.jobs import Job, Keeper, key_of, run_count
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.process_trackers import ProcessTracker
 from benchmarks.run.result_folder import alone_in, append_block, make_folder, tidy, up_to_date
+from benchmarks.run.time_limit import check_limit
 from benchmarks.run.workers import end_workers, results
 from benchmarks.statistics.summary import write_summary
 from sim.checks import check
@@ -54,8 +55,7 @@ class Experiment:
 
     def __post_init__(self) -> None:
         check("workers", self.workers >= 0, "a whole number >= 0", self.workers)
-        good = isinstance(self.limit_s, int | float) and self.limit_s > 0
-        check("limit_s", good, "a number of seconds > 0", repr(self.limit_s))
+        check_limit(self.limit_s)
         good = self.repeats is None or (isinstance(self.repeats, int) and self.repeats > 0)
         check("repeats", good, "a whole number > 0", repr(self.repeats))
         alone = self.repeats in (None, 1) or all(each.steering is None for each in self.episodes)

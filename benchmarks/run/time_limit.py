@@ -17,14 +17,17 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from types import FrameType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from numba.core import event
+
+from sim.checks import check
 
 _CLOCKS = (signal.ITIMER_PROF, signal.ITIMER_REAL, signal.ITIMER_VIRTUAL)
 """Alarm clocks of CPU time, wall time and CPU time outside of the system."""
 WALL = 10.0
 """Limit of wall time over that of CPU time: for what sleeps or waits for ever, not for what waits for a busy core."""
+_LONGEST_S = 1_000_000
 _DEAF = 3
 """Limits after which work that has not ended is ended with its process."""
 _SCHEDULED = Path("/proc/thread-self/schedstat")
@@ -82,6 +85,12 @@ class Stopwatch(event.Listener):
             self._compiled = Taken(*(sum_s + now - began for sum_s, now, began in parts))
             for clock, (left_s, every_s) in zip(self.clocks, self._left_s, strict=True):
                 signal.setitimer(clock, left_s, every_s)
+
+
+def check_limit(limit_s: Any) -> None:
+    """Raise ValueError for what is no limit of CPU time: longer ones no alarm clock takes."""
+    good = isinstance(limit_s, int | float) and 0 < limit_s <= _LONGEST_S
+    check("limit_s", good, f"a number of seconds > 0, at most {_LONGEST_S:,}", repr(limit_s))
 
 
 @contextmanager

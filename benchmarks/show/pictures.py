@@ -164,8 +164,8 @@ def _jobs(rows: Sequence[Row], seed: int, episode: EpisodeSpec | None = None) ->
 
 
 def name_of(condition: Condition) -> str:
-    """Return the name of a condition's picture and section."""
-    return "-".join(filter(None, condition))
+    """Return the name of a condition's picture and section; a policy's, which is a file, may hold slashes."""
+    return "-".join(filter(None, condition)).replace("/", "_")
 
 
 def write_picture(

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from benchmarks.contract.rows import HUMAN, LAST_METRIC, REAL, TEST_SPLIT, Row, event_of
-from benchmarks.contract.suite import suite
+from benchmarks.contract.suite import Suite, suite
 from benchmarks.contract.text import counted, ranges_text
 from benchmarks.run.jobs import Job
 from benchmarks.run.selection import SET_PATH
@@ -41,18 +41,20 @@ def provenance(rows: Sequence[Row]) -> dict[str, Any]:
     }
 
 
-def sequences_in_words(rows: Sequence[Row]) -> Iterator[str]:
-    """Yield a line about each folder of real sequences: how many, and their events, all and those that are judged."""
-    for preset in sorted({row["preset"] for row in rows if row["scenario"] == REAL}):
-        own = [row for row in rows if (row["scenario"], row["preset"]) == (REAL, preset)]
+def sequences_in_words(judging: Suite, rows: Sequence[Row]) -> Iterator[str]:
+    """Yield a line about each folder of real sequences that a suite judges: how many, and their events, all and those
+    that are judged; rows of other suites are left out.
+    """
+    real = [row for row in rows if (row["suite"], row["scenario"]) == (judging.name, REAL)]
+    for preset in sorted({row["preset"] for row in real}) if judging.on_sequences is not None else ():
+        own = [row for row in real if row["preset"] == preset]
         held = provenance(own)
-        if suite(own[0]["suite"]).follows_many:
-            yield f"{preset}: {counted(held['episodes'], 'sequence')}, {held['frames']} frames"
-            continue
-        judged = [(row["seed"], event_of(row)) for row in own if row["metric"] == "recovered"]
-        returns = {(seed, event["index"]) for seed, event in judged if event is not None}
-        count = f"{counted(held['episodes'], 'sequence')}, {held['frames']} frames"
-        yield f"{preset}: {count}; {held['events']}; {len(returns)} with a return that is judged"
+        line = f"{preset}: {counted(held['episodes'], 'sequence')}, {held['frames']} frames"
+        if not judging.follows_many:
+            judged = [(row["seed"], event_of(row)) for row in own if row["metric"] == "recovered"]
+            returns = {(seed, event["index"]) for seed, event in judged if event is not None}
+            line += f"; {held['events']}; {len(returns)} with a return that is judged"
+        yield line
 
 
 def events_in(rows: Iterable[Row]) -> list[dict[str, Any]]:

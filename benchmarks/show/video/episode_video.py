@@ -197,7 +197,7 @@ def write_mp4(
         with av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as file:
             file.flags |= cast(int, av.container.Flags.bitexact.value)
             options = {"crf": "20", "preset": "veryfast", "threads": "1", "tune": "animation"}
-            rate = Fraction(rate_hz).limit_denominator(1001)
+            rate = max(Fraction(rate_hz).limit_denominator(1001), Fraction(1, 1001))
             stream = file.add_stream("libx264", rate=rate, options=options)
             stream.pix_fmt = "yuv420p"
             ticks_hz = rate if is_even else Fraction(_TICKS_HZ)

@@ -91,7 +91,8 @@ def test_progress_is_shown_under_a_title(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"limit_s": "x"}, "limit_s: expected a number of seconds > 0, got 'x'"),
+        ({"limit_s": "x"}, "limit_s: expected a number of seconds > 0, at most 1,000,000, got 'x'"),
+        ({"limit_s": float("inf")}, "limit_s: expected a number of seconds > 0, at most 1,000,000, got inf"),
         ({"seeds": "0:2"}, r"seeds: expected range\(A, B\), got '0:2'"),
         ({"trackers": "fake_knows"}, r"trackers: expected one of .*; got 'fake_knows' \(did you mean fake_knowing\?\)"),
         ({"trackers": "mine"}, r"trackers: expected one of .*; got 'mine'; one of your own is known when its module"),

@@ -50,6 +50,8 @@ def metric(value: Any = lambda truth, estimate: 0.5, name: str = "near", statist
             lambda: metric(lambda *of: np.zeros(3)).value_of(1, 2),
             "value of metric near: expected a number .* got array",
         ),
+        (lambda: metric(lambda *of: None).value_of(1, 2), "value of metric near: expected a number .* got None"),
+        (lambda: metric(lambda *of: "0.5").value_of(1, 2), "value of metric near: expected a number .* got '0.5'"),
         (
             lambda: metric(lambda *of: {}["none"]).value_of(1, 2),
             "value of metric near: expected a number .* got KeyError: 'none'",

@@ -14,7 +14,7 @@ from benchmarks.data.layouts.collection import read_collections
 from benchmarks.data.real import RealEpisode
 from benchmarks.run.jobs import Job, opened
 from benchmarks.run.selection import tracker_named
-from benchmarks.show.pictures import drawn_cells
+from benchmarks.show.pictures import drawn_cells, name_of, read_pictures, remove_picture, write_picture
 from benchmarks.show.replay import replay
 from benchmarks.show.video.drawing import InLargerView
 from benchmarks.show.video.surroundings import CameraMotion, surrounded
@@ -37,6 +37,15 @@ def job(tmp_path: Path) -> Job:
     (collection,) = read_collections([tmp_path / "Pan"])
     episode = RealEpisode(collection.name, 0, (), collection.sequences[0])
     return Job(suite("frame-out"), episode, {name: tracker_named(name) for name in NAMES}, repeats=1)
+
+
+def test_a_condition_of_a_policy_has_a_picture_too(tmp_path: Path) -> None:
+    condition = ("frame-out", "road-town-v2", "standard", "raster", "policy:results/mine/policy.json")
+    write_picture(tmp_path, name_of(condition), np.zeros((4, 4, 3), np.uint8), condition, "title", "caption", "key")
+    (shown,) = read_pictures(tmp_path)
+    assert shown["condition"] == [*condition]
+    remove_picture(tmp_path, name_of(condition))
+    assert not read_pictures(tmp_path)
 
 
 def test_trackers_in_one_run_are_drawn_as_each_alone_in_its_whole_video(

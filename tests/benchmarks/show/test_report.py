@@ -18,7 +18,7 @@ from benchmarks.show.charts import Chart, Curve
 from benchmarks.show.page import write_report
 from benchmarks.show.palette import line_styles
 from benchmarks.show.pictures import read_pictures, remove_picture, write_picture
-from benchmarks.show.provenance import provenance
+from benchmarks.show.provenance import provenance, sequences_in_words
 from benchmarks.statistics.bootstrap import Interval
 from tests.benchmarks.fake_rows import TRACKERS, rows_of, write_rows
 from trackers.papers import PAPERS
@@ -303,3 +303,20 @@ def test_an_error_of_almost_nothing_does_not_squeeze_the_others() -> None:
     low, high = plots.figure_of(chart, line_styles([("a", "ours")])).axes[0].get_ylim()
     assert 1e-3 < low < 5.0
     assert high >= 50.0
+
+
+def test_sequences_are_told_by_suite() -> None:
+    recorded = {
+        "scenario": "real",
+        "renderer": "real",
+        "preset": "set",
+        "sequence": "Car",
+        "recorded": ["--real", "set"],
+    }
+    rows = [row | recorded for row in rows_of("sharp", 0)]
+    other = [row | {"suite": "many", "sequence": "Crowd", "seed": 1} for row in rows if row["frame_out"] is None]
+    (line,) = sequences_in_words(FRAME_OUT, [*rows, *other])
+    assert line.startswith("set: 1 sequence, ")
+    assert "with a return that is judged" in line
+    assert list(sequences_in_words(suite("many"), [*rows, *other])) == [line.partition(";")[0]]
+    assert list(sequences_in_words(suite("stereo"), rows)) == []

@@ -110,6 +110,13 @@ def test_the_same_pictures_make_the_same_bytes(tmp_path: Path) -> None:
     assert (tmp_path / "a.mp4").read_bytes() == (tmp_path / "b.mp4").read_bytes()
 
 
+def test_a_rate_of_hours_makes_a_video_too(tmp_path: Path) -> None:
+    pictures = [(np.full((16, 16, 3), 90, np.uint8), 2500.0 * k) for k in range(2)]
+    write_mp4(tmp_path / "slow.mp4", pictures, 0.0004)
+    with av.open(str(tmp_path / "slow.mp4")) as video:
+        assert len(list(video.decode(video=0))) == 2
+
+
 @settings(max_examples=8, deadline=None)
 @given(height=st.integers(16, 51), width=st.integers(16, 51))
 def test_odd_sizes_are_cut_to_even_ones(tmp_path_factory: pytest.TempPathFactory, height: int, width: int) -> None:
