@@ -119,6 +119,16 @@ def rate_of(text: str) -> float:
     return float(match[0]) if match else 0.0
 
 
+def corners_of(box_xywh: NDArray[np.float64], first: float) -> NDArray[np.float64]:
+    """Return boxes (F, 4) as x_min, y_min, x_max, y_max from left, top, width, height.
+
+    Args:
+        first: coordinate of the top left corner of the picture.
+    """
+    corner = box_xywh[:, :2] - first
+    return np.concatenate([corner, corner + box_xywh[:, 2:]], axis=1)
+
+
 def _known_boxes(box_xywh: NDArray[np.float64], path: Path) -> NDArray[np.float64]:
     """Return the boxes (R, 4) of lines with NaN for each of the ways to say that there is none.
 

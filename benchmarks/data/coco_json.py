@@ -20,14 +20,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.data.box_files import corners_of
 from benchmarks.data.pictures import Picture, short
 from benchmarks.data.read_once import read_once
 from sim.checks import check
 
 NO_TRACK = -1
 Entry = Mapping[str, Any]
+_Fields = Mapping[str, tuple[Callable[[Any], bool], str]]
+"""Field → whether a value fits, and what does."""
 BOX = "left, top, width, height with a width and height >= 0"
-_RESULT = '{"image_id": 1, "category_id": 1, "bbox": [left, top, width, height], "score": 0.9}'
+_EXAMPLE = '{"image_id": 1, "category_id": 1, "bbox": [left, top, width, height], "score": 0.9}'
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,15 +58,19 @@ class Annotations:
     Attributes:
         file: it.
         images: entries with ``id``, ``file_name`` and maybe ``video_id``. videos: entries with ``id`` and ``name``.
-        categories: number → name.
         content: all of the file.
     """
 
     file: Path
     images: list[Entry]
     videos: list[Entry]
-    categories: dict[int, str]
     content: Entry
+
+    @cached_property
+    def categories(self) -> dict[int, str]:
+        """Number → name. Raises ValueError for a category without a number; names it."""
+        entries = _entries(self.file, self.content, "categories", {"id": _WHOLE})
+        return {each["id"]: str(each.get("name", each["id"])) for each in entries}
 
     @cached_property
     def folders(self) -> dict[str, dict[str, int]]:
@@ -78,10 +85,7 @@ class Annotations:
     def boxes(self) -> dict[int, list[Entry]]:
         """Number of a picture → annotations of it, with ``bbox``. Raises ValueError for one that is none; names it."""
         found: dict[int, list[Entry]] = {}
-        for number, each in enumerate(_entries(self.file, self.content, "annotations", _ANNOTATION), start=1):
-            where, seen = f"{short(self.file, 3)}, annotations, entry {number}", each.get("visibility", 1.0)
-            check(where, not each["bbox"] or is_box(each["bbox"]), BOX, repr(each["bbox"])[:80])
-            check(where, isinstance(seen, int | float), "a number as visibility", repr(seen)[:80])
+        for each in _entries(self.file, self.content, "annotations", _ANNOTATION):
             found.setdefault(each["image_id"], []).append(each)
         return found
 
@@ -93,13 +97,13 @@ def read_results(path: Path) -> Results:
     Raises:
         ValueError: for a file that is no JSON, or of another kind, and for an entry that is no result; names it.
     """
-    where, entries = short(path, 3), read_json(path)
-    check(where, isinstance(entries, list), f"a list of results such as {_RESULT}", type(entries).__name__)
-    rows = [_row(f"{where}, entry {number}", each) for number, each in enumerate(entries, start=1)]
-    numbers = np.array([row[:3] for row in rows], np.int64).reshape(-1, 3)
-    box_xywh = np.array([row[3] for row in rows], float).reshape(-1, 4)
-    box_xyxy = np.concatenate([box_xywh[:, :2], box_xywh[:, :2] + box_xywh[:, 2:]], axis=1)
-    return Results(numbers[:, 0], numbers[:, 1], box_xyxy, np.array([row[4] for row in rows], float), numbers[:, 2])
+    content = read_json(path)
+    check(short(path, 3), isinstance(content, list), f"a list of results such as {_EXAMPLE}", type(content).__name__)
+    entries = _entries(path, {"": content}, "", _RESULT)
+    numbers = np.array([[each.get(key, NO_TRACK) for key in _NUMBERS] for each in entries], np.int64).reshape(-1, 3)
+    box_xywh = np.array([each["bbox"] for each in entries], float).reshape(-1, 4)
+    score = np.array([each["score"] for each in entries], float)
+    return Results(numbers[:, 0], numbers[:, 1], corners_of(box_xywh, 0.0), score, numbers[:, 2])
 
 
 @read_once
@@ -112,13 +116,9 @@ def read_annotations(path: Path) -> Annotations | None:
     content = read_json(path)
     if not isinstance(content, dict) or not isinstance(content.get("images"), list):
         return None
-    images, videos = (
-        _entries(path, content, name, needed) for name, needed in (("images", _IMAGE), ("videos", _VIDEO))
-    )
-    categories = content.get("categories")
-    named = [each for each in categories if isinstance(each, dict)] if isinstance(categories, list) else []
-    names = {int(each["id"]): str(each.get("name", each["id"])) for each in named if _is_whole(each.get("id"))}
-    return Annotations(path, images, videos, names, content)
+    images = _entries(path, content, "images", _IMAGE)
+    videos = _entries(path, content, "videos", _VIDEO)
+    return Annotations(path, images, videos, content)
 
 
 def read_json(path: Picture) -> Any:
@@ -136,27 +136,16 @@ def is_box(value: Any) -> bool:
     return isinstance(value, list) and len(value) == 4 and all(map(_is_number, value)) and min(value[2:]) >= 0
 
 
-def _entries(file: Path, content: Entry, name: str, needed: Mapping[str, Callable[[Any], bool]]) -> list[Entry]:
-    """Return the entries of a list, none without it. Raises ValueError for one that lacks what is ``needed``."""
-    entries = content.get(name, [])
-    for number, each in enumerate(entries if isinstance(entries, list) else [entries], start=1):
-        good = isinstance(each, dict) and all(fits(each.get(key)) for key, fits in needed.items())
-        check(f"{short(file, 3)}, {name}, entry {number}", good, f"an entry with {', '.join(needed)}", repr(each)[:80])
+def _entries(file: Path, content: Entry, name: str, fields: _Fields) -> list[Entry]:
+    """Return the entries of a list, none without it. Raises ValueError for one with another field; names it."""
+    where, entries = f"{short(file, 3)}, {name}".rstrip(", "), content.get(name, [])
+    check(where, isinstance(entries, list), "a list", repr(entries)[:80])
+    for number, each in enumerate(entries, start=1):
+        check(f"{where}, entry {number}", isinstance(each, dict), f"an entry with {', '.join(fields)}", repr(each)[:80])
+        for field, (fits, wanted) in fields.items():
+            if (field in each or field not in _OPTIONAL) and not fits(each.get(field)):
+                check(f"{where}, entry {number}", False, f"{wanted} as {field}", repr(each.get(field))[:80])
     return list(entries)
-
-
-def _row(where: str, entry: Any) -> tuple[int, int, int, list[float], float]:
-    """Return image, category, track, box and score of a result. Raises ValueError if it is none."""
-    check(where, isinstance(entry, dict), f"a result such as {_RESULT}", repr(entry)[:80])
-    for name in ("image_id", "category_id"):
-        check(where, _is_whole(entry.get(name)), f"a whole number as {name}", repr(entry.get(name))[:80])
-    track_id = entry.get("track_id", NO_TRACK)
-    known = track_id == NO_TRACK or (_is_whole(track_id) and track_id >= 0)
-    check(where, known, "a whole number >= 0 as track_id, or none", repr(track_id)[:80])
-    box, score = entry.get("bbox"), entry.get("score")
-    check(where, is_box(box), f"{BOX} as bbox", repr(box)[:80])
-    check(where, _is_number(score), "a number as score", repr(score)[:80])
-    return int(entry["image_id"]), int(entry["category_id"]), int(track_id), box, float(score)
 
 
 def _is_number(value: Any) -> bool:
@@ -167,11 +156,13 @@ def _is_whole(value: Any) -> bool:
     return _is_number(value) and value == int(value)
 
 
-def _is_text(value: Any) -> bool:
-    return isinstance(value, str)
-
-
-_IMAGE = {"id": _is_whole, "file_name": _is_text, "video_id": lambda value: value is None or _is_whole(value)}
-_VIDEO = {"id": _is_whole, "name": _is_text}
-_ANNOTATION = {"image_id": _is_whole, "bbox": lambda value: isinstance(value, list)}
-"""Field → whether a value fits."""
+_WHOLE, _NUMBER = (_is_whole, "a whole number"), (_is_number, "a number")
+_TEXT = (lambda value: isinstance(value, str), "a text")
+_TRACK = (lambda value: _is_whole(value) and value >= NO_TRACK, "a whole number >= 0")
+_BOX, _MAYBE_BOX = (is_box, BOX), (lambda value: value == [] or is_box(value), BOX)
+_IMAGE: _Fields = {"id": _WHOLE, "file_name": _TEXT, "video_id": _WHOLE}
+_VIDEO: _Fields = {"id": _WHOLE, "name": _TEXT}
+_ANNOTATION: _Fields = {"image_id": _WHOLE, "bbox": _MAYBE_BOX, "visibility": _NUMBER}
+_RESULT: _Fields = {"image_id": _WHOLE, "category_id": _WHOLE, "track_id": _TRACK, "bbox": _BOX, "score": _NUMBER}
+_NUMBERS = ("image_id", "category_id", "track_id")
+_OPTIONAL = ("video_id", "track_id", "visibility")

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.box_files import numbers_of, rate_of, text_lines
+from benchmarks.data.box_files import corners_of, numbers_of, rate_of, text_lines
 from benchmarks.data.pictures import short
 from sim.checks import check
 from trackers.types import Answer, Estimate, Track
@@ -74,9 +74,8 @@ def read_mot(path: Path) -> MotRows:
     _, firsts = np.unique(kept[:, :2], axis=0, return_index=True)
     once = np.isin(np.arange(len(kept)), firsts)
     _check_rows(where, once, line, "each id once in a frame", kept[:, :2].astype(int), "frame,id {} again")
-    corner = box_xywh[:, :2] - FIRST
-    box_xyxy = np.concatenate([corner, corner + box_xywh[:, 2:]], axis=1)
-    return MotRows(frame.astype(np.int64), identity.astype(np.int64), box_xyxy, kept[:, 6], kept[:, 7:], line)
+    frame, identity = kept[:, :2].astype(np.int64).T
+    return MotRows(frame, identity, corners_of(box_xywh, FIRST), kept[:, 6], kept[:, 7:], line)
 
 
 def mot_rows(answers: Sequence[Answer | Sequence[Track]], number: int = FIRST) -> Iterator[str]:

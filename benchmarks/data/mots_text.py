@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.box_files import numbers_of, text_lines
+from benchmarks.data.box_files import corners_of, numbers_of, text_lines
 from benchmarks.data.pictures import short
 from benchmarks.run.packages import check_packages
 from sim.checks import check
@@ -49,8 +49,7 @@ class MotsRows:
         """(R, 4) pixels, around the masks; without area of an empty one."""
         from pycocotools.mask import toBbox
 
-        box_xywh = np.array(toBbox(self.runs), float).reshape(-1, 4)
-        return np.concatenate([box_xywh[:, :2], box_xywh[:, :2] + box_xywh[:, 2:]], axis=1)
+        return corners_of(np.array(toBbox(self.runs), float).reshape(-1, 4), 0.0)
 
     def mask(self, row: int) -> NDArray[np.bool_]:
         """Return the mask (H, W) of a row."""

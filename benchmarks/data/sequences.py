@@ -172,16 +172,6 @@ def boxed_sequence(labelled: Labelled) -> BoxedSequence:
     )
 
 
-def corners_of(box_xywh: NDArray[np.float64], first: float) -> NDArray[np.float64]:
-    """Return boxes (F, 4) as x_min, y_min, x_max, y_max from left, top, width, height.
-
-    Args:
-        first: coordinate of the top left corner of the picture.
-    """
-    corner = box_xywh[:, :2] - first
-    return np.concatenate([corner, corner + box_xywh[:, 2:]], axis=1)
-
-
 class SequenceEpisode:
     """See ``scenarios.scenario.Episode``. Pictures are read when they are needed; none is kept but the latest.
 

@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 
 from benchmarks.contract.text import printable
+from benchmarks.data.box_files import corners_of
 from benchmarks.data.coco_json import BOX, Entry, is_box
 from benchmarks.data.layouts.followed import followed
 from benchmarks.data.layouts.layout import Target
 from benchmarks.data.pictures import pictures_in, read_picture, short
-from benchmarks.data.sequences import OCCLUDED, OUT, UNLABELLED, UNSEEN, Labelled, corners_of
+from benchmarks.data.sequences import OCCLUDED, OUT, UNLABELLED, UNSEEN, Labelled
 from scenarios.visibility import MOSTLY_SEEN
 from sim.checks import check
 

@@ -22,10 +22,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.contract.text import printable
-from benchmarks.data.box_files import rate_of, read_boxes, read_flags, read_properties
+from benchmarks.data.box_files import corners_of, rate_of, read_boxes, read_flags, read_properties
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, folders_with, layout
 from benchmarks.data.pictures import numbered_pictures
-from benchmarks.data.sequences import OCCLUDED, PARTIAL, UNSEEN, Labelled, corners_of
+from benchmarks.data.sequences import OCCLUDED, PARTIAL, UNSEEN, Labelled
 
 FIRST = 1.0
 _HALF, _ALL = 3, 8

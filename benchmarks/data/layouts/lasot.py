@@ -17,10 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.contract.text import printable
-from benchmarks.data.box_files import lines_to_the_last, numbers_of, read_flags
+from benchmarks.data.box_files import corners_of, lines_to_the_last, numbers_of, read_flags
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, folders_with, layout
 from benchmarks.data.pictures import numbered_pictures, short
-from benchmarks.data.sequences import OCCLUDED, OUT, Labelled, corners_of
+from benchmarks.data.sequences import OCCLUDED, OUT, Labelled
 from sim.checks import check
 
 FIRST = 1.0

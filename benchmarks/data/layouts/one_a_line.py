@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.contract.text import printable
-from benchmarks.data.box_files import read_boxes
+from benchmarks.data.box_files import corners_of, read_boxes
 from benchmarks.data.layouts.followed import of_one_target
 from benchmarks.data.layouts.layout import Target, check_one_target
 from benchmarks.data.pictures import numbered_pictures, short
-from benchmarks.data.sequences import Labelled, corners_of
+from benchmarks.data.sequences import Labelled
 from sim.checks import check
 
 FIRST = 1.0

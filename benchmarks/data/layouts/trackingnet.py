@@ -14,10 +14,10 @@ from functools import partial
 from pathlib import Path
 
 from benchmarks.contract.text import printable
-from benchmarks.data.box_files import read_boxes
+from benchmarks.data.box_files import corners_of, read_boxes
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, layout
 from benchmarks.data.pictures import numbered_pictures, visible
-from benchmarks.data.sequences import Labelled, corners_of
+from benchmarks.data.sequences import Labelled
 
 FIRST = 0.0
 

@@ -43,7 +43,7 @@ def test_pycocotools_reads_the_same_results(tmp_path: Path) -> None:
     [
         ('[\n{"image_id": 3,}]', r"r\.json, line 2: expected JSON, got"),
         ({"image_id": 3}, r"r\.json: expected a list of results"),
-        ([_ENTRY, 5], r"r\.json, entry 2: expected a result such as"),
+        ([_ENTRY, 5], r"r\.json, entry 2: expected an entry with image_id"),
         ([_ENTRY | {"image_id": "x"}], "entry 1: expected a whole number as image_id, got 'x'"),
         ([_ENTRY | {"bbox": [1, 2, 3]}], "entry 1: expected left, top, width, height with .* >= 0 as bbox"),
         ([_ENTRY | {"bbox": [1, 2, -3, 4]}], "entry 1: expected left, top, width, height with .* >= 0 as bbox"),
