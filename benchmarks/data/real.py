@@ -18,7 +18,7 @@ from benchmarks.contract.text import printable
 from benchmarks.data.layouts.collection import read_collections
 from benchmarks.data.layouts.layout import Target
 from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode
-from benchmarks.data.tracked import TrackedEpisode, TrackedSequence, tracked_folders
+from benchmarks.data.tracked import TrackedEpisode, TrackedSequence, read_tracked
 from benchmarks.data.tracks import read_each
 from benchmarks.run.episodes import EpisodeSpec
 from scenarios.scenario import Episode
@@ -105,10 +105,11 @@ def real_episodes(
     rate_hz: float | None,
     *,
     labels_serve: bool = False,
+    quiet: bool = False,
 ) -> tuple[list[RealEpisode], list[str]]:
     """Return the sequences or recordings of paths, and what is wrong with those that cannot be read, a line each.
 
-    What a user should know of how they were read is printed to stderr.
+    What a user should know of how they were read is printed to stderr, unless it is ``quiet``.
 
     Args:
         labels_serve: whether pictures of many targets may be missing, since no tracker sees them.
@@ -116,8 +117,36 @@ def real_episodes(
     Raises:
         ValueError: for a suite that judges nothing real, and if nothing can be read.
     """
-    found, unusable, notes = _read(suite, paths, layout, target, rate_hz, labels_serve=labels_serve)
-    for note in notes:
+    if suite.on_sequences is None:
+        check_no_layout(layout, target, rate_hz)
+    words = ["--layout", layout] if layout else []
+    words += [] if target is None else ["--target", str(target)]
+    words += [] if rate_hz is None else ["--rate-hz", f"{rate_hz:g}"]
+    recorded = ("--real", *map(printable, paths), *words)
+    if suite.on_sequences is not None and suite.follows_many:
+        one = (layout in ("", "mot")) and target is None
+        check("layout", one, "mot, in which all targets of many are read, and no target", layout or f"target {target}")
+        tracked, unusable = read_tracked(paths, rate_hz, labels_serve=labels_serve)
+        notes = []
+        found = [RealEpisode(name, each.pictured.number, recorded, each) for name, each in tracked]
+    elif suite.on_sequences is not None:
+        collections = read_collections(paths, layout, target, rate_hz)
+        notes = [f"the sequences tell no focal length: {USUAL_FOCAL:g} times the longer side of the picture is taken"]
+        notes += [note for each in collections for note in each.notes]
+        notes += [note for each in collections for sequence in each.sequences for note in sequence.notes]
+        unusable = [line for each in collections for line in each.unusable]
+        found = [RealEpisode(each.name, one.number, recorded, one) for each in collections for one in each.sequences]
+    elif suite.recordings is not None:
+        tables, unusable = read_each(paths)
+        recordings, notes, unjudged = suite.recordings(tables)
+        unusable += unjudged
+        if not recordings:
+            raise ValueError(unusable[0])
+        found = [RealEpisode(each.name, 0, recorded, each) for each in recordings]
+    else:
+        able = sorted(name for name, each in suites().items() if each.recordings or each.on_sequences)
+        raise ValueError(f"real: expected a suite that judges recordings ({', '.join(able)}), got {suite.name}")
+    for note in () if quiet else notes:
         print(f"note: {note}", file=sys.stderr)
     return found, unusable
 
@@ -139,51 +168,7 @@ def recorded_episodes(row: Row) -> list[RealEpisode]:
     layout, target, rate = (next(iter(options.get(name, ())), None) for name in ("--layout", "--target", "--rate-hz"))
     paths = [Path(word) for word in options["--real"]]
     try:
-        found, _, _ = _read(
-            registry.suite(row["suite"]), paths, layout or "", target, None if rate is None else float(rate)
-        )
+        rate_hz = None if rate is None else float(rate)
+        return real_episodes(registry.suite(row["suite"]), paths, layout or "", target, rate_hz, quiet=True)[0]
     except (ValueError, OSError):
         return []
-    return found
-
-
-def _read(
-    suite: Suite,
-    paths: Sequence[Path],
-    layout: str,
-    target: Target,
-    rate_hz: float | None,
-    *,
-    labels_serve: bool = False,
-) -> tuple[list[RealEpisode], list[str], list[str]]:
-    """Return what ``real_episodes`` does, and what a user should know of how it was read."""
-    if suite.on_sequences is None:
-        check_no_layout(layout, target, rate_hz)
-    words = ["--layout", layout] if layout else []
-    words += [] if target is None else ["--target", str(target)]
-    words += [] if rate_hz is None else ["--rate-hz", f"{rate_hz:g}"]
-    recorded = ("--real", *map(printable, paths), *words)
-    if suite.on_sequences is not None and suite.follows_many:
-        one = (layout in ("", "mot")) and target is None
-        check("layout", one, "mot, in which all targets of many are read, and no target", layout or f"target {target}")
-        tracked, unusable = tracked_folders(paths, rate_hz, labels_serve=labels_serve)
-        notes = []
-        found = [RealEpisode(name, each.pictured.number, recorded, each) for name, each in tracked]
-    elif suite.on_sequences is not None:
-        collections = read_collections(paths, layout, target, rate_hz)
-        notes = [f"the sequences tell no focal length: {USUAL_FOCAL:g} times the longer side of the picture is taken"]
-        notes += [note for each in collections for note in each.notes]
-        notes += [note for each in collections for sequence in each.sequences for note in sequence.notes]
-        unusable = [line for each in collections for line in each.unusable]
-        found = [RealEpisode(each.name, one.number, recorded, one) for each in collections for one in each.sequences]
-    elif suite.recordings is not None:
-        tables, unusable = read_each(paths)
-        recordings, notes, unjudged = suite.recordings(tables)
-        unusable += unjudged
-        if not recordings:
-            raise ValueError(unusable[0])
-        found = [RealEpisode(each.name, 0, recorded, each) for each in recordings]
-    else:
-        able = sorted(name for name, each in suites().items() if each.recordings or each.on_sequences)
-        raise ValueError(f"real: expected a suite that judges recordings ({', '.join(able)}), got {suite.name}")
-    return found, unusable, notes

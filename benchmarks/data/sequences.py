@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import USUAL_RATE_HZ, UnreadableSequence
 from benchmarks.contract.sequence_truth import SequenceTruth, truth_in_pixels
+from benchmarks.contract.text import printable
 from benchmarks.data.pictures import Picture, bytes_of, read_picture, short
 from scenarios.scenario import Frame
 from sim.checks import check
@@ -127,7 +128,8 @@ def boxed_sequence(labelled: Labelled) -> BoxedSequence:
         ValueError: if there are not as many boxes as pictures, no box at all, or boxes in other units than pixels; or
             if the first picture cannot be read.
     """
-    name, pictures, box_xyxy, where = labelled.name, labelled.pictures, labelled.box_xyxy, short(labelled.file)
+    name, where = printable(labelled.name), short(labelled.file)
+    pictures, box_xyxy = labelled.pictures, labelled.box_xyxy
     check(where, len(box_xyxy) == len(pictures), f"{len(pictures)} boxes, one a picture", len(box_xyxy))
     tags = np.full(len(pictures), "") if labelled.tags is None else labelled.tags
     none = np.isin(tags, (OUT, UNLABELLED)) | (box_xyxy[:, 2:] <= box_xyxy[:, :2]).any(axis=1)
@@ -172,25 +174,47 @@ def boxed_sequence(labelled: Labelled) -> BoxedSequence:
     )
 
 
-class SequenceEpisode:
-    """See ``scenarios.scenario.Episode``. Pictures are read when they are needed; none is kept but the latest.
-
-    A recording of tracks is one without pictures.
-
-    Truth is that of ``SequenceTruth``.
-    """
+class PicturesEpisode:
+    """What episodes of real pictures share, see ``scenarios.scenario.Episode``: no more than the pictures is known."""
 
     closed_loop = False
 
-    def __init__(self, sequence: BoxedSequence) -> None:
-        """Read the first picture, if there is one. Raises UnreadableSequence if it is broken."""
+    def __init__(self, frame_count: int, rate_hz: float, width_px: int, height_px: int) -> None:
+        self.frame_count, self.rate_hz = frame_count, rate_hz
+        self._camera = CameraModel(width_px, height_px, USUAL_FOCAL * max(width_px, height_px))
+
+    def map_of(self) -> Any:
+        """See ``Episode``. None is known."""
+        return None
+
+    def larger_view(self, scale: float) -> NDArray[np.uint8]:
+        """See ``Episode``. Raises ValueError: the surroundings of a real picture are not known."""
+        raise ValueError(f"scale: expected none for real pictures, which have no larger view, got {scale:g}")
+
+    def normals(self) -> NDArray[np.float32]:
+        """See ``Episode``. None are known, so all are 0."""
+        return np.zeros((self._camera.height_px, self._camera.width_px, 3), np.float32)
+
+    def close(self) -> None:
+        """See ``Episode``. Nothing is open."""
+
+
+class SequenceEpisode(PicturesEpisode):
+    """See ``scenarios.scenario.Episode``. Pictures are read when they are needed; none is kept but the latest.
+
+    A recording of tracks is one without pictures. Truth is that of ``SequenceTruth``.
+    """
+
+    def __init__(self, sequence: BoxedSequence, size_px: tuple[int, int] = (1, 1)) -> None:
+        """Read the first picture, if there is one; else its width and height are ``size_px``.
+
+        Raises:
+            UnreadableSequence: if it is broken.
+        """
+        width, height = read_picture(sequence.pictures[0]).shape[1::-1] if sequence.pictures else size_px
+        super().__init__(len(sequence.box_xyxy), sequence.rate_hz, width, height)
         self._sequence = sequence
-        self.frame_count = len(sequence.pictures)
-        self.rate_hz = sequence.rate_hz
-        self._next = 0
-        self._last_in = 0
-        height, width = read_picture(sequence.pictures[0]).shape[:2] if sequence.pictures else (1, 1)
-        self._camera = CameraModel(width, height, USUAL_FOCAL * max(width, height))
+        self._next = self._last_in = 0
 
     @property
     def start(self) -> Start:
@@ -209,21 +233,6 @@ class SequenceEpisode:
             )
         self._next += 1
         return Frame(Observation(picture, self._time_s(k), self._camera), self._truth(k))
-
-    def map_of(self) -> Any:
-        """See ``Episode``. None is known."""
-        return None
-
-    def larger_view(self, scale: float) -> NDArray[np.uint8]:
-        """See ``Episode``. Raises ValueError: the surroundings of a real picture are not known."""
-        raise ValueError(f"scale: expected none for a real sequence, which has no larger view, got {scale:g}")
-
-    def normals(self) -> NDArray[np.float32]:
-        """See ``Episode``. None are known, so all are 0."""
-        return np.zeros((self._camera.height_px, self._camera.width_px, 3), np.float32)
-
-    def close(self) -> None:
-        """See ``Episode``. Nothing is open."""
 
     def _time_s(self, k: int) -> float:
         return float(self._sequence.place[k]) / self.rate_hz

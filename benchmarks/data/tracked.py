@@ -25,12 +25,12 @@ from benchmarks.data.layouts.followed import with_picture
 from benchmarks.data.layouts.mot import find_mot
 from benchmarks.data.mot_text import rate_told, read_mot
 from benchmarks.data.pictures import numbered_pictures, short
-from benchmarks.data.sequences import USUAL_FOCAL, BoxedSequence, SequenceEpisode
+from benchmarks.data.sequences import BoxedSequence, SequenceEpisode
 from benchmarks.judges.many.judge import DISTRACTOR, OTHER
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from sim.checks import check
-from trackers.types import CameraCommand, CameraModel, Observation, Start
+from trackers.types import CameraCommand, Observation, Start
 
 TARGET_KIND, _ABSENT = "target", "absent"
 _MOST = 10**6
@@ -72,28 +72,38 @@ class TrackedSequence:
 
 
 def read_tracked(
-    path: Path, rate_hz: float | None, *, labels_serve: bool = False
-) -> tuple[str, list[TrackedSequence], list[str]]:
-    """Return the name of a folder, its sequences in order, and what is wrong with those that cannot be read.
+    paths: Sequence[Path], rate_hz: float | None, *, labels_serve: bool = False
+) -> tuple[list[tuple[str, TrackedSequence]], list[str]]:
+    """Return folder and sequence of all sequences of folders, and what is wrong with others, a line each.
 
     Args:
         rate_hz: frames a second; None = as files say.
         labels_serve: whether a sequence without pictures can be used.
 
     Raises:
-        ValueError: for a folder that is missing or has none.
+        ValueError: for a folder that is missing or has none, two of one name, and if no sequence can be read.
     """
-    check("real", path.is_dir(), "folders that exist", repr(printable(path)))
-    sources = sorted(find_mot(path.resolve()), key=lambda each: printable(each.name))
-    check("real", bool(sources), "NAME/gt/gt.txt beside NAME/img1/, as of MOT Challenge", f"{str(path)!r}, without any")
-    sequences, unusable = [], []
-    for number, source in enumerate(sources):
-        try:
-            folder, directory, file = source.places
-            sequences.append(_read(folder, directory, file, number, rate_hz, labels_serve))
-        except ValueError as error:
-            unusable.append(str(error))
-    return printable(path.resolve().name), sequences, unusable
+    found, unusable = list[tuple[str, TrackedSequence]](), list[str]()
+    names = [printable(path.resolve().name) for path in paths]
+    check("real", len(set(names)) == len(names), "folders of different names", ", ".join(names))
+    for path, name in zip(paths, names, strict=True):
+        check("real", path.is_dir(), "folders that exist", repr(printable(path)))
+        sources = sorted(find_mot(path.resolve()), key=lambda each: printable(each.name))
+        check(
+            "real",
+            bool(sources),
+            "NAME/gt/gt.txt beside NAME/img1/, as of MOT Challenge",
+            f"{str(path.resolve())!r}, without any",
+        )
+        for number, source in enumerate(sources):
+            try:
+                folder, directory, file = source.places
+                found.append((name, _read(folder, directory, file, number, rate_hz, labels_serve)))
+            except ValueError as error:
+                unusable.append(str(error))
+    if not found:
+        raise ValueError(unusable[0])
+    return found, unusable
 
 
 def _read(
@@ -132,10 +142,8 @@ class TrackedEpisode(SequenceEpisode):
     """See ``SequenceEpisode``; of many targets, none of which is given."""
 
     def __init__(self, tracked: TrackedSequence) -> None:
-        super().__init__(tracked.pictured)
-        self._tracked, self.frame_count = tracked, len(tracked.pictured.box_xyxy)
-        if not tracked.pictured.pictures:
-            self._camera = CameraModel(*tracked.size_px, USUAL_FOCAL * max(tracked.size_px))
+        super().__init__(tracked.pictured, tracked.size_px)
+        self._tracked = tracked
         self._rows = np.split(
             np.argsort(tracked.frame, kind="stable"),
             np.cumsum(np.bincount(tracked.frame, minlength=self.frame_count))[:-1],
@@ -160,23 +168,3 @@ class TrackedEpisode(SequenceEpisode):
         box_xyxy[self._tracked.object[mine]], there[self._tracked.object[mine]] = self._tracked.box_xyxy[mine], True
         tracked, state = self._tracked, np.where(there, "in", _ABSENT)
         return truth_in_pixels(Truth, k, self._time_s(k), tracked.names, tracked.kinds, box_xyxy, state)
-
-
-def tracked_folders(
-    paths: Sequence[Path], rate_hz: float | None, *, labels_serve: bool = False
-) -> tuple[list[tuple[str, TrackedSequence]], list[str]]:
-    """Return folder and sequence of all sequences of folders, and what is wrong with others, a line each.
-
-    Raises:
-        ValueError: for a folder without sequences, two of one name, and if no sequence can be read.
-    """
-    found, unusable = list[tuple[str, TrackedSequence]](), list[str]()
-    names = [path.resolve().name for path in paths]
-    check("real", len(set(names)) == len(names), "folders of different names", ", ".join(map(printable, names)))
-    for path in paths:
-        name, sequences, wrong = read_tracked(path, rate_hz, labels_serve=labels_serve)
-        found += [(name, each) for each in sequences]
-        unusable += wrong
-    if not found:
-        raise ValueError(unusable[0])
-    return found, unusable

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,11 @@ from benchmarks.contract.rows import REAL
 from benchmarks.contract.sequence_truth import truth_in_pixels
 from benchmarks.contract.suite import Suite
 from benchmarks.data.footage.sources import Picture
-from benchmarks.data.sequences import USUAL_FOCAL
+from benchmarks.data.sequences import PicturesEpisode
 from benchmarks.run.episodes import EpisodeSpec
 from scenarios.scenario import Episode, Frame
 from scenarios.truth import Truth, TruthExtent
-from trackers.types import CameraCommand, CameraModel, Observation, Start
+from trackers.types import CameraCommand, Observation, Start
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,26 +63,18 @@ class FootageSpec(EpisodeSpec):
         raise ValueError(f"episode: expected one with truth, got {self.preset}")
 
 
-class FootageEpisode:
+class FootageEpisode(PicturesEpisode):
     """See ``scenarios.scenario.Episode``; it goes on for as long as ``has_next`` says so.
 
-    Time begins with the first picture.
-
-    Attributes:
-        frame_count: as far as it is known; at least 1.
+    Time begins with the first picture; ``frame_count`` is at least 1, and as far as it is known.
     """
 
-    closed_loop = False
-
     def __init__(self, spec: FootageSpec) -> None:
-        self.frame_count = max(spec.expected or 1, 1)
-        self.rate_hz = spec.rate_hz
+        height, width = spec.first.image_rgb.shape[:2]
+        super().__init__(max(spec.expected or 1, 1), spec.rate_hz, width, height)
         self._pictures = chain([spec.first], spec.following)
         self._next: Picture | None = None
         self._index, self._began_s = 0, spec.first.time_s
-        height, width = spec.first.image_rgb.shape[:2]
-        # Footage does not tell a focal length, as sequences do not.
-        self._camera = CameraModel(width, height, USUAL_FOCAL * max(width, height))
         self._box_xyxy = spec.box_xyxy
 
     @property
@@ -103,18 +95,3 @@ class FootageEpisode:
         truth = truth_in_pixels(Truth, self._index, time_s, (), (), np.empty((0, 4)), np.empty(0, "<U8"))
         self._index += 1
         return Frame(Observation(picture.image_rgb, time_s, self._camera), truth)
-
-    def map_of(self) -> Any:
-        """See ``Episode``. None is known."""
-        return None
-
-    def larger_view(self, scale: float) -> NoReturn:
-        """See ``Episode``. Raises ValueError: what surrounds a real picture is not known."""
-        raise ValueError(f"scale: expected none for footage, which has no larger view, got {scale:g}")
-
-    def normals(self) -> NDArray[np.float32]:
-        """See ``Episode``. None are known, so all are 0."""
-        return np.zeros((self._camera.height_px, self._camera.width_px, 3), np.float32)
-
-    def close(self) -> None:
-        """See ``Episode``. Whoever opened the footage closes it."""

@@ -1,30 +1,88 @@
-"""JSON files of annotations: pictures, and boxes of targets in them, as COCO and what extends it write them.
+"""COCO, TAO and TAO-Amodal: JSON files of annotations, which name pictures and the boxes of targets in them.
 
 One target of each sequence is followed, see ``layouts.followed``: by its ``track_id``, or by the ``name`` in its
 ``attributes``. A picture of the sequence's folder that the file does not name is shown to trackers and not scored.
 Boxes are left, top, width, height; the top left corner of the picture is at 0, 0.
+
+* COCO, https://cocodataset.org/#format-data: ``annotations/instances.json`` and ``images/NAME/000000.png …``, those of
+  our export. It has no sequences and tracks: a folder of pictures is a sequence here, also ``images`` itself, in the
+  order of their names. The box is that of the pixels that are seen; without one the target is not seen, and no file
+  says why.
+* TAO: ``annotations/validation.json`` and ``frames/``. Dave et al., TAO: a large-scale benchmark for tracking any
+  object, ECCV 2020; its fields are in ``tao/toolkit/tao/tao.py`` of https://github.com/TAO-Dataset/tao. ``images``
+  names the labelled pictures of each of ``videos``, one a second.
+* TAO-Amodal: ``amodal_annotations/validation.json``. Hsieh et al., https://arxiv.org/abs/2312.12433; ``export --format
+  tao-amodal`` writes it. The box around the whole target counts, ``amodal_bbox``, unless it is uncertain; with a
+  ``visibility`` of 0 the target is hidden, or outside where that box is, and with less than a half hidden in part.
+  Files for its evaluation (``…_lvis_v1.json``) repeat others and are not read. ``metadata`` of an export's videos tells
+  ``fps``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.contract.text import printable
-from benchmarks.data.box_files import corners_of
-from benchmarks.data.coco_json import BOX, Entry, is_box
+from benchmarks.data.box_files import corners_of, rate_of
+from benchmarks.data.coco_json import BOX, Annotations, Entry, is_box, read_annotations
 from benchmarks.data.layouts.followed import followed
-from benchmarks.data.layouts.layout import Target
-from benchmarks.data.pictures import pictures_in, read_picture, short
+from benchmarks.data.layouts.layout import Source, Target, layout
+from benchmarks.data.pictures import pictures_in, read_picture, short, visible
 from benchmarks.data.sequences import OCCLUDED, OUT, UNLABELLED, UNSEEN, Labelled
 from scenarios.visibility import MOSTLY_SEEN
 from sim.checks import check
 
+_FOLDERS = ("annotations", "amodal_annotations")
+_REPEATS = "_lvis_v1.json"
 
-def labelled(
+
+@layout("coco", "annotations/*.json without videos, whose boxes have names or track_id, beside images/")
+def find_coco(path: Path) -> Iterator[Source]:
+    """See ``Find``."""
+    root = path / "images"
+    for file in visible(path / "annotations", "*.json") if root.is_dir() else ():
+        said = read_annotations(file)
+        if said is not None and not said.videos:
+            yield from _folders(root, file, said)
+
+
+def _folders(root: Path, file: Path, said: Annotations) -> Iterator[Source]:
+    sequences: dict[Path, list[Entry]] = {}
+    for each in said.images:
+        sequences.setdefault(Path(each["file_name"]).parent, []).append(each)
+    for folder, images in sequences.items():
+        name = "-".join(folder.parts) or root.parent.name
+        yield Source(name, (root / folder, file), partial(_read, name, root, file, said.boxes, images, 0.0))
+
+
+@layout("tao", "annotations/*.json or amodal_annotations/*.json, with videos, beside frames/")
+def find_tao(path: Path) -> Iterator[Source]:
+    """See ``Find``."""
+    root = path / "frames"
+    files = [file for place in _FOLDERS for file in visible(path / place, "*.json") if root.is_dir()]
+    for file in files:
+        said = None if file.name.endswith(_REPEATS) else read_annotations(file)
+        if said is not None:
+            yield from _videos(root, file, said)
+
+
+def _videos(root: Path, file: Path, said: Annotations) -> Iterator[Source]:
+    images: dict[int, list[Entry]] = {}
+    for each in said.images:
+        images.setdefault(each.get("video_id", -1), []).append(each)
+    for video in said.videos:
+        if mine := images.get(video["id"]):
+            name, metadata = Path(video["name"]).name, video.get("metadata")
+            rate_hz = rate_of(str(metadata.get("fps", ""))) if isinstance(metadata, dict) else 0.0
+            places = ((root / mine[0]["file_name"]).parent, file)
+            yield Source(name, places, partial(_read, name, root, file, said.boxes, mine, rate_hz))
+
+
+def _read(
     name: str,
     root: Path,
     file: Path,
@@ -56,7 +114,7 @@ def labelled(
             where = f"{short(file)}, picture {places[picture]}"
             check(where, len(found) <= 1, f"one box of {mine}", len(found))
             boxes[k], tags[k] = _label(where, found[0], width, height) if found else (np.nan, UNSEEN)
-    return Labelled(f"{printable(name)}-{mine}", file, pictures, boxes, tags, whole=True, rate_hz=rate_hz)
+    return Labelled(f"{name}-{mine}", file, pictures, boxes, tags, whole=True, rate_hz=rate_hz)
 
 
 def _of_target(target: Target, file: Path, boxes: Sequence[Entry]) -> str:

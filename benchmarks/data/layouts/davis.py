@@ -19,7 +19,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import text_lines
 from benchmarks.data.layouts.followed import followed
 from benchmarks.data.layouts.layout import Source, Target, layout
@@ -61,7 +60,7 @@ def _read(name: str, folder: Path, masks: Path, objects: Path, target: Target) -
             own[k] = mask = Mask(numbers[number] == int(chosen)).trimmed()
             boxes[k], tags[k] = (np.nan, UNSEEN) if mask.box_xyxy is None else (mask.box_xyxy, "")
     place = np.array(list(pictures))
-    return Labelled(f"{printable(name)}-{chosen}", masks, list(pictures.values()), boxes, tags, place=place, masks=own)
+    return Labelled(f"{name}-{chosen}", masks, list(pictures.values()), boxes, tags, place=place, masks=own)
 
 
 def _mask(file: Path) -> NDArray[np.uint8]:

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.text import printable
 from benchmarks.data.layouts.layout import Target
 from benchmarks.data.pictures import short
 from benchmarks.data.sequences import Labelled
@@ -72,7 +71,7 @@ def of_one_target(
         masks = dict(zip(places.tolist(), map(mask_of, mine.tolist()), strict=True))
         more["masks"] = [masks.get(place) for place in range(count)]
     place = np.array(list(pictures))
-    name = f"{printable(name)}-{chosen}"
+    name = f"{name}-{chosen}"
     return Labelled(name, file, list(pictures.values()), boxes, words, place=place, notes=notes, **more)
 
 

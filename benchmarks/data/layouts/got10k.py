@@ -21,7 +21,6 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import corners_of, rate_of, read_boxes, read_flags, read_properties
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, folders_with, layout
 from benchmarks.data.pictures import numbered_pictures
@@ -52,4 +51,4 @@ def _read(folder: Path, target: Target) -> Labelled:
     tags = np.select([absent == 1, cover == 0, cut == 1, cover <= _HALF], [UNSEEN, OCCLUDED, PARTIAL, OCCLUDED], "")
     boxes = corners_of(np.where(gone[:, None], np.nan, box_xywh), FIRST)
     rate_hz = rate_of(read_properties(folder / "meta_info.ini").get("anno_fps", ""))
-    return Labelled(printable(folder.name), file, pictures, boxes, tags, rate_hz=rate_hz)
+    return Labelled(folder.name, file, pictures, boxes, tags, rate_hz=rate_hz)

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import corners_of, lines_to_the_last, numbers_of, read_flags
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, folders_with, layout
 from benchmarks.data.pictures import numbered_pictures, short
@@ -53,5 +52,5 @@ def _read(folder: Path, target: Target) -> Labelled:
     unknown = ~np.isfinite(box_xywh).all(axis=1) | (box_xywh[:, 2:] <= 0).any(axis=1)
     box_xywh = np.where((unknown | (tags != ""))[:, None], np.nan, box_xywh)
     strange = int((unknown & (tags == "")).sum())
-    notes = (f"{folder.name}: {strange} boxes without area, which no file explains: not seen",) if strange else ()
-    return Labelled(printable(folder.name), file, pictures, corners_of(box_xywh, FIRST), tags, notes=notes)
+    notes = (f"{short(file)}: {strange} boxes without area, which no file explains: not seen",) if strange else ()
+    return Labelled(folder.name, file, pictures, corners_of(box_xywh, FIRST), tags, notes=notes)

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import corners_of, read_boxes
 from benchmarks.data.layouts.followed import of_one_target
 from benchmarks.data.layouts.layout import Target, check_one_target
@@ -43,4 +42,4 @@ def read_one_a_line(
     if part is not None and len(boxes) != len(pictures):
         first, last = part
         pictures = {number: picture for number, picture in pictures.items() if first <= number <= last}
-    return Labelled(printable(name), file, list(pictures.values()), boxes)
+    return Labelled(name, file, list(pictures.values()), boxes)

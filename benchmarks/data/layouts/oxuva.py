@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import lines_to_the_last
 from benchmarks.data.layouts.followed import in_pictures
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, layout
@@ -55,7 +54,7 @@ def _read(name: str, folder: Path, file: Path, rows: list[tuple[int, list[str]]]
     boxes[places] = np.array([labels[k][1] for k in held]).reshape(-1, 4) * (width, height, width, height)
     tags[places] = np.where(np.isnan(boxes[places, 0]), UNSEEN, "")
     place = np.array(list(pictures))
-    return Labelled(printable(name), file, list(pictures.values()), boxes, tags, place=place, notes=notes)
+    return Labelled(name, file, list(pictures.values()), boxes, tags, place=place, notes=notes)
 
 
 def _label(where: str, cells: list[str]) -> tuple[int, list[float]]:

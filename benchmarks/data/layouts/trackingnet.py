@@ -13,7 +13,6 @@ from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import corners_of, read_boxes
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, layout
 from benchmarks.data.pictures import numbered_pictures, visible
@@ -36,4 +35,4 @@ def _read(folder: Path, file: Path, target: Target) -> Labelled:
     check_one_target(target)
     pictures = list(numbered_pictures(folder).values())
     _, boxes = read_boxes(file, len(pictures), keyed=False)
-    return Labelled(printable(file.stem), file, pictures, corners_of(boxes, FIRST))
+    return Labelled(file.stem, file, pictures, corners_of(boxes, FIRST))

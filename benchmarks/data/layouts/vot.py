@@ -28,7 +28,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import lines_to_the_last, rate_of, read_properties, text_lines
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, folders_with, layout
 from benchmarks.data.pictures import short
@@ -95,7 +94,7 @@ def _read(name: str, file: Path, pattern: str, target: Target) -> Labelled:
     tags = np.select([rest, outside & none, (hidden & none) | occluded], [UNLABELLED, OUT, OCCLUDED], "")
     rate_hz = rate_of(properties.get("exact_fps", properties.get("fps", "")))
     return Labelled(
-        printable(name),
+        name,
         file,
         pictures,
         boxes,

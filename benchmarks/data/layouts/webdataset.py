@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.contract.text import printable
 from benchmarks.data.coco_json import read_json
 from benchmarks.data.layouts.followed import followed
 from benchmarks.data.layouts.layout import Source, Target, layout
@@ -74,9 +73,7 @@ def _read(name: str, samples: Sequence[Sample], target: Target) -> Labelled:
                 boxes[k] = each["box_xyxy"] if _is_seen(each) and min(each["box_xyxy"]) > _NONE else np.nan
     times_s = [truth["time_s"] for truth in truths]
     rate_hz = (len(times_s) - 1) / (times_s[-1] - times_s[0]) if times_s[-1] > times_s[0] else 0.0
-    return Labelled(
-        f"{printable(name)}-{chosen}", file, pictures, boxes, tags, whole=True, rate_hz=float(f"{rate_hz:.9g}")
-    )
+    return Labelled(f"{name}-{chosen}", file, pictures, boxes, tags, whole=True, rate_hz=float(f"{rate_hz:.9g}"))
 
 
 def _is_seen(entry: dict[str, Any]) -> bool:

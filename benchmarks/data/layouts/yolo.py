@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from benchmarks.contract.text import printable
 from benchmarks.data.box_files import numbers_of, text_lines
 from benchmarks.data.layouts.followed import followed
 from benchmarks.data.layouts.layout import Source, Target, layout
@@ -54,7 +53,7 @@ def _read(name: str, root: Path, pictures: list[Path], target: Target) -> Labell
             x, y, across, down = _shares(root / file, int(lines[file]))
             corners = np.array([x - across / 2, y - down / 2, x + across / 2, y + down / 2])
             boxes[k] = corners * (width, height, width, height)
-    return Labelled(f"{printable(name)}-{chosen}", root / _OBJECTS, pictures, boxes)
+    return Labelled(f"{name}-{chosen}", root / _OBJECTS, pictures, boxes)
 
 
 def _objects(file: Path) -> pd.DataFrame:

@@ -18,7 +18,8 @@ first one that shows the target.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 
 from benchmarks.contract.rows import REAL
@@ -32,6 +33,8 @@ from trackers.regions import Mask, Rectangle, Special
 from trackers.types import Estimate
 
 WRITTEN = ("mot", "vot")
+_Numbers = Callable[[str, tuple[str, ...]], dict[tuple[str, int], int]]
+"""See ``_first_numbers``."""
 
 
 def write_predictions(directory: Path, format: str, out: str) -> int:
@@ -43,11 +46,11 @@ def write_predictions(directory: Path, format: str, out: str) -> int:
     """
     check_choice("format", format, WRITTEN)
     with whole_folder(out) as folder:
-        found, numbered = facts_in(directory), _Numbered()
+        found, numbers = facts_in(directory), cache(_first_numbers)
         for path, facts in found.items():
             block = read_block(path)
             check("format", format == "mot" or not facts.many, "mot, for tracks of many targets", format)
-            for name, lines in _files(facts, block.answered[0], format, numbered).items():
+            for name, lines in _files(facts, block.answered[0], format, numbers).items():
                 target = folder / name
                 wanted = "sequences of different names, as their files have"
                 check("estimates", not target.exists(), wanted, f"two called {target.stem}")
@@ -56,35 +59,31 @@ def write_predictions(directory: Path, format: str, out: str) -> int:
     return len(found)
 
 
-class _Numbered:
-    """Numbers of first frames, of which real sequences are read once."""
+def _first_numbers(suite: str, recorded: tuple[str, ...]) -> dict[tuple[str, int], int]:
+    """Return collection and number of real sequences → number of the first frame, before which pictures may stand."""
+    from benchmarks.data.real import recorded_episodes  # It imports the readers of all layouts.
 
-    def __init__(self) -> None:
-        self._read: dict[tuple[str, ...], dict[tuple[str, int], int]] = {}
-
-    def first(self, facts: Facts) -> int:
-        """Return the number of an episode's first frame in MOT; pictures of a real sequence may stand before it.
-
-        Raises:
-            ValueError: for a real sequence that cannot be read any more.
-        """
-        key, heading = facts.key, facts.heading
-        if key.scenario != REAL:
-            return FIRST
-        recorded = tuple(heading["recorded"])
-        if recorded not in self._read:
-            from benchmarks.data.real import recorded_episodes  # It imports the readers of all layouts.
-
-            found = recorded_episodes(heading)
-            self._read[recorded] = {(each.preset, each.seed): FIRST + each.extent[1] for each in found}
-        number = self._read[recorded].get((key.preset, key.seed))
-        wanted = f"the pictures of {heading['sequence']}, whose numbers rows of MOT have"
-        check("estimates", number is not None, wanted, "none that can be read")
-        assert number is not None
-        return number
+    found = recorded_episodes({"suite": suite, "recorded": recorded})
+    return {(each.preset, each.seed): FIRST + each.extent[1] for each in found}
 
 
-def _files(facts: Facts, answered: Answered, format: str, numbered: _Numbered) -> dict[str, Iterable[str]]:
+def _first_number(facts: Facts, numbers: _Numbers) -> int:
+    """Return the number of an episode's first frame in MOT.
+
+    Raises:
+        ValueError: for a real sequence that cannot be read any more.
+    """
+    key, heading = facts.key, facts.heading
+    if key.scenario != REAL:
+        return FIRST
+    number = numbers(heading["suite"], tuple(heading["recorded"])).get((key.preset, key.seed))
+    wanted = f"the pictures of {heading['sequence']}, whose numbers rows of MOT have"
+    check("estimates", number is not None, wanted, "none that can be read")
+    assert number is not None
+    return number
+
+
+def _files(facts: Facts, answered: Answered, format: str, numbers: _Numbers) -> dict[str, Iterable[str]]:
     """Return path → lines of the files of a tracker in an episode."""
     key, heading = facts.key, facts.heading
     name = heading.get("sequence", "")
@@ -93,7 +92,7 @@ def _files(facts: Facts, answered: Answered, format: str, numbered: _Numbered) -
     tracker = f"{key.controller}+{key.tracker}" if key.controller else key.tracker
     if format == "mot":
         answers = answered.answers if answered.revised is None else answered.revised
-        return {f"{SPLIT}/{tracker}/data/{name}.txt": mot_rows(answers, numbered.first(facts))}
+        return {f"{SPLIT}/{tracker}/data/{name}.txt": mot_rows(answers, _first_number(facts, numbers))}
     estimates = [answer for answer in answered.answers if isinstance(answer, Estimate)]
     probabilities = [each.in_view_probability for each in estimates]
     confidences = ["" if each is None else repr(float(each)) for each in probabilities]

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from benchmarks.data.mot_text import mot_rows
-from benchmarks.data.predictions.writing import _regions, write_predictions
+from benchmarks.data.predictions.writing import _first_numbers, _regions, write_predictions
+from tests.benchmarks.data.layouts.written_layouts import write_mot
+from tests.benchmarks.data.written_sequences import write_lines
 from trackers.regions import Mask, Rectangle, Special, estimate_of, read_region
 from trackers.types import Estimate, Track
 
@@ -44,3 +46,11 @@ def test_what_is_not_written_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"estimates: expected files of `frameout bench --keep-estimates`"):
         write_predictions(tmp_path, "mot", str(tmp_path / "out"))
     assert not (tmp_path / "out").exists()
+
+
+def test_frames_of_one_target_begin_where_it_is_seen_and_those_of_many_with_the_first_picture(tmp_path: Path) -> None:
+    root = write_mot(tmp_path / "set")
+    file = root / "train" / "MOT17-02-FRCNN" / "gt" / "gt.txt"
+    write_lines(file, [line for line in file.read_text().splitlines() if not line.startswith("1,7,")])
+    numbers = [_first_numbers(suite, ("--real", str(root))) for suite in ("frame-out", "many")]
+    assert [list(each.values()) for each in numbers] == [[2], [1]]

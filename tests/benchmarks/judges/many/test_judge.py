@@ -117,9 +117,9 @@ def test_the_length_is_needed_where_there_are_no_pictures(folder: Path, tmp_path
     shutil.copytree(folder / "gt/MOT17-train", tmp_path / "set")
     file = tmp_path / "set" / NAME / "seqinfo.ini"
     file.write_text(file.read_text().replace("seqLength=30", f"seqLength={length}"))
-    (_, sequences, unusable) = read_tracked(tmp_path / "set", None, labels_serve=True)
+    sequences, unusable = read_tracked([tmp_path / "set"], None, labels_serve=True)
     assert (len(sequences), unusable) == (1, [])
     shutil.rmtree(file.parent / "img1")
-    (_, sequences, unusable) = read_tracked(tmp_path / "set", None, labels_serve=True)
-    assert not sequences
-    assert unusable[0].startswith(f"{NAME}/seqinfo.ini: expected seqLength, imWidth and imHeight, whole numbers")
+    wanted = f"^{NAME}/seqinfo.ini: expected seqLength, imWidth and imHeight, whole numbers"
+    with pytest.raises(ValueError, match=wanted):
+        read_tracked([tmp_path / "set"], None, labels_serve=True)
