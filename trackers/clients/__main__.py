@@ -9,6 +9,10 @@ from trackers.clients.environments import made_environment
 from trackers.clients.remote import PORTABLE, found_program
 
 if len(sys.argv) > 1:
-    print(made_environment(found_program(sys.argv[1], Path.cwd())))
+    try:
+        print(made_environment(found_program(sys.argv[1], Path.cwd())))
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        sys.exit(2)
 else:
     print((PORTABLE / "frameout_client.py").read_text(), end="")

@@ -48,8 +48,11 @@ def made_environment(program: Path) -> Path:
     """Return the interpreter of a program's environment; make it, and say so, if there is none.
 
     Raises:
-        ValueError: if it cannot be made.
+        ValueError: if it cannot be made, or the program does not say what it needs.
     """
+    if not program.is_file() or not needs(program):
+        got = "one that does not" if program.is_file() else "no file"
+        raise ValueError(f"{program}: expected a program that says in # /// script which packages it needs, got {got}")
     python = environment_of(program)
     if python.is_file():
         return python

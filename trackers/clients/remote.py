@@ -70,7 +70,7 @@ def remote_tracker(
         return connection
     how: dict[str, Any] = {"limit_s": program.limits.start_s}
     has = connection.call("make", dict(parameters), rng.bit_generator.state, **how)
-    return (RemoteMultiTracker if "start" in has else RemoteTracker)(program, connection, has)
+    return RemoteMultiTracker(program, connection, has) if "start" in has else RemoteTracker(program, connection)
 
 
 def _started(program: Program) -> Connection | TraxTracker:
@@ -110,17 +110,8 @@ class _Remote:
         elsewhere_cpu_s: see ``OutsourcingTracker``.
     """
 
-    def __init__(self, program: Program, connection: Connection, has: Sequence[str]) -> None:
+    def __init__(self, program: Program, connection: Connection) -> None:
         self._program, self._connection = program, connection
-        for name in has:
-            if name in self._OPTIONAL:
-                setattr(self, name, getattr(self, f"_{name}"))
-        if "gap_method" in has:
-            self.gap_method = RemoteGapMethod(connection, connection.call("keep", "gap_method"))
-        if "decides_at" in has:
-            self.decides_at = connection.call("decides_at")
-
-    _OPTIONAL = ("survey", "revised")
 
     @property
     def elsewhere_cpu_s(self) -> float:
@@ -156,7 +147,18 @@ class RemoteTracker(_Remote):
 
 
 class RemoteMultiTracker(_Remote):
-    """See ``trackers.protocols.MultiTracker``; it has the further methods that the tracker has."""
+    """See ``trackers.protocols.MultiTracker``; it has the further methods and attributes that the tracker has."""
+
+    def __init__(self, program: Program, connection: Connection, has: Sequence[str]) -> None:
+        super().__init__(program, connection)
+        if "survey" in has:
+            self.survey = self._survey
+        if "revised" in has:
+            self.revised = self._revised
+        if "gap_method" in has:
+            self.gap_method = RemoteGapMethod(connection, connection.call("keep", "gap_method"))
+        if "decides_at" in has:
+            self.decides_at = connection.call("decides_at")
 
     def start(self, background: Sequence[Observation], camera: CameraModel) -> None:
         """See ``MultiTracker``."""

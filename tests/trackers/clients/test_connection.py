@@ -147,6 +147,15 @@ def test_the_process_sees_no_file_and_no_folder_of_ours(tmp_path: Path, monkeypa
     child.kill()
 
 
+def test_what_trackers_of_many_have_is_left_alone_in_one_of_a_single_target(tmp_path: Path) -> None:
+    file = tmp_path / "program.py"
+    more = "class Tracker:\n    survey = revised = gap_method = decides_at = None"
+    file.write_text(PROGRAM.replace("class Tracker:", more).format(update="pass"))
+    tracker = remote_tracker(Program((sys.executable, str(file))), {}, np.random.default_rng(0))
+    np.testing.assert_array_equal(tracker.update(SEEN).position_px, np.zeros(2))
+    tracker.release(whole=False)
+
+
 def test_cpu_time_is_that_of_the_process_and_its_children(tmp_path: Path) -> None:
     burn = "end = time.process_time() + 0.1\n        while time.process_time() < end: pass"
     tracker = started(tmp_path, burn)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 from trackers.clients import environments
 from trackers.clients.environments import environment_of, made_environment, needs
 
+ROOT = Path(__file__).parents[3]
 BLOCK = '# /// script\n# requires-python = ">=3.9"\n# dependencies = [\n#   "one==1.0",\n#   "two",\n# ]\n# ///\n'
 
 
@@ -78,9 +80,23 @@ def test_one_that_cannot_be_made_leaves_nothing(program: Path, tmp_path: Path, m
     assert not list(environment_of(program).parents[2].iterdir())
 
 
+@pytest.mark.parametrize(
+    ("text", "got"),
+    [
+        (None, "no file"),
+        ("print(1)", "one that does not"),
+        ("# /// script\n# dependencies = []\n# ///", "one that does not"),
+    ],
+)
+def test_the_command_says_in_a_line_what_has_no_environment(text: str | None, got: str, program: Path) -> None:
+    program.unlink() if text is None else program.write_text(text)
+    done = subprocess.run([sys.executable, "-m", "trackers.clients", program], cwd=ROOT, capture_output=True, text=True)
+    said = f"{program}: expected a program that says in # /// script which packages it needs, got {got}\n"
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", said)
+
+
 @pytest.mark.heavy
 def test_venv_makes_one_without_uv(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    program.write_text("# /// script\n# dependencies = []\n# ///\n")
     monkeypatch.setattr(environments.shutil, "which", lambda name: None)
     program.write_text('# /// script\n# dependencies = ["pip"]\n# ///\n')
     assert made_environment(program).is_file()
