@@ -86,18 +86,14 @@ def value_of(stored: Any, hint: Any, shape: tuple[Any, ...] = (), name: str = ""
     return tuple(stored) if get_origin(hint) is tuple else stored
 
 
-def runs_of(mask: NDArray[np.bool_] | None) -> dict[str, Any] | None:
-    """Return a mask (H, W) as run lengths of COCO, a few hundred bytes: ``size`` and ``counts``; None of None."""
-    if mask is None:
-        return None
+def runs_of(mask: NDArray[np.bool_]) -> dict[str, Any]:
+    """Return a mask (H, W) as run lengths of COCO, a few hundred bytes: ``size`` and ``counts``."""
     runs = pycocotools.mask.encode(np.asfortranarray(mask, np.uint8))
     return {"size": list(mask.shape), "counts": runs["counts"].decode()}
 
 
-def mask_of(runs: Mapping[str, Any] | None) -> NDArray[np.bool_] | None:
+def mask_of(runs: Mapping[str, Any]) -> NDArray[np.bool_]:
     """Return the mask (H, W) of ``runs_of``."""
-    if runs is None:
-        return None
     with warnings.catch_warnings():
         # Of pycocotools about NumPy 2.
         warnings.simplefilter("ignore", DeprecationWarning)

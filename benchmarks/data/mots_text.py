@@ -55,9 +55,7 @@ class MotsRows:
         """Return the mask (H, W) of a row."""
         from benchmarks.data.codec import mask_of
 
-        mask = mask_of(self.runs[row])
-        assert mask is not None
-        return mask
+        return mask_of(self.runs[row])
 
 
 def has_masks(path: Path) -> bool:

@@ -229,8 +229,10 @@ def row_of_time(taken: Taken | None) -> Values:
 def answer_of(rows: Sequence[Values], many: bool) -> Answer:
     """Return the answer of one frame's rows: tracks of ``many`` targets, or the estimate of one."""
     tracks = [row for row in rows if row["track"] is not None]
+    masks = [None if row["mask"] is None else codec.mask_of(row["mask"]) for row in tracks]
     estimates = [
-        Estimate(**{name: row[name] for name in _OF_ESTIMATE}, mask=codec.mask_of(row["mask"])) for row in tracks
+        Estimate(**{name: row[name] for name in _OF_ESTIMATE}, mask=mask)
+        for row, mask in zip(tracks, masks, strict=True)
     ]
     if not many:
         return estimates[0]
@@ -278,7 +280,7 @@ def values_of(table: pa.Table, types: Types) -> list[Values]:
 
 
 def _copies_of(estimate: Estimate) -> Values:
-    return _copies(estimate, _OF_ESTIMATE) | {"mask": codec.runs_of(estimate.mask)}
+    return _copies(estimate, _OF_ESTIMATE) | {"mask": None if estimate.mask is None else codec.runs_of(estimate.mask)}
 
 
 def _copies(source: Estimate | Track, names: Mapping[str, Meaning]) -> Values:

@@ -7,7 +7,6 @@ https://huggingface.co/datasets/chengyenhsieh/TAO-Amodal, and those of TAO that 
 
 from __future__ import annotations
 
-import importlib
 import json
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.data.codec import runs_of
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import ABSENT, Instance, StoredFrame, as_xywh
 from benchmarks.data.sets.stored_episode import StoredEpisode
@@ -73,13 +73,11 @@ class Coco(Exporter):
         is_small = not self.labels.takes(instance)
         self.labels.left_out += is_small
         mask = stored.frame.truth.instance_map == instance.instance_id
-        code = importlib.import_module("pycocotools.mask").encode(np.asfortranarray(mask, dtype=np.uint8))
-        size = [int(length) for length in code["size"]]
         return {
             "category_id": 1 + instance.class_number,
             "bbox": as_xywh(instance.visible_xyxy),
             "area": int(mask.sum()),
-            "segmentation": {"size": size, "counts": code["counts"].decode("ascii")},
+            "segmentation": runs_of(mask),
             "iscrowd": int(is_small),
             "attributes": instance.attributes(),
         }

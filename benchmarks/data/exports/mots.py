@@ -6,11 +6,9 @@ https://github.com/JonathonLuiten/TrackEval/blob/master/docs/KITTI-format.txt.
 
 from __future__ import annotations
 
-import importlib
 from collections import Counter
 
-import numpy as np
-
+from benchmarks.data.codec import runs_of
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
@@ -52,7 +50,6 @@ class Mots(Exporter):
     def write_episode(self, episode: StoredEpisode) -> None:
         """Write pictures and rows."""
         number = f"{len(self._ends):04d}"
-        encode = importlib.import_module("pycocotools.mask").encode
         rows, identities, taken = list[str](), dict[str, int](), Counter[int]()
         for stored in self.frames(episode):
             self.write_picture(stored, f"training/image_02/{number}/{stored.index:06d}")
@@ -65,10 +62,9 @@ class Mots(Exporter):
                     check("data", few, f"at most {IDS_OF_CLASS} objects of a class in an episode", "more")
                     identities[each.name] = kind * IDS_OF_CLASS + taken[kind]
                     taken[kind] += 1
-                mask = stored.frame.truth.instance_map == each.instance_id
-                code = encode(np.asfortranarray(mask, np.uint8))["counts"].decode("ascii")
-                height, width = mask.shape
-                rows.append(f"{stored.index} {identities[each.name]} {kind} {height} {width} {code}")
+                runs = runs_of(stored.frame.truth.instance_map == each.instance_id)
+                size = "{} {}".format(*runs["size"])
+                rows.append(f"{stored.index} {identities[each.name]} {kind} {size} {runs['counts']}")
         self.write_lines(f"label_02/{number}.txt", rows)
         self._sequences.append(f"{number},{episode.seed},{self.name_of(episode)}")
         self._ends.append(f"{number} empty 000000 {len(episode) - 1:06d}")
