@@ -48,6 +48,11 @@ def numbers_of(line: str) -> list[float]:
         return []
 
 
+def is_whole(number: float, least: float = 0) -> bool:
+    """Return whether a number is a whole one that can count something, from ``least`` on."""
+    return bool(least <= number < 2**53 and number == int(number))
+
+
 def read_boxes(path: Path, frames: int = 0, *, keyed: bool = True) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return frames and ids (R, 2) of a text file, or (R, 0) if it has none, and its boxes (R, 4).
 
@@ -59,8 +64,8 @@ def read_boxes(path: Path, frames: int = 0, *, keyed: bool = True) -> tuple[NDAr
         keyed: whether lines with frame and id, as of UAVDT, are taken too.
 
     Raises:
-        ValueError: for a file that is no text or empty, a line that has other columns, and a box with a negative size
-            or with numbers that are half unknown.
+        ValueError: for a file that is no text or empty, a line that has other columns, a frame or id that is no whole
+            number, and a box with a negative size or with numbers that are half unknown.
     """
     lines = text_lines(path)
     last = max((number for number, line in enumerate(lines, start=1) if line.strip()), default=0)
@@ -70,6 +75,7 @@ def read_boxes(path: Path, frames: int = 0, *, keyed: bool = True) -> tuple[NDAr
     for number, line in enumerate(lines[: frames if last < frames <= len(lines) else last], start=1):
         numbers = numbers_of(line) if line.strip() else [np.nan] * 4
         good = len(numbers) in ({len(read[0])} if read else columns)
+        good = good and (len(numbers) == len(_LINE.split(",")) or all(map(is_whole, numbers[:2])))
         check(f"{short(path)}, line {number}", good, expected, repr(line[:80]))
         read.append(numbers)
     rows = np.array(read)
@@ -99,14 +105,14 @@ def read_flags(path: Path, count: int, *, most: int = 1, usual: int = 0) -> NDAr
 
 
 def read_properties(path: Path) -> dict[str, str]:
-    """Return the lines ``name=value`` or ``name: value`` of a file, without headings in brackets; none without a file.
+    """Return the lines ``name=value`` or ``name: value`` of a file, without headings and comments; none without a file.
 
     Raises:
         ValueError: for a line that is none; names file and line.
     """
     found: dict[str, str] = {}
     for number, line in enumerate(text_lines(path) if path.is_file() else [], start=1):
-        if line.strip() and not line.startswith("["):
+        if line.strip() and not line.startswith(("[", "#", ";")):
             parts = re.split(r"\s*[=:]\s*", line.strip(), maxsplit=1)
             check(f"{short(path)}, line {number}", len(parts) == 2, "name=value", repr(line[:80]))
             found[parts[0]] = parts[1]

@@ -26,7 +26,7 @@ from benchmarks.data.read_once import read_once
 from sim.checks import check
 
 NO_TRACK = -1
-Entry = Mapping[str, Any]
+Entry = dict[str, Any]
 _Fields = Mapping[str, tuple[Callable[[Any], bool], str]]
 """Field → whether a value fits, and what does."""
 BOX = "left, top, width, height with a width and height >= 0"
@@ -57,7 +57,8 @@ class Annotations:
 
     Attributes:
         file: it.
-        images: entries with ``id``, ``file_name`` and maybe ``video_id``. videos: entries with ``id`` and ``name``.
+        images: entries with ``id``, ``file_name`` (with slashes) and maybe ``video_id``.
+        videos: entries with ``id`` and ``name``.
         content: all of the file.
     """
 
@@ -117,6 +118,7 @@ def read_annotations(path: Path) -> Annotations | None:
     if not isinstance(content, dict) or not isinstance(content.get("images"), list):
         return None
     images = _entries(path, content, "images", _IMAGE)
+    images = [each | {"file_name": each["file_name"].replace("\\", "/")} for each in images]
     videos = _entries(path, content, "videos", _VIDEO)
     return Annotations(path, images, videos, content)
 

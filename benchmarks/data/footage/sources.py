@@ -39,6 +39,8 @@ _FAR_OFF_S = 60.0
 """A gap between two pictures from which on their times are held for broken."""
 _BROKEN = (av.FFmpegError, OSError, ValueError)
 """What FFmpeg raises of what it cannot open or decode."""
+_LAST = 2**31 - 1
+"""The largest number of a camera that OpenCV takes."""
 _SHORT_OF = 1.5
 """Pictures that may lack at the end: what a file tells of its length is rounded."""
 
@@ -269,7 +271,7 @@ class Camera(Footage):
 
     def __init__(self, number: int) -> None:
         level = cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
-        self._camera = cv2.VideoCapture(number)
+        self._camera = cv2.VideoCapture(min(number, _LAST))
         cv2.utils.logging.setLogLevel(level)
         check("video", self._camera.isOpened(), "the number of a camera that opens, or a file", repr(str(number)))
         super().__init__(f"camera {number}", self._camera.get(cv2.CAP_PROP_FPS) or USUAL_RATE_HZ)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.data.box_files import text_lines
-from benchmarks.data.layouts.followed import followed
+from benchmarks.data.layouts.followed import check_mask_sizes, followed
 from benchmarks.data.layouts.layout import Source, Target, layout
 from benchmarks.data.pictures import numbered_pictures, short, visible
 from benchmarks.data.sequences import UNLABELLED, UNSEEN, Labelled
@@ -49,6 +49,7 @@ def _read(name: str, folder: Path, masks: Path, objects: Path, target: Target) -
     numbers = {number: _mask(file) for number, file in numbered_pictures(masks, gaps=True).items()}
     unknown = next((number for number in numbers if number not in pictures), None)
     check(short(masks), unknown is None, f"masks of pictures in {short(folder)}", f"one of number {unknown}")
+    check_mask_sizes(masks, (mask.shape for mask in numbers.values()), next(iter(pictures.values())))
     alone = all(set(np.unique(each)) <= {0, _VOID} for each in numbers.values())
     ids = [int(each) for mask in numbers.values() for each in np.unique(mask) if each and (alone or each != _VOID)]
     wanted = _named(objects, name).get(str(target), target)
@@ -73,7 +74,7 @@ def _mask(file: Path) -> NDArray[np.uint8]:
             mask = np.asarray(image)
     except (OSError, SyntaxError):
         mask = np.empty(0, np.uint8)
-    check(short(file, 3), mask.ndim == 2, "a PNG with a palette, or grey", "something else")
+    check(short(file, 3), mask.ndim == 2 and mask.itemsize == 1, "a PNG with a palette, or of 8 bits", "something else")
     return mask.astype(np.uint8)
 
 

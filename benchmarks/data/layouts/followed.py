@@ -6,7 +6,7 @@ it has none it is not seen, and no file says why.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.data.layouts.layout import Target
-from benchmarks.data.pictures import short
+from benchmarks.data.pictures import read_picture, short
 from benchmarks.data.sequences import Labelled
 from sim.checks import check
 from trackers.regions import Mask
@@ -73,6 +73,14 @@ def of_one_target(
     place = np.array(list(pictures))
     name = f"{name}-{chosen}"
     return Labelled(name, file, list(pictures.values()), boxes, words, place=place, notes=notes, **more)
+
+
+def check_mask_sizes(file: Path, sizes: Iterable[Sequence[int]], picture: Path) -> None:
+    """Raise ValueError for masks of another size (height, width) than a picture's."""
+    height, width = read_picture(picture).shape[:2]
+    other = next((tuple(size) for size in sizes if tuple(size) != (height, width)), None)
+    got = "" if other is None else f"one of {other[1]} x {other[0]}"
+    check(short(file, 3), other is None, f"masks of {width} x {height} pixels, as the pictures have", got)
 
 
 def in_pictures(

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.data.box_files import text_lines
+from benchmarks.data.box_files import is_whole, text_lines
 from benchmarks.data.layouts.followed import of_one_target
 from benchmarks.data.layouts.layout import Source, Target, layout
 from benchmarks.data.mots_text import has_masks
@@ -62,6 +62,5 @@ def _numbers(cells: list[str]) -> list[float]:
         row = [float(cell) for cell in (*cells[:2], "0", *cells[3:])]
     except ValueError:
         return []
-    whole = len(row) in (_COLUMNS, _COLUMNS + 1) and np.isfinite(row).all()
-    good = whole and row[0] == int(row[0]) >= 0 and row[1] == int(row[1])
+    good = len(row) in (_COLUMNS, _COLUMNS + 1) and np.isfinite(row).all() and is_whole(row[0]) and is_whole(row[1], -1)
     return row[:_COLUMNS] if good and row[8] > row[6] and row[9] > row[7] else []

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.data.box_files import read_properties
-from benchmarks.data.layouts.followed import of_one_target
+from benchmarks.data.layouts.followed import check_mask_sizes, of_one_target
 from benchmarks.data.layouts.kitti import RATE_HZ
 from benchmarks.data.layouts.layout import Source, Target, folders_with, layout
 from benchmarks.data.mot_text import rate_told
@@ -59,6 +59,7 @@ def pictures_of(folder: Path) -> Path:
 def _read(name: str, folder: Path, file: Path, rate_hz: float, target: Target) -> Labelled:
     told, rows = read_properties(file.parents[1] / "seqinfo.ini"), read_mots(file)
     pictures, rate_hz = numbered_pictures(folder, gaps=True), rate_hz or rate_told(told)
+    check_mask_sizes(file, (runs["size"] for runs in rows.runs), next(iter(pictures.values())))
     of = np.flatnonzero(rows.kind != IGNORED)
     labels = (rows.frame[of], rows.identity[of], rows.line[of], rows.box_xyxy[of])
     return of_one_target(

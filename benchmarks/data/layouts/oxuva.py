@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.data.box_files import lines_to_the_last
+from benchmarks.data.box_files import is_whole, lines_to_the_last
 from benchmarks.data.layouts.followed import in_pictures
 from benchmarks.data.layouts.layout import Source, Target, check_one_target, layout
 from benchmarks.data.pictures import numbered_pictures, read_picture, short, visible
@@ -69,5 +69,5 @@ def _label(where: str, cells: list[str]) -> tuple[int, list[float]]:
             frame = frame if 0 <= x_min < x_max <= 1 and 0 <= y_min < y_max <= 1 else -1
     except ValueError:
         frame = -1
-    check(where, frame >= 0, _ROW, repr(",".join(cells)[:120]))
+    check(where, is_whole(frame), _ROW, repr(",".join(cells)[:120]))
     return frame, box

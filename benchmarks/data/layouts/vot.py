@@ -116,6 +116,8 @@ def _pictures(folder: Path, pattern: str, length: str) -> list[Path]:
     while not length and (folder / (pattern % (count + 1))).is_file():
         count += 1
     check(short(folder), count > 0, f"pictures {pattern}, from 1 on", "none")
+    last = folder / (pattern % count)
+    check(short(folder / "sequence"), last.is_file(), f"as length the number of pictures {pattern}", count)
     return [folder / (pattern % number) for number in range(1, count + 1)]
 
 

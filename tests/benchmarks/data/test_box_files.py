@@ -56,6 +56,7 @@ def test_boxes_are_read_whatever_lies_between_them(
         (b"-1,-1,-1,3\n", r"line 1: expected .* a width and height above 0, .* got -1,-1,-1,3"),
         (b"1,2,3,4\n5,6,7,8\nNaN,2,3,4\n", r"line 3: expected .* NaN,NaN,NaN,NaN, got nan,2,3,4"),
         (b"1,2,3,1e999\n", r"line 1: expected .* above 0, .* got 1,2,3,inf"),
+        (b"1,7,5,5,9,9,1,1,1\n1.5,7,5,5,9,9,1,1,1\n", r"line 2: expected left,top,width,height .*, got '1.5,7,5,5"),
         (b"\xff\xfe1\x00", r"x/boxes.txt: expected text with numbers, got bytes that are none"),
     ],
 )

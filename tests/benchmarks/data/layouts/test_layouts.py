@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -25,6 +26,7 @@ from tests.benchmarks.data.layouts.written_layouts import (
     LAYOUTS,
     SEEN_XYXY,
     STATES,
+    counts,
     number_map,
     write_coco,
     write_davis,
@@ -142,6 +144,32 @@ def test_masks_in_the_folders_of_kitti_are_masks(tmp_path: Path, inside: bool) -
     root = write_mots(tmp_path / "set")
     (root / "instances_txt").rename(root / "training" / "label_02")
     assert read_one(root / "training" if inside else root).name == "0002-1007"
+
+
+@pytest.mark.parametrize(
+    ("mask", "message"),
+    [
+        (
+            np.zeros((24, 32), np.uint8),
+            "480p/car: expected masks of 64 x 48 pixels, .*, got one of 32 x 24",
+        ),
+        (np.full((48, 64), 700, np.uint16), "car/00002.png: expected a PNG with a palette, or of 8 bits"),
+    ],
+)
+def test_masks_of_davis_of_another_size_or_kind_are_named(tmp_path: Path, mask: np.ndarray, message: str) -> None:
+    root = write_davis(tmp_path / "set")
+    Image.fromarray(mask).save(root / "Annotations" / "480p" / "car" / "00002.png")
+    with pytest.raises(ValueError, match=message):
+        read_one(root)
+
+
+@pytest.mark.parametrize("folder", ["{}/images/town-000003/", "town-000003\\\\"])
+def test_pictures_of_coco_may_be_named_in_other_ways(tmp_path: Path, folder: str) -> None:
+    root = write_coco(tmp_path / "set")
+    before, file = read_one(root).fingerprint, root / "annotations" / "instances.json"
+    file.write_text(file.read_text().replace("town-000003/", folder.format(root)))
+    read = read_one(root)
+    assert replace(read, name="town-000003-target").fingerprint == before
 
 
 def test_pictures_of_coco_may_lie_in_no_folder(tmp_path: Path) -> None:
@@ -273,9 +301,18 @@ BROKEN = {
     "trackingnet": (write_trackingnet, "TRAIN_3/anno/abc_0.txt", 4, "1,2,3", "anno/abc_0.txt, line 4"),
     "vot, no region": (write_vot, "car1/groundtruth.txt", 6, "1,2,3", "car1/groundtruth.txt, line 6"),
     "vot, no property": (write_vot, "car1/sequence", 2, "hello", "car1/sequence, line 2"),
+    "vot, no length": (write_vot, "car1/sequence", 3, f"length={10**12}", "car1/sequence: expected as length"),
     "mot": (write_mot, "train/MOT17-02-FRCNN/gt/gt.txt", 3, "1,2,3", "gt/gt.txt, line 3"),
     "mot, no picture": (write_mot, "train/MOT17-02-FRCNN/gt/gt.txt", 14, "99,7,1,1,2,2,1,1,1", "gt/gt.txt, line 14"),
     "kitti": (write_kitti, "training/label_02/0001.txt", 1, "0 7 Car 0 0", "label_02/0001.txt, line 1"),
+    "kitti, no frame": (write_kitti, "training/label_02/0001.txt", 1, f"1e300 7 Car{' 1' * 14}", "0001.txt, line 1"),
+    "oxuva, no frame": (
+        write_oxuva,
+        "annotations/dev.csv",
+        1,
+        f"vid0042,obj0001,2,car,false,false,{'1' * 400},absent,-1,-1,-1,-1",
+        "annotations/dev.csv, line 1",
+    ),
     "oxuva": (write_oxuva, "annotations/dev.csv", 2, "vid0042,obj0001,2", "annotations/dev.csv, line 2"),
     "oxuva, pixels": (
         write_oxuva,
@@ -293,6 +330,13 @@ BROKEN = {
         "annotations/validation.json, images, entry 1",
     ),
     "mots": (write_mots, "instances_txt/0002.txt", 2, "0 1007 1 48", "instances_txt/0002.txt, line 2"),
+    "mots, another size": (
+        write_mots,
+        "instances_txt/0002.txt",
+        1,
+        f"0 1007 1 24 32 {counts(np.ones((24, 32)))}",
+        "0002.txt: expected masks of 64 x 48 pixels, as the pictures have, got one of 32 x 24",
+    ),
     "davis": (write_davis, "Annotations/480p/car/00002.png", 1, "no mask", "480p/car/00002.png"),
     "yolo, no line": (write_yolo, "labels/val/town_000002.txt", 1, "0 0.5 0.5", "val/town_000002.txt, line 1"),
     "yolo, no table": (write_yolo, "objects.csv", 1, "file,class", "set/objects.csv"),

@@ -120,7 +120,7 @@ def write_mot(root: Path) -> Path:
         rows.append(f"{k + 1},2,1,1,4,4,0,7,1")
     write_lines(folder / "gt" / "gt.txt", sorted(rows, key=lambda row: row.split(",")[1]))
     info = ["name=MOT17-02-FRCNN", "imDir=img1", "frameRate=14", f"seqLength={FRAMES}", "imExt=.jpg"]
-    write_lines(folder / "seqinfo.ini", ["[Sequence]", *info])
+    write_lines(folder / "seqinfo.ini", ["; by hand", "[Sequence]", *info])
     return root
 
 
