@@ -117,10 +117,11 @@ class Track(WithModules):
         check("out", out.suffix == ".mp4", "a file that ends in .mp4", repr(str(out)))
         check_file(out, "out")
         check("out", out.resolve() != Path(self.video).resolve(), "another file than the video", repr(str(out)))
+        # Before a box is dragged.
+        answers = None if self.estimates is None else Answers(self.estimates)
         pictures = footage.pictures()
         first, box_xyxy = self._start(pictures, screen)
         spec = FootageSpec(footage.name, first, pictures, box_xyxy, footage.rate_hz, footage.expected)
-        answers = None if self.estimates is None else Answers(self.estimates)
         show = screen.show if screen is not None and self.show else Wanted.show
         wanted = Wanted(out, answers, self.scale, self.frames, show)
         suite = suite_of(tracker, many)

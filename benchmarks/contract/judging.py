@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeVar, runtime_checkable
+from typing import Any, Protocol, TypeVar
 
 from scenarios.scenario import Episode, Frame
 from scenarios.truth import Truth
@@ -82,22 +82,6 @@ class ScoreSheet(Protocol):
     def scores(self, ending: Ending) -> Iterable[Score]:
         """Return all scores, after every frame was kept."""
         ...
-
-
-@runtime_checkable
-class DrawnSheet(ScoreSheet, Protocol):
-    """A sheet with scores that are only drawn: no metric is made of them, and no edition stands for them."""
-
-    def drawn(self) -> Iterable[Score]:
-        """Return them, after ``scores``."""
-        ...
-
-
-def all_scores(sheet: ScoreSheet, ending: Ending) -> Iterator[Score]:
-    """Yield the scores of a sheet, then those that are only drawn."""
-    yield from sheet.scores(ending)
-    if isinstance(sheet, DrawnSheet):
-        yield from sheet.drawn()
 
 
 class Judge(Protocol):

@@ -8,8 +8,8 @@ of DAVIS 2017.
 
 All frames after the first count that show at least one pixel of the target, of truth with pixels. One without an answer
 or without a mask is an empty mask there, 0. While no pixel is seen nothing counts: ``in_view_tnr`` tells whether a
-tracker knows that. Each episode counts the same in means, as each object of DAVIS. A tracker that gives no mask in an
-episode has no rows.
+tracker denies its presence then. Each episode counts the same in means, as each object of DAVIS. A tracker that gives
+no mask in an episode has no rows.
 """
 
 from __future__ import annotations

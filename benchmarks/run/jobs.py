@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, Protocol
 import cv2
 import numba
 
-from benchmarks.contract.judging import Judge, Score, ScoreSheet, TimeBlock, UnreadableSequence, all_scores
+from benchmarks.contract.judging import Judge, Score, ScoreSheet, TimeBlock, UnreadableSequence
 from benchmarks.contract.metric import BrokenMetric
 from benchmarks.contract.rows import ESTIMATES, LAST_METRIC, BlockKey, Row, rounded
 from benchmarks.contract.suite import Suite
@@ -312,7 +312,7 @@ def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobR
         scores = [
             (run.repeat, score)
             for run, sheet in own
-            for score in (*all_scores(sheet, run.guard.ending()), *run.guard.scores())
+            for score in (*sheet.scores(run.guard.ending()), *run.guard.scores())
         ]
         if controller_failed_at is not None:
             scores.append((0, Score(CONTROLLER_FAILED_AT, float(controller_failed_at))))

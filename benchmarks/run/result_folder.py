@@ -38,7 +38,7 @@ def check_file(file: Path, parameter: str) -> None:
 
 
 @contextmanager
-def alone_in(folder: Path, parameter: str = "out") -> Iterator[None]:
+def alone_in(folder: Path) -> Iterator[None]:
     """Hold a folder while the context lasts; the system lets go of it when the process ends, however that is.
 
     Network disks without such locks hold nothing.
@@ -51,8 +51,9 @@ def alone_in(folder: Path, parameter: str = "out") -> Iterator[None]:
         try:
             fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            wanted = f"{parameter}: expected a folder that no other run writes"
-            raise ValueError(f"{wanted}, got {str(folder)!r}, which one writes now") from None
+            raise ValueError(
+                f"out: expected a folder that no other run writes, got {str(folder)!r}, which one writes now"
+            ) from None
         except OSError:
             pass
         yield

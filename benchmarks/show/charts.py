@@ -114,18 +114,18 @@ def curve_of(points: Iterable[tuple[float, Interval | None]]) -> Curve | None:
     return Curve(*np.array(known).T) if known else None
 
 
-def recovery(rows: Sequence[Row], until_frames: int = RECOVERY_FRAMES) -> Curve | None:
-    """Share of targets found again, against frames since the watch began, up to ``until_frames``.
+def recovery(rows: Sequence[Row]) -> Curve | None:
+    """Share of targets found again, against frames since the watch began, up to ``RECOVERY_FRAMES``.
 
     Kaplan-Meier, see ``still_waiting``; a target never found is censored at the end of its watch. The band is a
     percentile bootstrap over seeds. None without targets to find.
     """
     times, watched = Quantity("recovery_frames"), Quantity("watched_frames")
-    pool = RestrictedMean(until_frames + 1, times, watched).pooled(rows)
+    pool = RestrictedMean(RECOVERY_FRAMES + 1, times, watched).pooled(rows)
     if pool is None:
         return None
     found = replace(pool, finish=lambda hazards: 1.0 - still_waiting(hazards))
-    return _with_band(found, np.arange(until_frames + 1.0))
+    return _with_band(found, np.arange(RECOVERY_FRAMES + 1.0))
 
 
 def found_at_alarms(rows: Sequence[Row], statistic: Froc, alarms_per_hour: NDArray[np.float64]) -> Curve | None:

@@ -26,13 +26,7 @@ from benchmarks.show.against import against, points_of
 from benchmarks.show.charts import Chart
 from benchmarks.show.definitions import metric_definitions
 from benchmarks.show.palette import LineStyles, line_styles
-from benchmarks.show.pictures import (
-    Reopen,
-    keep_event_picture,
-    name_of,
-    read_pictures,
-    remove_picture,
-)
+from benchmarks.show.pictures import Reopen, keep_event_picture, name_of, read_pictures, remove_picture
 from benchmarks.show.provenance import provenance
 from benchmarks.show.showing import showing_of
 from benchmarks.statistics.bootstrap import Interval

@@ -64,14 +64,14 @@ def intervals_of(statistic: Statistic, rows: Mapping[str, Sequence[Row]]) -> dic
     return {name: each for name, each in found.items() if each is not None}
 
 
-def bootstrap_interval(pool: PooledRatios, resamples: int = RESAMPLES) -> tuple[float, float]:
+def bootstrap_interval(pool: PooledRatios) -> tuple[float, float]:
     """Return the 95 % percentile bootstrap interval over seeds (Efron 1979); the same rows give the same interval.
 
     It is NaN where fewer than two seeds contribute, which tell nothing of how seeds differ.
     """
     if pool.seed_count < _FEWEST_SEEDS:
         return float("nan"), float("nan")
-    return percentile_interval(pool.value(resample(len(pool.seeds), resamples)))
+    return percentile_interval(pool.value(resample(len(pool.seeds), RESAMPLES)))
 
 
 def compare(first: PooledRatios, second: PooledRatios, resamples: int = RESAMPLES) -> Comparison:

@@ -80,6 +80,8 @@ _TINY = {"width_px": 64, "height_px": 48, "extent_m": 300.0, "background": 2}
 _FRAMES = 3
 _SHEET_PICTURES = 40
 _NEAR_ZERO = 1e-12
+_DRAWN = "precision_plot"
+"""Rows of which no metric is made: no edition stands for them."""
 _COURSE = 60
 """Later frames of a set path, of which no picture is taken."""
 _COMMAND = CameraCommand(1.0, 0.5, 0.2, 0.1, 0.1, 0.05, 0.02)
@@ -373,8 +375,9 @@ def _judged(
             sheet.keep(frame, answer(frame))
     for sheet in sheets:
         for score in sheet.scores(Ending()):
-            event = None if score.event is None else score.event.attributes()
-            yield score.metric, score.value, score.weight, event
+            if score.metric != _DRAWN:
+                event = None if score.event is None else score.event.attributes()
+                yield score.metric, score.value, score.weight, event
 
 
 def _reduced() -> Callable[[Frame], Estimate]:

@@ -33,14 +33,7 @@ from jinja2 import Environment, StrictUndefined, TemplateError
 from benchmarks.contract.suite import suite
 from benchmarks.contract.text import interval_text, number_text, unit_sign
 from benchmarks.papers.experiment import experiment_named
-from benchmarks.show.tables import (
-    NO_NUMBER,
-    REFERENCES,
-    UNRANKED_ROLES,
-    Cell,
-    leaderboard,
-    markdown_table,
-)
+from benchmarks.show.tables import NO_NUMBER, REFERENCES, UNRANKED_ROLES, Cell, leaderboard, markdown_table
 from benchmarks.statistics.summary import paired
 from sim.checks import check
 from tools.publishing import ledger

@@ -38,10 +38,7 @@ def measure_process(scenario: str, preset: str, frames: int, seed: int) -> dict[
     here_s, _ = _spent_s(still.Still(None, None), observations, box_xyxy)
     there_s, cpu_s = _spent_s(remote, observations, box_xyxy)
     remote.release(whole=False)
-    return {
-        "process_wall_ms": milliseconds(there_s - here_s),
-        "process_cpu_ms": milliseconds(cpu_s),
-    }
+    return {"process_wall_ms": milliseconds(there_s - here_s), "process_cpu_ms": milliseconds(cpu_s)}
 
 
 def _spent_s(

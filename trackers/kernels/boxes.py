@@ -37,14 +37,23 @@ def inside_picture(points_px: NDArray[np.float64], width_px: int, height_px: int
     return (x >= 0) & (x < width_px) & (y >= 0) & (y < height_px)
 
 
+def box_iou(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the intersection over union of boxes (..., 4), which broadcast: area(A n B) / area(A u B), in [0, 1].
+
+    0 where either box has no area or holds NaN.
+    """
+    low = np.maximum(first_xyxy[..., :2], second_xyxy[..., :2])
+    high = np.minimum(first_xyxy[..., 2:], second_xyxy[..., 2:])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        shared = np.prod(np.clip(high - low, 0.0, None), axis=-1)
+        areas = [np.prod(np.clip(box[..., 2:] - box[..., :2], 0.0, None), axis=-1) for box in (first_xyxy, second_xyxy)]
+        iou = shared / (areas[0] + areas[1] - shared)
+    return np.where((areas[0] > 0) & (areas[1] > 0), np.nan_to_num(iou, nan=0.0), 0.0)
+
+
 def intersections_over_union(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return (N, M) area of the intersection over that of the union of boxes (N, 4) and (M, 4); 0 for empty ones."""
-    low = np.maximum(first_xyxy[:, None, :2], second_xyxy[None, :, :2])
-    high = np.minimum(first_xyxy[:, None, 2:], second_xyxy[None, :, 2:])
-    shared = np.prod(np.maximum(high - low, 0.0), axis=-1)
-    areas = (np.prod(np.maximum(each[:, 2:] - each[:, :2], 0.0), axis=-1) for each in (first_xyxy, second_xyxy))
-    union = np.add.outer(*areas) - shared
-    return np.divide(shared, union, out=np.zeros_like(shared), where=union > 0)
+    """Return (N, M) ``box_iou`` of each of the boxes (N, 4) and each of the boxes (M, 4)."""
+    return box_iou(first_xyxy[:, None], second_xyxy[None])
 
 
 WIDTH_TO_LENGTH = 0.42

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from benchmarks.contract.judging import DrawnSheet, Ending, Judge, Score, ScoreSheet
+from benchmarks.contract.judging import Ending, Judge, Score, ScoreSheet
 from benchmarks.contract.rows import BlockKey, Row
 from benchmarks.contract.suite import suite
 from benchmarks.data.estimates import block_file
@@ -107,10 +107,6 @@ class _KeepingSheet:
         self._ending, new = ending, ending.new_gap_method
         keeping = None if new is None else lambda: _KeepingGapMethod(new(), self._gaps)
         return self.sheet.scores(replace(ending, new_gap_method=keeping))
-
-    def drawn(self) -> Iterable[Score]:
-        """See ``DrawnSheet``."""
-        return self.sheet.drawn() if isinstance(self.sheet, DrawnSheet) else ()
 
     def run(self, guard: GuardedTracker) -> Run:
         """Return how it went."""

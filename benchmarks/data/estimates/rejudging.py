@@ -18,7 +18,7 @@ import joblib
 import numba
 import numpy as np
 
-from benchmarks.contract.judging import Ending, Score, ScoreSheet, all_scores
+from benchmarks.contract.judging import Ending, Score, ScoreSheet
 from benchmarks.contract.rows import FILE_NAME, REAL, BlockKey, Row, block_key, read_blocks
 from benchmarks.contract.suite import suite
 from benchmarks.data.estimates.block_file import EXTRAPOLATED, INTERPOLATED, Block, Facts, Values, facts_in, read_block
@@ -150,7 +150,7 @@ def _rows(block: Block, sheets: Sequence[ScoreSheet]) -> list[Row]:
     for repeat, (run, answered, sheet) in enumerate(zip(facts.runs, block.answered, sheets, strict=True)):
         gaps = partial(RecalledGapMethod, iter(answered.gaps)) if run.bridges else None
         ending = Ending(run.failed_at_frame, answered.revised, gaps, run.decides_at)
-        own = [*all_scores(sheet, ending), *times(answered.taken, answered.revision, facts.frame_count)]
+        own = [*sheet.scores(ending), *times(answered.taken, answered.revision, facts.frame_count)]
         if "real_time_hz" in facts.heading:
             own.append(frames_seen(len(answered.taken), facts.frame_count, run.failed_in_the_end))
         if run.failed_in_the_end is not None:

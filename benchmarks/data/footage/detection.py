@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.data.footage.sources import Picture
-from benchmarks.judges.boxes import box_iou
+from trackers.kernels.boxes import box_iou
 from trackers.kernels.ground_camera import apply_homography
 from trackers.kernels.picture_motion import picture_motion
 

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from benchmarks.contract.rows import Row
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
 from benchmarks.data.predictions.formats import SequenceFile, read_predictions
-from benchmarks.judges.boxes import box_iou
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode
 from sim.checks import check
 from trackers.follow_one import FollowOne
+from trackers.kernels.boxes import box_iou
 from trackers.regions import Rectangle, Region, estimate_of
 from trackers.registry import NoParameters
 from trackers.types import CameraModel, Estimate, Observation, Track

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from benchmarks.contract.judging import Score
 from benchmarks.judges import in_view, recovery
-from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.frame_out.metrics import localisation, posterior
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut, find_frame_outs
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
 from benchmarks.statistics import long_term
+from trackers.kernels.boxes import box_iou
 
 NEES_CAP = 100.0
 """Largest NEES of a frame in a mean, so that single frames on which a tracker is lost do not dominate it; also the NEES

@@ -139,7 +139,7 @@ class FrameOutJudge:
         return scores
 
     def drawn(self, estimate: EstimateSeries) -> Iterator[Score]:
-        """Yield what is only drawn of one tracker."""
+        """Yield what is only drawn of one tracker: no metric is made of it, and no edition stands for it."""
         yield from precision_plot(self.truth, estimate)
 
 
@@ -177,12 +177,6 @@ class FrameOutSheet:
 
     def scores(self, ending: Ending) -> Sequence[Score]:
         """See ``ScoreSheet``."""
-        return [*self._judge.scores(self._series, ending.failed_at_frame), *self._masks.scores()]
-
-    def drawn(self) -> Iterator[Score]:
-        """See ``DrawnSheet``."""
-        return self._judge.drawn(self._series)
-
-    @property
-    def _series(self) -> EstimateSeries:
-        return EstimateSeries(*map(np.array, zip(*self._kept, strict=True)))
+        estimate = EstimateSeries(*map(np.array, zip(*self._kept, strict=True)))
+        scores = self._judge.scores(estimate, ending.failed_at_frame)
+        return [*scores, *self._masks.scores(), *self._judge.drawn(estimate)]

@@ -23,7 +23,6 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.contract.judging import OnSequences, Score
-from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.frame_out.episode_scores import (
     in_view_scores,
     precision_plot,
@@ -36,6 +35,7 @@ from benchmarks.judges.frame_out.metrics.frame_outs import find_frame_outs
 from benchmarks.judges.frame_out.metrics.localisation import ON_CAR_IOU
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
 from scenarios.scenario import Episode
+from trackers.kernels.boxes import box_iou
 
 _EACH_SEQUENCE = ("centre_error_px", "precision_20_px", "success_auc", "success_curve")
 """Scores of OTB."""

@@ -24,10 +24,10 @@ class FirstBoxes:
 
     def initialise(self, frame: Frame, start: Start) -> Sequence[Track]:
         """See ``scenarios.loop.LoopTracker``."""
-        index, is_target, box_xyxy, _ = objects_of(frame.truth)
+        objects = objects_of(frame.truth)
+        targets = zip(objects.number[objects.is_target], objects.box_xyxy[objects.is_target], strict=True)
         self._tracks = tuple(
-            Track(int(identity), Estimate(0.5 * (box[:2] + box[2:]), box_xyxy=box.copy()))
-            for identity, box in zip(index[is_target], box_xyxy[is_target], strict=True)
+            Track(int(identity), Estimate(0.5 * (box[:2] + box[2:]), box_xyxy=box.copy())) for identity, box in targets
         )
         return self._tracks
 

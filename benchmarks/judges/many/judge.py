@@ -1,29 +1,39 @@
 """The judge of the suite ``many``: the boxes of tracks against those of all targets, as MOT Challenge scores them.
 
-The similarity of a target and a track is the intersection over union of their boxes. Targets are all objects of which a
-frame's truth has a box and of which some may be seen. An object whose kind is in ``Distractors`` is none: a track on it
-counts neither as right nor as wrong, and other objects that are none neither; which track is on what is decided as
-TrackEval decides it, by the best assignment of all boxes with a similarity of at least a half.
+The similarity of a target and a track is the intersection over union of their boxes. A target is an object with a box
+in the truth of a frame, of which some may be seen, unless its kind is ``DISTRACTOR`` or ``OTHER``. A track on a
+distractor counts neither as right nor as wrong. Which track is on one is decided as in TrackEval, by the best
+assignment of all boxes with a similarity of at least a half.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from benchmarks.contract.judging import Ending, Score
-from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.identities import THRESHOLD, Pairing, clear_counts, numbered, track_scores
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.truth import Truth
+from trackers.kernels.boxes import intersections_over_union
 from trackers.types import CameraCommand, Track
 
 DISTRACTOR, OTHER = "distractor", "other"
 """Kinds of objects of real sequences that are no targets: what a tracker may take for one, and what else has a box."""
 _EPSILON = float(np.finfo(float).eps)
+
+
+class Objects(NamedTuple):
+    """The N objects of a frame: number (N,), box_xyxy (N, 4), and whether each is a target or a distractor (N,)."""
+
+    number: NDArray[np.int64]
+    box_xyxy: NDArray[np.float64]
+    is_target: NDArray[np.bool_]
+    is_distractor: NDArray[np.bool_]
 
 
 class ManyJudge:
@@ -34,7 +44,7 @@ class ManyJudge:
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
-        self.truth = frame.truth
+        self.objects = objects_of(frame.truth)
 
     def sheet(self) -> ManySheet:
         """See ``Judge``."""
@@ -46,58 +56,42 @@ class ManySheet:
 
     def __init__(self, judge: ManyJudge) -> None:
         self._judge = judge
-        self._truths: list[tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.float64], NDArray[np.bool_]]] = []
+        self._objects: list[Objects] = []
         self._answers: list[Sequence[Track]] = []
 
     def keep(self, frame: Frame, tracks: Sequence[Track]) -> None:
         """See ``ScoreSheet``."""
-        self._truths.append(objects_of(self._judge.truth))
+        self._objects.append(self._judge.objects)
         self._answers.append(tracks)
 
     def scores(self, ending: Ending) -> Iterator[Score]:
         """Yield the scores of the answers, revised ones if there are any, that the tracker decides for."""
         final = self._answers if ending.revised is None else ending.revised
-        frames = [
-            paired(*objects, [each for each in tracks if _decided(each, ending.decides_at)])
-            for objects, tracks in zip(self._truths, final, strict=True)
-        ]
-        named = numbered(frames)
+        named = numbered([paired(*frame, ending.decides_at) for frame in zip(self._objects, final, strict=True)])
         yield from track_scores(named, clear_counts(named))
 
 
-def objects_of(
-    truth: Truth,
-) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.float64], NDArray[np.bool_]]:
-    """Return the N objects of a frame that have a box: index, whether each is a target, box (N, 4), and whether it is a
-    distractor.
-    """
+def objects_of(truth: Truth) -> Objects:
+    """Return the objects of a frame that have a box and may be seen."""
     seen = ~np.isin(truth.state, ("out", "absent")) & np.isfinite(truth.box_xyxy).all(axis=1)
     there = np.flatnonzero(seen & ~(truth.visible_fraction <= 0.0))
     kinds = np.array(truth.kinds)[there]
-    return there, ~np.isin(kinds, (DISTRACTOR, OTHER)), truth.box_xyxy[there], kinds == DISTRACTOR
+    return Objects(there, truth.box_xyxy[there], ~np.isin(kinds, (DISTRACTOR, OTHER)), kinds == DISTRACTOR)
 
 
-def paired(
-    index: NDArray[np.int64],
-    is_target: NDArray[np.bool_],
-    box_xyxy: NDArray[np.float64],
-    is_distractor: NDArray[np.bool_],
-    tracks: Sequence[Track],
-) -> Pairing:
-    """Return the pairing of a frame's objects, see ``objects_of``, and of the tracks that have a box."""
-    boxed = [
-        each for each in tracks if each.estimate.box_xyxy is not None and np.isfinite(each.estimate.box_xyxy).all()
-    ]
-    identities = np.array([each.identity for each in boxed], np.int64)
-    answered_xyxy = np.array([each.estimate.box_xyxy for each in boxed], float).reshape(-1, 4)
-    similarity = box_iou(box_xyxy[:, None], answered_xyxy)
+def paired(objects: Objects, tracks: Sequence[Track], least: float) -> Pairing:
+    """Return the pairing of a frame's targets, and of the tracks that have a box, a confidence of at least ``least`` or
+    none, and are on no distractor.
+    """
+    decided = (each for each in tracks if each.confidence is None or each.confidence >= least)
+    boxes = ((each.identity, each.estimate.box_xyxy) for each in decided)
+    boxed = [(identity, box) for identity, box in boxes if box is not None and np.isfinite(box).all()]
+    identities = np.array([identity for identity, _ in boxed], np.int64)
+    answered_xyxy = np.array([box for _, box in boxed], float).reshape(-1, 4)
+    similarity = intersections_over_union(objects.box_xyxy, answered_xyxy)
     kept = np.ones(len(boxed), bool)
-    if is_distractor.any():
+    if objects.is_distractor.any():
         close = np.where(similarity < THRESHOLD - _EPSILON, 0.0, similarity)
         rows, columns = linear_sum_assignment(-close)
-        kept[columns[(close[rows, columns] > _EPSILON) & is_distractor[rows]]] = False
-    return Pairing(index[is_target], identities[kept], similarity[is_target][:, kept])
-
-
-def _decided(track: Track, least: float) -> bool:
-    return track.confidence is None or track.confidence >= least
+        kept[columns[(close[rows, columns] > _EPSILON) & objects.is_distractor[rows]]] = False
+    return Pairing(objects.number[objects.is_target], identities[kept], similarity[objects.is_target][:, kept])

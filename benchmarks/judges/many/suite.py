@@ -20,19 +20,12 @@ MANY = Suite(
     summary="many targets: is each followed under one identity, by its box, as MOT Challenge scores it?",
     scenes=(
         Scene("fish-tank", "fish", ("shoal_chain", "sort", "sort_appearance", "bytetrack", "first_boxes")),
-        Scene(
-            "harbour",
-            "harbour",
-            ("harbour_watch", "eigen_swarm", "harbour_mog2", "harbour_posts", "first_boxes"),
-        ),
+        Scene("harbour", "harbour", ("harbour_watch", "eigen_swarm", "harbour_mog2", "harbour_posts", "first_boxes")),
     ),
     preset="standard",
     quick_preset="quick",
     judge=ManyJudge,
-    metrics=(
-        *identity_metrics("no overlap", "an overlap (IoU) of a half", _SEEN, track_scores),
-        *SPEED,
-    ),
+    metrics=(*identity_metrics("no overlap", "an overlap (IoU) of a half", _SEEN, track_scores), *SPEED),
     headline=_HEADLINE,
     compared=_COMPARED,
     tuned_for={"hota": 1.0, "idf1": 1.0},

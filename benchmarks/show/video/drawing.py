@@ -298,7 +298,7 @@ class InLargerView(Drawing):
 
 
 class OfFootage(InLargerView):
-    """Shows footage, of which no truth is known: what is said of an instant is the tracker's opinion."""
+    """Shows footage, of which no truth is known: what is said of an instant comes from the tracker alone."""
 
     signs: Mapping[str, marks.Rgb] = {"the picture": marks.OBSERVED}
 

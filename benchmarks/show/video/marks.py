@@ -28,6 +28,7 @@ CALM: Rgb = (54, 58, 66)
 """Where nothing is to be seen on a time line."""
 
 _LABEL_MARGIN_PX = 3
+_POINTER_MARGIN_PX = 14.0
 _LABEL_GROUND = 0.7
 """Opacity of the ground of a label."""
 _SHIFT = 4
@@ -114,14 +115,14 @@ def draw_ellipse(image: Image, centre_px: NDArray[np.float64], covariance_px: ND
     draw_lines(image, [centre_px + (circle * radii) @ axes.T], colour, 1)
 
 
-def draw_pointer(image: Image, target_px: NDArray[np.float64], colour: Rgb, margin_px: float = 14.0) -> None:
+def draw_pointer(image: Image, target_px: NDArray[np.float64], colour: Rgb) -> None:
     """Draw an arrow head at the border towards ``target_px`` (2,), if that lies outside the picture."""
     height, width = image.shape[:2]
     half = np.array([0.5 * width, 0.5 * height])
     direction = np.asarray(target_px, dtype=float) - half
     if not np.isfinite(direction).all() or (np.abs(direction) <= half).all():
         return
-    tip = half + direction * np.min((half - margin_px) / np.maximum(np.abs(direction), 1e-9))
+    tip = half + direction * np.min((half - _POINTER_MARGIN_PX) / np.maximum(np.abs(direction), 1e-9))
     ahead = 12.0 * direction / np.hypot(*direction)
     left = np.array([-ahead[1], ahead[0]])
     head = fixed_point([tip, tip - ahead + 0.6 * left, tip - ahead - 0.6 * left])
@@ -159,11 +160,11 @@ def text_width_px(text: str, *, size: int = 16, weight: int = 400) -> int:
     return int(cv2.getTextSize((0, 0), text, (0, 0), _font(), size, weight)[2])
 
 
-def shortened(text: str, width_px: float, *, size: int = 16, weight: int = 400) -> str:
+def shortened(text: str, width_px: float, *, size: int = 16) -> str:
     """Return the text with a gap in its middle, if it is wider than ``width_px``."""
     kept = len(text)
     shown = text
-    while kept > 1 and text_width_px(shown, size=size, weight=weight) > width_px:
+    while kept > 1 and text_width_px(shown, size=size) > width_px:
         kept -= 1
         shown = f"{text[: (kept + 1) // 2]}…{text[len(text) - kept // 2 :]}"
     return shown

@@ -26,7 +26,6 @@ from benchmarks.data.exports.exporter import export
 from benchmarks.data.mot_text import read_mot
 from benchmarks.data.predictions.writing import write_predictions
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.frame_out.suite import FRAME_OUT
 from benchmarks.judges.identities import Pairing, clear_counts, hota, identity_counts, numbered
 from benchmarks.judges.tracker_speed import TIMES
@@ -38,6 +37,7 @@ from scenarios.scenario import Episode
 from tests import fakes_scenario
 from tests.benchmarks.data.layouts.written_layouts import write_coco, write_tao, write_tao_amodal
 from tests.benchmarks.data.written_sequences import lines_of, true_boxes, write_lines, write_otb
+from trackers.kernels.boxes import intersections_over_union
 from trackers.regions import Mask, Rectangle, estimate_of
 from trackers.registry import NoParameters
 from trackers.types import CameraModel, Estimate, Observation, Track
@@ -539,7 +539,7 @@ def test_trackeval_scores_written_rows_as_the_identity_metrics_do(tmp_path: Path
                 Pairing(
                     truth.identity[truth.frame == k],
                     found.identity[found.frame == k],
-                    box_iou(truth.box_xyxy[truth.frame == k][:, None], found.box_xyxy[found.frame == k]),
+                    intersections_over_union(truth.box_xyxy[truth.frame == k], found.box_xyxy[found.frame == k]),
                 )
                 for k in range(1, 41)
             ]

@@ -26,12 +26,12 @@ from benchmarks.data.estimates.rejudging import rejudge
 from benchmarks.data.exports.exporter import export
 from benchmarks.data.layouts.collection import read_collections
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.tracker_speed import TIMES
 from benchmarks.run.outcome import TrackerWarning
 from tests.benchmarks.data.exports.painted_scene import FRAMES as PAINTED_FRAMES
 from tests.benchmarks.data.exports.painted_scene import WIDTH_PX, painted_data_set, truths
 from tests.benchmarks.data.written_sequences import AWAY, FRAMES, lines_of, true_boxes, write_lines, write_otb
+from trackers.kernels.boxes import box_iou
 from trackers.registry import NoParameters, register
 from trackers.types import Estimate, Observation
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.judges.boxes import box_iou
 from benchmarks.judges.frame_out.metrics.series import EstimateSeries, TruthSeries
+from trackers.kernels.boxes import box_iou
 
 ON_CAR_IOU = 0.5
 WORST_ERROR_M = 200.0

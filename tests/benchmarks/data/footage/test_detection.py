@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from benchmarks.data.footage.detection import first_moving
 from benchmarks.data.footage.sources import Picture
-from benchmarks.judges.boxes import box_iou
 from tests.benchmarks.data.footage.written_footage import SIDE_PX, picture_of
+from trackers.kernels.boxes import box_iou
 
 
 def footage(pan_px: int, speed_px: int, count: int = 60) -> Iterator[tuple[Picture, tuple[int, int]]]:

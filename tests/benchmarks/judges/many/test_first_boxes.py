@@ -17,7 +17,7 @@ from scenarios.loop import Loop
 def test_it_answers_with_the_true_boxes_of_the_first_picture_on_every_one() -> None:
     loop = Loop(FISH_TANK.episode("quick", 0), [FirstBoxes()])
     first = loop.step().truth
-    index, is_target, box_xyxy, _ = objects_of(first)
+    index, box_xyxy, is_target, _ = objects_of(first)
     for _ in range(3):
         (tracks,) = loop.answers
         assert [each.identity for each in tracks] == index[is_target].tolist()
