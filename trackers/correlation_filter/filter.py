@@ -24,7 +24,7 @@ import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy import fft, ndimage
+from scipy import fft
 
 from trackers.correlation_filter.colour import ColourModel, colour_bins
 from trackers.correlation_filter.features import CELL, cell_features
@@ -56,27 +56,6 @@ _NEWTON_STEPS, _NEWTON_ENDS = 4, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
-    """How much the target is at each place of a region.
-
-    Attributes:
-        values: (n, n) about 0 where it is not, 1 where it is as it was learnt.
-        centre_px: (2,) place of ``values[n // 2, n // 2]``.
-        cell_px: distance of neighbouring places, pixels.
-    """
-
-    values: NDArray[np.float32]
-    centre_px: NDArray[np.float64]
-    cell_px: float
-
-    def at(self, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the response (N,) at points (N, 2), 0 outside the region."""
-        cells = (points_px - self.centre_px) / self.cell_px + len(self.values) // 2
-        found: NDArray[np.float64] = ndimage.map_coordinates(self.values, cells.T[::-1], order=1, output=np.float64)
-        return found
-
-
-@dataclass(frozen=True, eq=False)
 class Match:
     """Where a target is most likely in a region.
 
@@ -86,20 +65,18 @@ class Match:
         peak: the filter's response there: about 1 where it looks as it was learnt, towards 0 where it is hidden.
         sharpness: the peak above the mean of the response around it, in standard deviations of that (peak-to-sidelobe
             ratio: Bolme et al., Visual object tracking using adaptive correlation filters, CVPR 2010).
-        response: of the whole region, with the colours.
     """
 
     position_px: NDArray[np.float64]
     scale: float
     peak: float
     sharpness: float
-    response: Response
 
 
 class CorrelationFilter:
-    """How a target looks, learnt from a box in a picture and from each box that it is told later.
+    """How a target looks, learnt from a box in a picture and from the boxes of later ones.
 
-    It does not keep where the target is: the caller does. Equal calls give equal answers.
+    The caller keeps where the target is. Equal calls give equal answers.
     """
 
     def __init__(self, image_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> None:
@@ -154,13 +131,8 @@ class CorrelationFilter:
         row, column = _peak(mixed, top)
         cell_px = self._step_px * scale * CELL
         position_px = around_px + cell_px * (np.array([column, row]) - cells // 2)
-        return Match(
-            position_px,
-            self._sizes.best(image_rgb, position_px, scale),
-            float(response[top]),
-            _sharpness(response, top),
-            Response(mixed, np.array(around_px, float), cell_px),
-        )
+        best_scale = self._sizes.best(image_rgb, position_px, scale)
+        return Match(position_px, best_scale, float(response[top]), _sharpness(response, top))
 
     def update(self, image_rgb: NDArray[np.uint8], box_xyxy: NDArray[np.float64]) -> None:
         """Learn how the target looks in a box (4,) of a picture (H, W, 3).

@@ -25,6 +25,8 @@ _FOUND = 0.9
 """Probability that the best match in a searched square is the target, if the target is there and visible."""
 _DEVIATION_SIZES = 0.1
 _BORN_SHARE, _BORN_SIZES = 0.2, 0.05
+_LEAP = 0.1
+"""Prior probability in each picture that the target moves as no particle does."""
 _LEAP_SIZES, _LEAP_SIZES_PER_S = 1.0, 3.0
 """Standard deviation of a leap, and its growth with the time since the target was last held."""
 _FAR_PX = 1e5
@@ -65,13 +67,11 @@ class PictureModel:
         start_px: (2,) place at the start; the velocity is unknown.
         side_px: size at the start.
         miss_counts: if False, a missing match gives no information.
-        leap: prior probability in each picture that the target moves as no particle does.
     """
 
     start_px: NDArray[np.float64]
     side_px: float
     miss_counts: bool
-    leap: float
 
     def sample_initial(self, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
         """Draw states (N, COLUMNS)."""
@@ -149,7 +149,7 @@ class PictureModel:
             states[born, SPEED_X:VISIBLE] = faster + rng.normal(0, _SPEED_SIZES * observed.side_px, (count, 2))
             states[born, VISIBLE] = 1.0
             away = float(((place_px - expected_px) ** 2).sum()) / leap_px**2
-            states[born, LOG_PRIOR] = np.log(self.leap * len(states) / each) + thinner - 0.5 * away
+            states[born, LOG_PRIOR] = np.log(_LEAP * len(states) / each) + thinner - 0.5 * away
 
 
 def _deviation_px(states: NDArray[np.float64], observed: Glance) -> float:

@@ -22,7 +22,6 @@ _MOST_SEARCHED, _LEFT_OUT = 8, 0.03
 """Most squares in a picture, and the share of the particles that need not lie in one."""
 _HELD_SIZES, _HELD_MASS, _AWAY_S = 0.4, 0.5, 0.5
 _ELSEWHERE_SIZES, _FIRST_LESSONS, _LESSON_FRAMES = 2.0, 8, 4
-_LEAP = 0.1
 _TARGET_AND_RIM = 1.2
 _MOST_GROWTH = 1.1
 _LEAST_SIDE_PX, _LARGEST_SIDE = 2.0, 4.0
@@ -49,7 +48,7 @@ class PictureTracker:
         self._redetects = parameters.use_redetection
         self._position_px, self._size_px = box_centre(box_xyxy), box_size(box_xyxy)
         self._look = CorrelationFilter(observation.image_rgb, box_xyxy)
-        self._model = PictureModel(self._position_px, self._side_px, parameters.use_negative_information, _LEAP)
+        self._model = PictureModel(self._position_px, self._side_px, parameters.use_negative_information)
         self._filter = ParticleFilter(self._model, parameters.particles, rng)
         self._odds = MatchOdds()
         self._grey = _small_grey(observation.image_rgb)
@@ -64,8 +63,7 @@ class PictureTracker:
         self._frame, self._time_s = self._frame + 1, observation.time_s
         motion = self._background_motion(image_rgb)
         searched_px = self._places(self._model.carry(self._filter.states, motion, dt_s), image_rgb)
-        scale = self._side_px / float(np.sqrt(self._look.size_px.prod()))
-        matches = [self._look.locate(image_rgb, place_px, scale) for place_px in searched_px]
+        matches = [self._look.locate(image_rgb, place_px, self._scale) for place_px in searched_px]
         self._unheld_s += dt_s
         posterior = self._filter.step(
             Glance(
@@ -91,6 +89,11 @@ class PictureTracker:
     @property
     def _side_px(self) -> float:
         return float(np.sqrt(self._size_px.prod()))
+
+    @property
+    def _scale(self) -> float:
+        """Size of the target relative to that of the first box."""
+        return self._side_px / float(np.sqrt(self._look.size_px.prod()))
 
     def _background_motion(self, image_rgb: NDArray[np.uint8]) -> NDArray[np.float64]:
         """Return the homography (3, 3) from the previous picture; the size of a target that is not held follows it."""
@@ -158,7 +161,7 @@ class PictureTracker:
         """Learn how well something else matches, at a place drawn from the picture, if it is not near the target."""
         place_px, apart_px = self._anywhere(image_rgb), _ELSEWHERE_SIZES * self._side_px
         if np.linalg.norm(place_px - self._position_px) > apart_px:
-            match = self._look.locate(image_rgb, place_px, self._side_px / float(np.sqrt(self._look.size_px.prod())))
+            match = self._look.locate(image_rgb, place_px, self._scale)
             if np.linalg.norm(match.position_px - self._position_px) > 0.5 * apart_px:
                 self._odds.learn_other(match.peak)
 

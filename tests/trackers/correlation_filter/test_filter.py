@@ -55,8 +55,8 @@ def test_the_response_is_that_of_a_correlation_in_space() -> None:
     found = CorrelationFilter(first, _box((100, 80)))
     place_px, search = np.array([100.0, 80.0]), 1.25
     match = found.locate(later, place_px, search=search)
-    cells = len(match.response.values)
-    patch = patch_around(later, place_px, np.full(2, match.response.cell_px / 4), (4 * cells, 4 * cells))
+    cells = 60
+    patch = patch_around(later, place_px, np.full(2, found._step_px), (4 * cells, 4 * cells))
     features = cell_features(patch)
     assert found._weights is not None
     parts = [
@@ -64,8 +64,10 @@ def test_the_response_is_that_of_a_correlation_in_space() -> None:
         for x, w in zip(features, found._weights, strict=True)
     ]
     by_sums = np.sum(parts, axis=0)
-    row, column = np.unravel_index(np.argmax(match.response.values), match.response.values.shape)
-    assert by_sums[row, column] == pytest.approx(match.peak, abs=1e-3)
+    top = np.argmax(0.75 * by_sums + 0.25 * found._colour_response(patch, cells))
+    assert by_sums.flat[top] == pytest.approx(match.peak, abs=1e-3)
+    away_px = 4 * found._step_px * (np.array([top % cells, top // cells]) - cells // 2)
+    assert np.abs(match.position_px - place_px - away_px).max() <= 4 * found._step_px
 
 
 @settings(max_examples=6, deadline=None)
@@ -121,12 +123,6 @@ def test_a_larger_search_finds_what_lies_outside_the_usual_region() -> None:
     near, far = found.locate(later, np.array(centre)), found.locate(later, np.array([160.0, 120.0]), search=3.2)
     assert np.abs(far.position_px - away).max() < 1.0
     assert far.peak > 2 * near.peak
-    points_px = np.array([away, centre, (1e4, 0.0), (160.0, 120.0)])
-    at = far.response.at(points_px)
-    assert at[0] == pytest.approx(far.response.values.max(), rel=0.3)
-    assert at[2] == 0.0, "outside the region"
-    middle = len(far.response.values) // 2
-    assert at[3] == pytest.approx(far.response.values[middle, middle])
 
 
 def test_learning_follows_a_target_that_changes() -> None:
@@ -142,16 +138,15 @@ def test_learning_follows_a_target_that_changes() -> None:
 def test_equal_calls_give_equal_answers() -> None:
     first, later = picture((100, 80), SIZE), picture((105, 83), SIZE, scale=1.04)
 
-    def run() -> list[NDArray[np.float64]]:
+    def run() -> list[list[float]]:
         found = CorrelationFilter(first, _box((100, 80)))
         found.update(later, _box((105, 83), (27, 18.7)))
-        match = found.locate(later, np.array([103.0, 80.0]), 1.02)
-        again = found.locate(later, np.array([103.0, 80.0]), 1.02)
-        np.testing.assert_array_equal(match.response.values, again.response.values)
-        return [match.position_px, np.array([match.scale, match.peak, match.sharpness]), match.response.values]
+        matches = [found.locate(later, np.array([103.0, 80.0]), 1.02) for _ in range(2)]
+        return [[*match.position_px, match.scale, match.peak, match.sharpness] for match in matches]
 
-    for one, other in zip(run(), run(), strict=True):
-        np.testing.assert_array_equal(one, other)
+    first_run, second_run = run(), run()
+    assert first_run == second_run
+    assert first_run[0] == first_run[1]
 
 
 @pytest.mark.parametrize(

@@ -28,9 +28,7 @@ _NOTHING = replace(_STILL, searched_px=np.empty((0, 2)), found_px=np.empty((0, 2
 
 
 def model(**changes: object) -> PictureModel:
-    return PictureModel(
-        **{"start_px": np.array([200.0, 150.0]), "side_px": _SIDE_PX, "miss_counts": True, "leap": 0.1} | changes
-    )
+    return PictureModel(**{"start_px": np.array([200.0, 150.0]), "side_px": _SIDE_PX, "miss_counts": True} | changes)
 
 
 def states(count: int = 500, seed: int = 0) -> np.ndarray:
@@ -71,7 +69,7 @@ def test_a_leap_weighs_as_much_as_particles_that_are_spread_by_it() -> None:
     """Births stand for a share of the prior, a wide normal distribution, without a particle for each of its places."""
     found = replace(_STILL, found_px=np.array([[215.0, 140.0]]))
     count, rng = 20_000, np.random.default_rng(1)
-    born = model(leap=0.1).predict(states(count), found, rng)
+    born = model().predict(states(count), found, rng)
     weights = np.exp(model().log_weights(born, found))
     leapt = born[:, LOG_PRIOR] != 0
     by_births = weights[leapt].sum() / count
