@@ -110,6 +110,13 @@ def test_sleap_s_analysis_hdf5(tmp_path: Path, dims: tuple[str, ...] | None) -> 
     assert table.rate_hz == (None if dims is None else 12.5)
 
 
+def test_a_track_of_sleap_without_a_name_is_named(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["tracks"], file["track_names"] = np.ones((2, 2, 3, 4)), np.array([b"a"])
+    with pytest.raises(ValueError, match=r"a\.h5: expected a whole \.h5 file, got index 1 is out of bounds"):
+        one(tmp_path / "a.h5")
+
+
 def test_a_project_of_sleap_takes_what_a_person_placed(tmp_path: Path) -> None:
     point = [("x", "<f8"), ("y", "<f8"), ("visible", "?"), ("complete", "?")]
     points = np.array([(1, 2, True, False), (3, 4, True, False)], point)
