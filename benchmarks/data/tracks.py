@@ -305,7 +305,7 @@ _READERS: dict[str, Callable[[Path], tuple[pd.DataFrame, float | None]]] = {
 }
 """Ending, before ``.gz`` → what reads a table and the frame rate that stands beside it."""
 _BROKEN = (
-    AttributeError, EOFError, ImportError, LookupError, OSError, RuntimeError, TypeError, ValueError, zipfile.BadZipFile,
-    zlib.error, pd.errors.ParserWarning,
+    AttributeError, EOFError, ImportError, LookupError, OSError, RuntimeError, TypeError, ValueError,
+    zipfile.BadZipFile, zlib.error, pd.errors.ParserWarning,
 )  # fmt: skip
 """What the readers raise for files that are broken, or of another kind than their ending says."""

@@ -6,13 +6,16 @@ format    a sequence's file                                                     
 ``vot``   a line a frame: a region, see ``trackers.regions``; separated by comma, tab or spaces 0, 0
 ``otb``   the same, as OTB counts                                                               1, 1
 ``mot``   a row a track and frame, see ``benchmarks.data.mot_text``                             1, 1
-``mots``  likewise with masks, frames counted from 0, or as the pictures of a real sequence are   0, 0
+``mots``  likewise with masks; frames count from 0, or as the first picture of a real sequence  0, 0
 ``coco``  JSON results of COCO or TAO for all sequences, see ``benchmarks.data.coco_json``      0, 0
 ========= ===================================================================================== ====================
 
 A line says that there is no answer by a number alone (1: the tracker was started here, 0 or 2: none), by NaN, by
 ``-1,-1,-1,-1``, by no width or height, or by nothing. Confidences stand beside ``NAME.txt`` in
 ``NAME_confidence.value``, a line a frame, as the VOT toolkit writes them; in MOT -1 is none.
+
+Frames are the pictures that there are, in their order: where the numbers of a real sequence's pictures have a gap, the
+rows of ``mot`` and ``mots`` count on without it.
 """
 
 from __future__ import annotations

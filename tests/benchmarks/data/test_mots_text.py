@@ -10,18 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
-from pycocotools.mask import encode
 
 from benchmarks.data.mots_text import read_mots, runs_fill
+from tests.benchmarks.data.layouts.written_layouts import counts
 
-MASK = np.zeros((6, 5), np.uint8, order="F")
+MASK = np.zeros((6, 5), np.uint8)
 MASK[1:4, 2:4] = 1
-COUNTS = encode(MASK)["counts"].decode()
-
-
-def counts_of(mask: Any) -> str:
-    text: str = encode(np.asfortranarray(mask, np.uint8))["counts"].decode()
-    return text
+COUNTS = counts(MASK)
 
 
 def written(folder: Path, *lines: str) -> Path:
@@ -31,9 +26,7 @@ def written(folder: Path, *lines: str) -> Path:
 
 
 def test_rows_are_read(tmp_path: Path) -> None:
-    path = written(
-        tmp_path, f"0 1000 1 6 5 {COUNTS}", "", f"0 2000 2 6 5 {COUNTS}", f"3 1000 1 6 5 {counts_of(0 * MASK)}"
-    )
+    path = written(tmp_path, f"0 1000 1 6 5 {COUNTS}", "", f"0 2000 2 6 5 {COUNTS}", f"3 1000 1 6 5 {counts(0 * MASK)}")
     rows = read_mots(path)
     assert rows.frame.tolist() == [0, 0, 3]
     assert rows.identity.tolist() == [1000, 2000, 1000]
@@ -49,12 +42,12 @@ def test_an_empty_file_has_no_rows(tmp_path: Path) -> None:
 
 @given(arrays(bool, array_shapes(min_dims=2, max_dims=2, max_side=40)), st.data())
 def test_counts_are_known_to_fill_their_picture_and_no_other(mask: Any, data: st.DataObject) -> None:
-    counts = counts_of(mask)
-    assert runs_fill(counts, mask.size)
-    assert not runs_fill(counts, mask.size + 1)
-    assert not runs_fill(counts[:-1], mask.size)
-    place = data.draw(st.integers(0, len(counts) - 1))
-    assert not runs_fill(counts[:place] + "\x7f" + counts[place + 1 :], mask.size)
+    runs = counts(mask)
+    assert runs_fill(runs, mask.size)
+    assert not runs_fill(runs, mask.size + 1)
+    assert not runs_fill(runs[:-1], mask.size)
+    place = data.draw(st.integers(0, len(runs) - 1))
+    assert not runs_fill(runs[:place] + "\x7f" + runs[place + 1 :], mask.size)
 
 
 @pytest.mark.parametrize(

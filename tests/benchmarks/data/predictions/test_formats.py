@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from pycocotools.mask import encode
 
 from benchmarks.data.predictions.formats import SequenceFile, format_of, read_predictions, sequences_in
 from benchmarks.data.predictions.predicted import Recalled
+from tests.benchmarks.data.layouts.written_layouts import counts
 from trackers.regions import Mask, Polygon, Rectangle, Special
 
 
@@ -76,16 +76,11 @@ def test_mot_rows_are_tracks_counted_from_one(tmp_path: Path) -> None:
     assert point.estimate.box_xyxy is None
 
 
-def _runs(mask: np.ndarray) -> str:
-    text: str = encode(np.asfortranarray(mask, np.uint8))["counts"].decode()
-    return text
-
-
 def test_rows_of_mots_are_tracks_with_masks_counted_from_zero(tmp_path: Path) -> None:
     first, second = np.zeros((2, 12, 16), bool)
     first[2:5, 3:9], second[6:9, 0:2] = True, True
     rows = [(0, 1000, first), (0, 2001, second), (2, 1000, second), (1, 1000, ~(first | ~first))]
-    text = "".join(f"{frame} {identity} 1 12 16 {_runs(mask)}\n" for frame, identity, mask in rows)
+    text = "".join(f"{frame} {identity} 1 12 16 {counts(mask)}\n" for frame, identity, mask in rows)
     file = _file(tmp_path / "a.txt", text)
     assert file.format == "mots"
     read = read_predictions(file)
@@ -99,11 +94,11 @@ def test_rows_of_mots_are_tracks_with_masks_counted_from_zero(tmp_path: Path) ->
     assert said[2][0].estimate.position_px.tolist() == [1, 7.5]
     challenge = tuple(f"img1/{k:06d}.jpg" for k in (2, 3, 4))
     shifted = read_predictions(
-        _file(tmp_path / "a.txt", f"3 1000 1 12 16 {_runs(first)}\n", skipped=1, pictures=challenge)
+        _file(tmp_path / "a.txt", f"3 1000 1 12 16 {counts(first)}\n", skipped=1, pictures=challenge)
     )
     assert list(shifted.tracks or {}) == [1]
     with pytest.raises(ValueError, match=r"a\.txt, line 1: expected a frame of 0 to 2, got 3"):
-        read_predictions(_file(tmp_path / "a.txt", f"3 1000 1 12 16 {_runs(first)}\n"))
+        read_predictions(_file(tmp_path / "a.txt", f"3 1000 1 12 16 {counts(first)}\n"))
 
 
 def _coco(folder: Path, results: list[dict[str, Any]], name: str = "{}/{:06d}.png") -> SequenceFile:
