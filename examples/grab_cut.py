@@ -3,7 +3,7 @@
     frameout bench frame-out --modules examples/grab_cut.py --trackers grab_cut hold --preset quick --seeds 0:2 \\
         --metric j_and_f mask_iou contour_accuracy kept_rate --out results/masks
 
-It has no idea where the car is while it is outside: then nothing matches, and it says nothing.
+While the car is outside nothing matches, and the answer is NaN.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A tracker's process: its start, its limits, its CPU time, its end, and what it says besides its answers.
+"""A tracker's process: its start, its limits, its CPU time, its end, and what it writes besides its answers.
 
 It runs in an empty folder of its own, with the variables of the environment that ``_PASSED`` names, and inherits no
 file but the ends of its pipes. What it prints is read and dropped, but for the last words. It and all that it starts
@@ -58,7 +58,7 @@ def running() -> set[int]:
 
 
 class ProcessError(RuntimeError):
-    """A tracker's process ended, did what it must not, or went beyond a limit."""
+    """A tracker's process ended, broke its protocol, or went beyond a limit."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Limits:
 
 
 class Child:
-    """A running process. Whoever meets an error in it calls ``kill``.
+    """A running process. After an error the caller calls ``kill``.
 
     Attributes:
         spent_cpu_s: CPU time of all its processes on the latest exchange, with what they have spent since the one
@@ -267,7 +267,7 @@ class Child:
         self._close()
 
     def widen_input(self) -> None:
-        """Have the pipe of its standard input take a picture at once, where the system allows it."""
+        """Widen the pipe of its standard input, so that a picture fits into it, where the system allows that."""
         if sys.platform == "linux":
             import fcntl  # Windows has none.
 
@@ -275,7 +275,7 @@ class Child:
                 fcntl.fcntl(self.stdin, fcntl.F_SETPIPE_SZ, _WIDE)
 
     def close(self, farewell: bytes = b"") -> None:
-        """Let it end by itself, as all that it reads is at its end, after a ``farewell``; then ``kill`` it."""
+        """Send a ``farewell``, close all that it reads, wait a second for its end, and ``kill`` it."""
         if self._close.alive:
             with contextlib.suppress(OSError):
                 os.write(self.stdin, farewell)

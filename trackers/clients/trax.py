@@ -87,13 +87,13 @@ class TraxTracker:
         """``child`` has said ``greeting``. Raises ProcessError for what this side cannot do."""
         self._child, self.elsewhere_cpu_s = child, 0.0
         name, _, self._can = read(greeting)
-        check("greeting", name == "hello", "hello", name)
+        _check("greeting", name == "hello", "hello", name)
         version = self._can.get("trax.version", "1")
-        check("version", version in _VERSIONS, "1 to 4", version)
+        _check("version", version in _VERSIONS, "1 to 4", version)
         self._version = int(version)
         self._images, self._regions = self._formats("trax.image", "path"), self._formats("trax.region", "rectangle")
         self._channels = self._formats("trax.channels", "color") if self._version > 1 else ["color"]
-        check("channels", {"color", "ir"}.issuperset(self._channels), "color or ir", ";".join(self._channels))
+        _check("channels", {"color", "ir"}.issuperset(self._channels), "color or ir", ";".join(self._channels))
         self._sent = 0
         child.widen_input()
 
@@ -127,7 +127,7 @@ class TraxTracker:
             name, arguments, properties = read(said)
             if name == "quit":
                 raise ProcessError(f"it quit: {properties.get('trax.reason', 'no reason given')}")
-            check("message", name == "state" and len(arguments) == 1, "a state with a region", repr(said[-60:]))
+            _check("message", name == "state" and len(arguments) == 1, "a state with a region", repr(said[-60:]))
             height_px, width_px = observation.image_rgb.shape[:2]
             estimate = estimate_of(read_region(_MASK.sub("m", arguments[0].strip())), height_px, width_px)
         except BaseException:
@@ -144,12 +144,12 @@ class TraxTracker:
             return rectangle
         if "polygon" in self._regions:
             return Polygon(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]))
-        check("region", "mask" in self._regions, "rectangle, polygon or mask", ";".join(self._regions))
+        _check("region", "mask" in self._regions, "rectangle, polygon or mask", ";".join(self._regions))
         return Mask(rectangle.mask(*observation.image_rgb.shape[:2]))
 
     def _pictures(self, observation: Observation) -> Sequence[str]:
         thermal = observation.camera.band == "thermal"
-        check("channels", "ir" not in self._channels or thermal, "color, as the camera has no other", "ir")
+        _check("channels", "ir" not in self._channels or thermal, "color, as the camera has no other", "ir")
         return [self._picture(observation.image_rgb)] * len(self._channels)
 
     def _picture(self, image_rgb: NDArray[np.uint8]) -> str:
@@ -163,16 +163,12 @@ class TraxTracker:
             file.write_bytes(png.tobytes())
             (self._child.folder / f"{self._sent - _KEPT:08d}.png").unlink(missing_ok=True)
             return f"file://{file}"
-        check(
-            "image",
-            "buffer" in self._images or "data" in self._images,
-            "memory, path or buffer",
-            ";".join(self._images),
-        )
+        is_buffer = "buffer" in self._images or "data" in self._images
+        _check("image", is_buffer, "memory, path or buffer", ";".join(self._images))
         return f"data:image/png;{base64.b64encode(png.tobytes()).decode()}"
 
 
-def check(what: str, good: bool, expected: str, got: object) -> None:
+def _check(what: str, good: bool, expected: str, got: object) -> None:
     """Raise ProcessError for what a tracker cannot do or has not said."""
     if not good:
         raise ProcessError(f"TraX, {what}: expected {expected}, got {got}")

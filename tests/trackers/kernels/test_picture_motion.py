@@ -79,3 +79,14 @@ def test_points_beyond_the_horizon_are_moved_far_and_stay_finite() -> None:
     np.testing.assert_allclose(
         moved_points(H, np.array([[10.0, 20.0], [10.0, 60.0]])), [[10 / 0.6, 20 / 0.6], [20, 120]]
     )
+
+
+def test_a_picture_of_another_size_is_the_same_view() -> None:
+    before = grey(4)
+    now = cv2.resize(shifted(before, 8.0, -4.0), (160, 120), interpolation=cv2.INTER_AREA)
+    points_px = np.array([[80.0, 60.0], [240.0, 180.0]])
+    for motion in (picture_motion(before, now), background_motion(before, now, np.array([100.0, 80.0, 130.0, 110.0]))):
+        np.testing.assert_allclose(moved_points(motion, points_px), 0.5 * (points_px + np.array([8.0, -4.0])), atol=0.5)
+    blank = np.full((120, 160), 90, np.uint8)
+    np.testing.assert_allclose(picture_motion(before, blank), np.diag([0.5, 0.5, 1.0]))
+    np.testing.assert_allclose(picture_motion(np.full((240, 320), 90, np.uint8), blank), np.diag([0.5, 0.5, 1.0]))
