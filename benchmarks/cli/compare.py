@@ -62,7 +62,9 @@ class Compare(WithModules):
         judged = self._suite_of_both(first, second)
         first, second = ([row for row in rows if row["suite"] == judged] for rows in (first, second))
         self._check_alike(first, second)
-        found = by_attribute(first, second)
+        both = set(map(_episode_of, first)) & set(map(_episode_of, second))
+        first, second = ([row for row in rows if _episode_of(row) in both] for rows in (first, second))
+        found = by_attribute(first, second) if both else []
         check("second", bool(found), f"a tracker with episodes that {self.first} ran on", repr(self.second))
         for name in self.metric:
             check_choice("metric", name, dict.fromkeys(metric.name for _, metric, _, _ in found))
@@ -137,6 +139,10 @@ class Compare(WithModules):
             )
             previous = attribute
         return table
+
+
+def _episode_of(row: Row) -> tuple[str, str, int]:
+    return row["scenario"], row["preset"], row["seed"]
 
 
 def _times_of(rows: list[Row]) -> str:

@@ -49,7 +49,7 @@ def sequences_in_words(judging: Suite, rows: Sequence[Row]) -> Iterator[str]:
     for preset in sorted({row["preset"] for row in real}) if judging.on_sequences is not None else ():
         own = [row for row in real if row["preset"] == preset]
         held = provenance(own)
-        line = f"{preset}: {counted(held['episodes'], 'sequence')}, {held['frames']} frames"
+        line = f"{preset}: {counted(held['episodes'], 'sequence')}, {counted(held['frames'], 'frame')}"
         if not judging.follows_many:
             judged = [(row["seed"], event_of(row)) for row in own if row["metric"] == "recovered"]
             returns = {(seed, event["index"]) for seed, event in judged if event is not None}

@@ -53,3 +53,15 @@ def test_one_suite_in_common_is_the_one(compare) -> None:  # type: ignore[no-unt
     told = compare("sharp", "hold")
     assert (told.status, told.error) == (0, "")
     assert "recovered" in told.out
+
+
+def test_only_episodes_that_both_have_run_count(compare, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    """Episodes of two presets have the same seeds."""
+    before = compare("sharp", "hold", "--json")
+    for seed in range(10_000, 10_008):
+        append_block(tmp_path, [{**row, "tracker": "sharp", "preset": "hard"} for row in rows_of("blunt", seed)])
+        append_block(tmp_path, [{**row, "tracker": "late", "preset": "hard"} for row in rows_of("blunt", seed)])
+    assert compare("sharp", "hold", "--json") == before
+    told = compare("late", "hold")
+    assert told.status == 2
+    assert told.error == "error: second: expected a tracker with episodes that late ran on, got 'hold'\n"
