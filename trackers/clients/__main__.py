@@ -11,7 +11,7 @@ from trackers.clients.remote import PORTABLE, found_program
 if len(sys.argv) > 1:
     try:
         print(made_environment(found_program(sys.argv[1], Path.cwd())))
-    except ValueError as error:
+    except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         sys.exit(2)
 else:

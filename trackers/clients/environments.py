@@ -62,6 +62,8 @@ def made_environment(program: Path) -> Path:
     print(f"making the environment of {program.name} in {folder} by {by}: {', '.join(packages)} …", file=sys.stderr)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".making-") as making:
+        if folder.exists() and not python.is_file():  # Its interpreter has been removed from this machine.
+            folder.rename(Path(making) / "broken")
         new = Path(making) / "environment"
         if uv:
             _run(program, uv, "venv", "-q", "--python", wanted or sys.executable, new)

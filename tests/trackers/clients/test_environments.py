@@ -13,6 +13,13 @@ from trackers.clients.environments import environment_of, made_environment, need
 ROOT = Path(__file__).parents[3]
 BLOCK = '# /// script\n# requires-python = ">=3.9"\n# dependencies = [\n#   "one==1.0",\n#   "two",\n# ]\n# ///\n'
 
+MAKES = """import pathlib, sys
+if sys.argv[1] == "venv":
+    pathlib.Path(sys.argv[-1], "bin").mkdir(parents=True)
+    pathlib.Path(sys.argv[-1], "bin", "python").touch()
+"""
+"""A program ``uv`` that makes an empty environment."""
+
 
 @pytest.fixture
 def program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -52,13 +59,7 @@ def test_an_environment_is_made_once_and_says_so(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     log = tmp_path / "log"
-    made = "pathlib.Path(sys.argv[-1], 'bin').mkdir(parents=True); pathlib.Path(sys.argv[-1], 'bin', 'python').touch()"
-    fake_uv(
-        tmp_path,
-        f"import pathlib, sys\nwith open({str(log)!r}, 'a') as log: print(*sys.argv[1:], file=log)\n"
-        f"if sys.argv[1] == 'venv': {made}\n",
-        monkeypatch,
-    )
+    fake_uv(tmp_path, f"{MAKES}with open({str(log)!r}, 'a') as log: print(*sys.argv[1:], file=log)\n", monkeypatch)
     python = made_environment(program)
     assert python == environment_of(program)
     assert python.is_file()
@@ -71,6 +72,17 @@ def test_an_environment_is_made_once_and_says_so(
     assert made_environment(program) == python
     assert len(log.read_text().splitlines()) == 2
     assert not list(environment_of(program).parents[2].glob(".making-*"))
+
+
+def test_one_whose_python_is_gone_is_made_anew(program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fake_uv(tmp_path, MAKES, monkeypatch)
+    python = made_environment(program)
+    python.unlink()
+    python.symlink_to(tmp_path / "removed")
+    (python.parent / "old").touch()
+    assert made_environment(program).is_file()
+    assert [each.name for each in python.parent.iterdir()] == ["python"]
+    assert list(python.parents[2].iterdir()) == [python.parents[1]]
 
 
 def test_one_that_cannot_be_made_leaves_nothing(program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
