@@ -18,11 +18,15 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.data.box_files import read_flags
-from benchmarks.data.layouts.layout import Source, Target, layout
-from benchmarks.data.layouts.one_a_line import read_one_a_line
+from benchmarks.data.box_files import corners_of, read_boxes, read_flags
+from benchmarks.data.layouts.followed import of_one_target
+from benchmarks.data.layouts.layout import Source, Target, check_one_target, layout
+from benchmarks.data.pictures import numbered_pictures, short
 from benchmarks.data.sequences import OCCLUDED, OUT, Labelled
+from sim.checks import check
 
+FIRST = 1.0
+"""Coordinate of the top left corner of the picture in what was made with MATLAB."""
 _BOXES = "groundtruth_rect*.txt"
 PARTS = {"David": (300, 770), "Diving": (1, 215), "Football1": (1, 74), "Freeman3": (1, 460), "Freeman4": (1, 283)}
 """Sequence → numbers of the first and the last picture that its boxes belong to."""
@@ -46,3 +50,31 @@ def _read(name: str, pictures: Path, file: Path, target: Target) -> Labelled:
     count = len(read.pictures)
     flags = [read_flags(each, count) == 1 for each in (outside, occluded)]
     return replace(read, tags=np.select(flags, [OUT, OCCLUDED], ""), whole=True)
+
+
+def read_one_a_line(
+    name: str, folder: Path, file: Path, part: tuple[int, int] | None, target: Target, *, else_where: str = ""
+) -> Labelled:
+    """Return what a file with a box a line, or a line a frame and target, says of a target in a folder of pictures.
+
+    Args:
+        folder: of the pictures. file: of the boxes.
+        part: numbers of the first and the last picture that the boxes belong to, if they are not one for each picture.
+        target: see ``Target``.
+        else_where: where else the pictures may be, for a message.
+
+    Raises:
+        ValueError: see ``Source``.
+    """
+    check(short(file), folder.is_dir(), f"pictures in {short(folder, 3)}{else_where}", "no such folder")
+    pictures = numbered_pictures(folder)
+    keys, box_xywh = read_boxes(file, len(pictures))
+    boxes = corners_of(box_xywh, FIRST)
+    if keys.size:
+        (frames, ids), lines = keys.astype(np.int64).T, np.arange(1, len(keys) + 1)
+        return of_one_target(name, file, pictures, target, frames, ids, lines, boxes)
+    check_one_target(target)
+    if part is not None and len(boxes) != len(pictures):
+        first, last = part
+        pictures = {number: picture for number, picture in pictures.items() if first <= number <= last}
+    return Labelled(name, file, list(pictures.values()), boxes)

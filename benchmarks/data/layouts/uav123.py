@@ -15,7 +15,7 @@ from functools import partial
 from pathlib import Path, PureWindowsPath
 
 from benchmarks.data.layouts.layout import Source, layout
-from benchmarks.data.layouts.one_a_line import read_one_a_line
+from benchmarks.data.layouts.otb import read_one_a_line
 from benchmarks.data.pictures import visible
 
 SET = "UAV123"

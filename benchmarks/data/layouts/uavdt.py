@@ -18,7 +18,7 @@ from itertools import product
 from pathlib import Path
 
 from benchmarks.data.layouts.layout import Source, layout
-from benchmarks.data.layouts.one_a_line import read_one_a_line
+from benchmarks.data.layouts.otb import read_one_a_line
 from benchmarks.data.pictures import visible
 
 _TOOLKITS = (".", "UAV-benchmark-SOT_v1.0", "UAV-benchmark-MOTD_v1.0")

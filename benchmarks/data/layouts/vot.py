@@ -94,14 +94,7 @@ def _read(name: str, file: Path, pattern: str, target: Target) -> Labelled:
     tags = np.select([rest, outside & none, (hidden & none) | occluded], [UNLABELLED, OUT, OCCLUDED], "")
     rate_hz = rate_of(properties.get("exact_fps", properties.get("fps", "")))
     return Labelled(
-        name,
-        file,
-        pictures,
-        boxes,
-        tags,
-        whole=properties.get("boxes") == "whole",
-        rate_hz=rate_hz,
-        masks=masks,
+        name, file, pictures, boxes, tags, whole=properties.get("boxes") == "whole", rate_hz=rate_hz, masks=masks
     )
 
 

@@ -14,13 +14,7 @@ from pathlib import Path
 from benchmarks.contract.suite import Suite
 from benchmarks.contract.text import printable
 from benchmarks.data.pictures import short
-from benchmarks.data.predictions.formats import (
-    Predictions,
-    SequenceFile,
-    format_of,
-    read_predictions,
-    sequences_in,
-)
+from benchmarks.data.predictions.formats import Predictions, SequenceFile, format_of, read_predictions, sequences_in
 from benchmarks.data.predictions.predicted import Predicted
 from benchmarks.run.episodes import EpisodeSpec
 from sim.checks import check

@@ -25,10 +25,7 @@ def corner_of(frame: int) -> tuple[int, int]:
 
 
 def picture_of(
-    frame: int,
-    pan_px: int = 0,
-    size: tuple[int, int] = (WIDTH_PX, HEIGHT_PX),
-    corner: tuple[int, int] | None = None,
+    frame: int, pan_px: int = 0, size: tuple[int, int] = (WIDTH_PX, HEIGHT_PX), corner: tuple[int, int] | None = None
 ) -> NDArray[np.uint8]:
     """Return a picture (H, W, 3); the camera looks ``pan_px`` further right with each."""
     x, y = corner_of(frame) if corner is None else corner

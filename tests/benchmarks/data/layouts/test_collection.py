@@ -157,10 +157,7 @@ def test_a_sequence_of_otb_with_boxes_of_a_part_is_that_part(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (
-            lambda img: (img / "0004.png").unlink(),
-            "img: expected a picture of every number from 1 to 6, got none of 4",
-        ),
+        (lambda img: (img / "0004.png").unlink(), "img: expected a picture of every number from 1 to 6, got none of 4"),
         (
             lambda img: (img / "0004.png").rename(img / "0003.jpg"),
             "Car1/img: expected one picture of number 3, got 0003.png too",
@@ -220,12 +217,7 @@ def test_what_is_wrong_with_boxes_is_named(tmp_path: Path, lines: list[str], mes
         ("empty", "tom", None, f"layout: expected one of {NAMES}, got 'tom'"),
         ("Car1", "", 3, "target: expected none but for files of several targets, got 3"),
         ("many", "", 5, "target: expected one in UAV-benchmark-MOTD_v1.0/GT/M0101_gt_whole.txt: 3, 8, got 5"),
-        (
-            "broken",
-            "",
-            None,
-            "GT/M0101_gt_whole.txt, line 2: expected frames from 1 to 6, of which there are pictures",
-        ),
+        ("broken", "", None, "GT/M0101_gt_whole.txt, line 2: expected frames from 1 to 6, of which there are pictures"),
         ("doubled", "", None, "GT/M0101_gt_whole.txt: expected one label a frame of a target, got two of frame 1"),
     ],
 )

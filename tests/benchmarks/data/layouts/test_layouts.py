@@ -128,10 +128,7 @@ def test_masks_in_the_folders_of_kitti_are_masks(tmp_path: Path, inside: bool) -
 @pytest.mark.parametrize(
     ("mask", "message"),
     [
-        (
-            np.zeros((24, 32), np.uint8),
-            "480p/car: expected masks of 64 x 48 pixels, .*, got one of 32 x 24",
-        ),
+        (np.zeros((24, 32), np.uint8), "480p/car: expected masks of 64 x 48 pixels, .*, got one of 32 x 24"),
         (np.full((48, 64), 700, np.uint16), "car/00002.png: expected a PNG with a palette, or of 8 bits"),
     ],
 )

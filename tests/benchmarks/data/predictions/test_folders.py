@@ -24,10 +24,7 @@ def test_a_folder_is_a_tracker_or_holds_trackers(tmp_path: Path, place: str) -> 
     assert mine.sequences["a"] == tmp_path / "mine" / place
     assert [
         each.path.name for each in find_folders([tmp_path / "yours", tmp_path / "mine"], None, "a".__eq__, "a")
-    ] == [
-        "yours",
-        "mine",
-    ]
+    ] == ["yours", "mine"]
 
 
 def test_what_is_no_tracker_is_refused(tmp_path: Path) -> None:
