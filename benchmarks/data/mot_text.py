@@ -78,28 +78,31 @@ def read_mot(path: Path) -> MotRows:
     return MotRows(frame, identity, corners_of(box_xywh, FIRST), kept[:, 6], kept[:, 7:], line)
 
 
-def mot_rows(answers: Sequence[Answer | Sequence[Track]], number: int = FIRST) -> Iterator[str]:
-    """Yield the rows of a tracker's answers on pictures that begin with ``number``.
+def mot_rows(answers: Sequence[Answer], number: int = FIRST) -> Iterator[str]:
+    """Yield the rows of a tracker's answers on pictures that begin with ``number``, see ``rows_at``."""
+    usual = first_box(answers)
+    for frame, answer in enumerate(answers, start=number):
+        yield from rows_at(frame, answer, usual)
+
+
+def rows_at(frame: int, answer: Answer, usual: NDArray[np.float64]) -> Iterator[str]:
+    """Yield the rows of the answer on a picture.
 
     The target of a tracker of one has the identity 1. A confidence is that of the track, or the probability of being in
-    view, -1 without; a box that was not answered is of the size of the first one, or of none, about the position.
+    view, -1 without; a box that was not answered is of the size of the ``usual`` one, see ``first_box``.
     """
-    first = first_box([answer for answer in answers if isinstance(answer, Estimate)])
-    for frame, answer in enumerate(answers, start=number):
-        alone = isinstance(answer, Estimate)
-        tracks = [Track(1, answer, confidence=answer.in_view_probability)] if isinstance(answer, Estimate) else answer
-        for each in tracks:
-            box = box_of(each.estimate, first if alone else np.zeros(4))
-            if box is not None:
-                left, top, right, bottom = map(float, box)
-                numbers = ",".join(map(repr, (left + FIRST, top + FIRST, right - left, bottom - top)))
-                confidence = -1 if each.confidence is None else repr(float(each.confidence))
-                yield f"{frame},{each.identity},{numbers},{confidence},-1,-1,-1"
+    for each in [Track(1, answer, confidence=answer.in_view_probability)] if isinstance(answer, Estimate) else answer:
+        box = box_of(each.estimate, usual)
+        if box is not None:
+            left, top, right, bottom = map(float, box)
+            numbers = ",".join(map(repr, (left + FIRST, top + FIRST, right - left, bottom - top)))
+            confidence = -1 if each.confidence is None else repr(float(each.confidence))
+            yield f"{frame},{each.identity},{numbers},{confidence},-1,-1,-1"
 
 
-def first_box(estimates: Sequence[Estimate]) -> NDArray[np.float64]:
-    """Return the box (4,) of the first estimate; zeros without one."""
-    box = estimates[0].box_xyxy if estimates else None
+def first_box(answers: Sequence[Answer]) -> NDArray[np.float64]:
+    """Return the box (4,) of the first answer of a tracker of one target; zeros without one."""
+    box = answers[0].box_xyxy if answers and isinstance(answers[0], Estimate) else None
     return np.zeros(4) if box is None else box
 
 

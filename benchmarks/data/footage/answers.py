@@ -1,6 +1,6 @@
 """Files of what a tracker answered on footage: MOT text, CSV or Parquet, by the ending.
 
-MOT text is that of ``mot_text.mot_rows``.
+MOT text is that of ``mot_text.rows_at``.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
-from benchmarks.data.mot_text import mot_rows
+from benchmarks.data.mot_text import FIRST, first_box, rows_at
 from benchmarks.run.packages import check_packages
 from benchmarks.run.result_folder import check_file
 from sim.checks import check
@@ -51,12 +52,15 @@ class Answers:
         check_file(file, "estimates")
         self._file = file
         self._rows: list[tuple[Any, ...]] = []
-        self._answers: list[Answer] = []
+        self._lines: list[str] = []
+        self._first_box: NDArray[np.float64] | None = None
 
     def keep(self, frame: int, time_s: float, answer: Answer) -> None:
         """Keep an answer; of a tracker of one target the identity is 0, and NaN is kept where it does not know."""
         if self._file.suffix == ".txt":
-            self._answers.append(answer)
+            # Rows alone: answers may hold masks and particles, and footage goes on for hours.
+            self._first_box = first_box([answer]) if self._first_box is None else self._first_box
+            self._lines += rows_at(frame + FIRST, answer, self._first_box)
             return
         tracks = (Track(0, answer),) if isinstance(answer, Estimate) else answer
         for each in tracks:
@@ -68,7 +72,7 @@ class Answers:
     def write(self) -> None:
         """Write the file, whole or not at all."""
         if self._file.suffix == ".txt":
-            write_atomic(self._file, "".join(f"{row}\n" for row in mot_rows(self._answers)))
+            write_atomic(self._file, "".join(f"{row}\n" for row in self._lines))
             return
         table = pd.DataFrame(self._rows, columns=list(_COLUMNS)).astype(_COLUMNS)
         if self._file.suffix == ".csv":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import time
+import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -145,6 +146,16 @@ def test_estimates_are_the_same_in_every_format(clip: Path, tmp_path: Path) -> N
     boxes = ["x_min_px", "y_min_px", "x_max_px", "y_max_px"]
     np.testing.assert_allclose(mot.box_xyxy, csv[boxes], atol=1e-3)
     np.testing.assert_allclose(mot.confidence, csv["in_view_probability"])
+
+
+@pytest.mark.parametrize("ending", ["txt", "csv"])
+def test_of_answers_their_rows_alone_are_kept(tmp_path: Path, ending: str) -> None:
+    """Masks of hours of footage fit in no memory."""
+    answers, mask = Answers(tmp_path / f"e.{ending}"), np.ones((4, 4), bool)
+    kept = weakref.ref(mask)
+    answers.keep(0, 0.0, Estimate(np.zeros(2), mask=mask))
+    del mask
+    assert kept() is None
 
 
 def test_of_a_place_alone_mot_text_has_a_box_of_the_first_size(clip: Path, tmp_path: Path) -> None:
