@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import tyro
 
 from benchmarks.cli.arguments import FOLDER, ONE_NAME, WithModules
-from benchmarks.contract.rows import ESTIMATES
+from benchmarks.contract.rows import ESTIMATES, FILE_NAME
 from benchmarks.contract.text import counted
 from benchmarks.run.packages import needs_data
 from sim.checks import check
@@ -63,6 +63,9 @@ class Export(WithModules):
                 check(name.replace("_", "-"), given == default, "none for the answers of trackers", given)
             print(f"{self.out}: {counted(write_predictions(Path(self.directory), self.format, self.out), 'file')}")
             return 0
+        without = (Path(self.directory) / FILE_NAME).is_file()
+        wanted = "a data set, or results of `frameout bench --keep-estimates`"
+        check("directory", not without, wanted, "results without the trackers' answers")
         from benchmarks.data.exports.exporter import export
         from benchmarks.data.sets.data_set import DataSet
 

@@ -31,11 +31,6 @@ class EpisodeName(Protocol):
         """Seed; of what is real the number in its collection."""
         ...
 
-    @property
-    def sequence(self) -> str:
-        """Name of the real sequence; "" of others."""
-        ...
-
 
 @dataclass(frozen=True, kw_only=True)
 class TrackerSpec(ABC):

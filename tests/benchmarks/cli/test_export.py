@@ -43,6 +43,13 @@ def test_it_says_how_many_show_too_little(tmp_path: Path, capsys: pytest.Capture
     assert '  1: "van"\n' in (out / "data.yaml").read_text()
 
 
+def test_results_without_answers_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "records.jsonl").touch()
+    assert main(["export", str(tmp_path), "--format", "vot", "--out", str(tmp_path / "out")]) == 2
+    told = "error: directory: expected a data set, or results of `frameout bench --keep-estimates`, got results without"
+    assert capsys.readouterr().err.startswith(told)
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
