@@ -230,7 +230,7 @@ def test_an_empty_folder_is_left_where_nothing_can_be_written(tmp_path: Path) ->
         ({"seeds": range(3, 3)}, "seeds: expected A:B with 0 <= A < B, got 3:3"),
         ({"seeds": range(-3, 3)}, "seeds: expected A:B with 0 <= A < B, got -3:3"),
         ({"workers": -1}, "workers: expected a whole number >= 0, got -1"),
-        ({"limit_s": 0.0}, "limit_s: expected a number of seconds > 0, got 0"),
+        ({"limit_s": 0.0}, "limit_s: expected a number of seconds > 0, at most 1,000,000, got 0"),
         ({"modules": ("no.such.module",)}, "modules: expected one that can be imported, got 'no.such.module'"),
     ],
 )
