@@ -47,7 +47,6 @@ class Coco(Exporter):
 
     def begin(self) -> None:
         """Begin the lists of the JSON file."""
-        self.reads = ("instance_map",)
         self._lists: dict[str, list[str]] = {"images": [], "annotations": []}
 
     def write_episode(self, episode: StoredEpisode) -> None:

@@ -45,7 +45,6 @@ class Davis(Exporter):
 
     def begin(self) -> None:
         """Begin the lists of sequences and objects."""
-        self.reads = ("instance_map",)
         self._names: dict[str, list[str]] = {"train": [], "val": []}
         self._objects = ["sequence,number,name,kind,class"]
 

@@ -28,7 +28,7 @@ from benchmarks.data import sequence_names
 from benchmarks.data.exports.destination import README, whole_folder
 from benchmarks.data.exports.labels import ClassLevel, Labels, StoredFrame
 from benchmarks.data.sets.card import axes_text, hub_head, split_of, tasks_of
-from benchmarks.data.sets.channels import CODINGS
+from benchmarks.data.sets.channels import CODINGS, PICTURES
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.request import FORMAT
 from benchmarks.data.sets.stored_episode import StoredEpisode
@@ -47,7 +47,7 @@ class Exporter:
 
     Attributes:
         channels: that must be stored, and are what it writes; none: it writes all that are.
-        reads: those channels whose pixels ``frames`` reads.
+        reads: those channels whose pixels ``frames`` reads, by default those of ``channels`` that are no pictures.
         packages: that writing needs, by their import names. extra: that installs them.
         data_files: pattern of the files of a ``{split}``, if the Hugging Face library ``datasets`` reads them; else ''.
         has_classes: whether it labels objects with classes, those too that only stand about.
@@ -68,7 +68,7 @@ class Exporter:
 
     def __init__(self, data: DataSet, folder: Path, labels: Labels) -> None:
         self.data, self.folder, self.labels = data, folder, labels
-        self.reads: tuple[str, ...] = ()
+        self.reads = tuple(channel for channel in self.channels if channel not in PICTURES)
         self.stack = ExitStack()
         self._coding = data.request.pictures if data.request.pictures in ("png", "jpeg") else "png"
         self.ending = f".{CODINGS[self._coding].extension}"

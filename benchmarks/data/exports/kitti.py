@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import StoredFrame
-from benchmarks.data.sets.channels import PICTURES
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
 from trackers.types import CameraModel
@@ -44,7 +43,6 @@ class Kitti(Exporter):
     def begin(self) -> None:
         """Begin the list of samples."""
         self._samples = ["number,seed,frame"]
-        self.reads = tuple(channel for channel in self.channels if channel not in PICTURES)
 
     def write_episode(self, episode: StoredEpisode) -> None:
         """Write the samples of which all pictures exist."""

@@ -44,7 +44,6 @@ class Mots(Exporter):
 
     def begin(self) -> None:
         """Begin the list of sequences."""
-        self.reads = ("instance_map",)
         self._sequences, self._ends = ["number,seed,name"], list[str]()
 
     def write_episode(self, episode: StoredEpisode) -> None:
