@@ -161,7 +161,7 @@ class Track(WithModules):
 
 
 def _follows_many(tracker: TrackerSpec) -> bool:
-    """Return whether a tracker may follow many targets; that of a process tells when it starts."""
+    """Return whether a tracker may follow many targets; one in a process says so only when it starts."""
     return not isinstance(tracker, Registered) or tracker.entry.follows_many
 
 

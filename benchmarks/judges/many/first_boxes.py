@@ -1,7 +1,7 @@
 """The reference of the suite ``many`` that sees no picture: what boxes at rest are worth.
 
-The blind trackers of single scenes, such as ``harbour_posts``, know where targets often are; this one knows them all,
-but only as they were at the start.
+Blind trackers of single scenes, such as ``harbour_posts``, answer with places where targets often are; this one answers
+with the true boxes at the start.
 """
 
 from __future__ import annotations

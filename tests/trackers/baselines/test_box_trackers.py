@@ -34,11 +34,6 @@ def test_overlaps_are_those_of_polygons(seed: int) -> None:
     np.testing.assert_allclose(intersections_over_union(first, second), expected, atol=1e-9)
 
 
-def test_boxes_without_an_area_overlap_nothing() -> None:
-    point = np.array([[1.0, 1.0, 1.0, 1.0]])
-    assert intersections_over_union(point, point)[0, 0] == 0.0
-
-
 def _steps(kind: type[BoxFilter] | type[HeightFilter]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the box that a filter expects after six boxes that move steadily, and the true one."""
     truth = [np.array([10.0 + 3 * k, 20.0 + k, 40.0 + 3 * k, 32.0 + k]) for k in range(40)]
