@@ -110,7 +110,9 @@ def _read(
     boxes, tags = np.full((len(pictures), 4), np.nan), np.full(len(pictures), UNLABELLED)
     for k, picture in enumerate(pictures):
         if picture in places:
-            found = [each for each in boxes_in.get(places[picture], []) if _is(each, mine)]
+            found = [
+                each for each in boxes_in.get(places[picture], []) if mine in (str(each.get("track_id")), _name(each))
+            ]
             where = f"{short(file)}, picture {places[picture]}"
             check(where, len(found) <= 1, f"one box of {mine}", len(found))
             boxes[k], tags[k] = _label(where, found[0], width, height) if found else (np.nan, UNSEEN)
@@ -125,10 +127,6 @@ def _of_target(target: Target, file: Path, boxes: Sequence[Entry]) -> str:
         return str(target)
     ids = [str(each.get("track_id", _name(each))) for each in seen]
     return followed(target, file, [each for each in ids if each])[0]
-
-
-def _is(entry: Entry, target: str) -> bool:
-    return target in (str(entry.get("track_id")), _name(entry))
 
 
 def _name(entry: Entry) -> str:

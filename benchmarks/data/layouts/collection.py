@@ -14,7 +14,7 @@ from tempfile import gettempdir
 
 from benchmarks.contract.judging import USUAL_RATE_HZ
 from benchmarks.contract.text import printable
-from benchmarks.data.layouts.layout import Find, Source, Target, layouts
+from benchmarks.data.layouts.layout import Target, layouts
 from benchmarks.data.sequences import BoxedSequence, boxed_sequence
 from sim.checks import check
 
@@ -70,7 +70,11 @@ def _collection(path: Path, layout: str, target: Target, rate_hz: float | None) 
     check("real", path.exists(), "folders that exist", repr(str(path)))
     known = layouts()
     searched = [known[layout].find] if layout else [each.find for each in known.values()]
-    sources = next(filter(None, (where(path, find) for where in (_inside, _around) for find in searched)), [])
+    above = list(islice(_above(path), _LEVELS))
+    places = [(path, find) for find in searched] + [(root, find) for find in searched for root in above]
+    # Around a path those that have it among their places.
+    found = ([each for each in find(root) if root == path or path in each.places] for root, find in places)
+    sources = next(filter(None, found), [])
     some = f"the layout of one of {', '.join(known)} (see frameout bench --help)"
     wanted = known[layout].looks_for if layout else some
     check("real", bool(sources), wanted, f"{str(path)!r}, which has none")
@@ -87,17 +91,6 @@ def _collection(path: Path, layout: str, target: Target, rate_hz: float | None) 
     name = sequences[0].name if len(sources) == len(sequences) == 1 else printable(path.name)
     usual = f"{name}: files tell no rate, {USUAL_RATE_HZ:g} pictures a second are taken (--rate-hz)"
     return Collection(name, tuple(sequences), tuple(unusable), (usual,) if rate_hz is None and 0.0 in rates_hz else ())
-
-
-def _inside(path: Path, find: Find) -> list[Source]:
-    """Return the sequences of a data set's folder."""
-    return list(find(path))
-
-
-def _around(path: Path, find: Find) -> list[Source]:
-    """Return the sequences of the data set around a path that have it among their places."""
-    held = ([each for each in find(root) if path in each.places] for root in islice(_above(path), _LEVELS))
-    return next(filter(None, held), [])
 
 
 def _above(path: Path) -> Iterator[Path]:

@@ -58,10 +58,6 @@ class Folder:
                     found.setdefault(printable(name), path)
         return found
 
-    def file_of(self, known: SequenceFile) -> Path | None:
-        """Return the file of a sequence; None without one."""
-        return self.sequences.get(known.sequence, self.sequences.get(known.folder))
-
 
 def find_folders(
     paths: Sequence[Path], annotations: Path | None, is_wanted: Callable[[str], bool], example: str
@@ -118,7 +114,8 @@ def predicted_trackers(
         check("predictions", name not in trackers, "trackers of different names", f"two called {name}")
         files, digests = {}, {}
         for episode, known in sequences:
-            key, path = (episode.preset, episode.seed), folder.file_of(known)
+            key = (episode.preset, episode.seed)
+            path = folder.sequences.get(known.sequence, folder.sequences.get(known.folder))
             files[key], digests[key] = known, "none"
             if path is not None:
                 form = format or format_of(path)

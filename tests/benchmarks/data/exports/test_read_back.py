@@ -13,15 +13,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from benchmarks.contract.judging import Ending, Score
-from benchmarks.contract.suite import suite
+from benchmarks.contract.judging import Score
 from benchmarks.data.exports.exporter import export, formats
 from benchmarks.data.layouts.collection import read_collections
 from benchmarks.data.sequences import BoxedSequence, SequenceEpisode
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.judges.frame_out.judge import FrameOutJudge
 from benchmarks.judges.frame_out.metrics.frame_outs import find_frame_outs
+from benchmarks.judges.frame_out.real import SequenceJudge
 from tests.benchmarks.data.exports.painted_scene import HEIGHT_PX, IDS, PAINTED, WIDTH_PX, painted_data_set, truths
+from tests.benchmarks.data.judged_sequences import all_scores_of
 from trackers.types import Estimate
 
 TRUTHS = truths("returns")
@@ -69,19 +70,6 @@ def answer(k: int) -> Estimate:
     return Estimate(0.5 * (box[:2] + box[2:]), box, in_view_probability=float(box[0] < WIDTH_PX - 2.0) * (0.9 - k / 60))
 
 
-def scores_of(sequence: BoxedSequence) -> list[Score]:
-    episode = SequenceEpisode(sequence)
-    on_sequences = suite("frame-out").on_sequences
-    assert on_sequences is not None
-    judge = on_sequences.judge(episode)
-    sheet = judge.sheet()
-    for k in range(FRAMES):
-        frame = episode.step()
-        judge.see(frame, None)
-        sheet.keep(frame, answer(k))
-    return list(sheet.scores(Ending()))
-
-
 def as_values(scores: list[Score]) -> list[tuple[Any, ...]]:
     events = [score.event.attributes() if score.event else None for score in scores]
     return [(score.metric, score.weight, event) for score, event in zip(scores, events, strict=True)]
@@ -106,7 +94,7 @@ def test_an_export_has_the_scores_of_the_truth(data: DataSet, tmp_path: Path, na
         assert read.rate_hz == 7.5
         assert read.state.tolist() == told.state.tolist()
         np.testing.assert_allclose(read.box_xyxy, told.box_xyxy, rtol=0, atol=1e-12)
-        got, wanted = scores_of(read), scores_of(told)
+        got, wanted = all_scores_of(read, answer), all_scores_of(told, answer)
         assert as_values(got) == as_values(wanted)
         np.testing.assert_allclose(numbers(got), numbers(wanted), rtol=0, atol=1e-12)
         recovered = [score.value for score in got if score.metric in ("recovered", "recovery_frames")]
@@ -127,11 +115,11 @@ def test_frame_outs_of_an_export_are_those_of_the_simulated_episode(data: DataSe
     simulated = find_frame_outs(judge.truth)
     export(data, name, tmp_path / "out")
     sequence = read_collections([tmp_path / "out"], target=_target(name))[0].sequences[0]
-    episode, read = SequenceEpisode(sequence), suite("frame-out").on_sequences.judge  # type: ignore[union-attr]
-    real = read(episode)
+    episode = SequenceEpisode(sequence)
+    real = SequenceJudge(episode)
     for _ in range(FRAMES):
         real.see(episode.step(), None)
-    found = find_frame_outs(real.truth)  # type: ignore[attr-defined]
+    found = find_frame_outs(real.truth)
     places = [(each.exit_frame, each.length_frames, each.back_frame, each.watch_end_frame) for each in found]
     assert places == [(e.exit_frame, e.length_frames, e.back_frame, e.watch_end_frame) for e in simulated]
     assert [each.kind for each in found] == ["unseen" if name == "mot" else "outside"] == [places and found[0].kind]

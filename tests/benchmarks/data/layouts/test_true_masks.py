@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.contract.judging import Ending
 from benchmarks.data.sequences import BoxedSequence, SequenceEpisode
-from benchmarks.judges.frame_out.real import SequenceJudge
+from tests.benchmarks.data.judged_sequences import all_scores_of
 from tests.benchmarks.data.layouts.test_layouts import read_one
 from tests.benchmarks.data.layouts.written_layouts import (
     CLIPPED_XYXY,
@@ -55,14 +54,7 @@ def test_true_masks_are_those_of_the_files(tmp_path: Path, name: str) -> None:
 
 
 def scores_of(sequence: BoxedSequence, answer: Callable[[int], Estimate]) -> dict[str, float]:
-    episode = SequenceEpisode(sequence)
-    judge = SequenceJudge(episode)
-    sheet = judge.sheet()
-    for k in range(len(sequence.pictures)):
-        frame = episode.step()
-        judge.see(frame, None)
-        sheet.keep(frame, answer(k))
-    return {score.metric: score.value for score in sheet.scores(Ending()) if isinstance(score.value, float)}
+    return {score.metric: score.value for score in all_scores_of(sequence, answer) if isinstance(score.value, float)}
 
 
 @pytest.mark.parametrize("name", WRITERS)
