@@ -54,9 +54,10 @@ def of_one_target(
 
     Args:
         name: of the sequence. pictures: by their numbers, in order; some may be missing.
-        frames, ids, lines, box_xyxy, tags: (R,) of each label the number of its picture, its target, its place in the
-            file, for messages, its box (R, 4), and what else is said, see ``Labelled``.
-        mask_of: takes the place of a label among the R.
+        frames: (R,) number of each label's picture. ids: (R,) of its target.
+        lines: (R,) its place in the file, for messages.
+        box_xyxy: (R, 4). tags: (R,), see ``Labelled``.
+        mask_of: returns the mask of a label by its place among the R; None: files have no masks.
         more: of the ``Labelled``.
 
     Raises:
