@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from sim.checks import check
 from sim.rng import generator
+from trackers.kernels.records import record_kernel
 from trackers.types import BODY_COMMANDS, CameraCommand, Carrier, CommandName
 
 
@@ -102,7 +102,7 @@ class CommandLink:
         return CameraCommand(**{name: float(number) for name, number in zip(self._names, obeyed, strict=True)})
 
 
-@njit(cache=True)
+@record_kernel()
 def send(
     state: Any,
     wanted: NDArray[np.float64],
@@ -131,7 +131,7 @@ def send(
         state.obeyed[axis] = value
 
 
-@njit(cache=True)
+@record_kernel()
 def _send_one(states: Any, wanted: Any, link: LinkLimits, waiting: Any, rng: np.random.Generator) -> None:
     send(states[0], wanted, link, waiting, rng)
     states[0].steps += 1

@@ -9,11 +9,11 @@ those of the steered camera. Squashed means ``x / (1 + |x|)``.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from trackers.belief.kernel import SECTORS, SEEN_PROBABILITY
 from trackers.belief.sighting import BeliefFilter
+from trackers.kernels.records import record_kernel
 from trackers.types import CameraCommand, Carrier, Estimate, Observation
 
 COMMANDS = 4
@@ -66,7 +66,7 @@ RANGES = {name: (0.0 if name in _NEVER_NEGATIVE or name.startswith("searched_") 
 """Feature -> its smallest and largest value."""
 
 
-@njit(cache=True)
+@record_kernel()
 def features_of(beliefs: NDArray[np.void], commands: NDArray[np.float64], out: NDArray[np.float32]) -> None:
     """Write the features of B beliefs (B,) of dtype ``BELIEF`` to ``out`` (B, ``len(FEATURES)``) float32.
 
@@ -110,7 +110,7 @@ def features_of(beliefs: NDArray[np.void], commands: NDArray[np.float64], out: N
             row[25 + SECTORS + axis] = commands[k, axis]
 
 
-@njit(cache=True)
+@record_kernel()
 def _squashed(x: float) -> float:
     return x / (1.0 + abs(x))
 

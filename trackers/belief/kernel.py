@@ -10,8 +10,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from trackers.kernels.records import record_kernel
 
 SECTORS = 8
 """Directions around the point where the target was last seen, counter-clockwise from world x."""
@@ -120,7 +121,7 @@ _LOOKED_AWAY = 0.4
 _FASTEST_MPS = 30.0
 
 
-@njit(cache=True, fastmath=False)
+@record_kernel()
 def update_beliefs(beliefs: NDArray[np.void], sightings: NDArray[np.void], interval_s: float) -> None:
     """Update B beliefs (B,) of dtype ``BELIEF`` with a sighting each (B,) of dtype ``SIGHTING``, in place.
 
@@ -152,7 +153,7 @@ def update_beliefs(beliefs: NDArray[np.void], sightings: NDArray[np.void], inter
         b.frames += 1.0
 
 
-@njit(cache=True)
+@record_kernel()
 def mount_slope(axis_ahead_m: float, height_m: float, half_ahead_m: float) -> float:
     """Return the tangent of the angle at which a camera is mounted, forward from straight down, by its first picture.
 
@@ -161,7 +162,7 @@ def mount_slope(axis_ahead_m: float, height_m: float, half_ahead_m: float) -> fl
     return axis_ahead_m / max(height_m, 1.0) if axis_ahead_m > half_ahead_m else 0.0
 
 
-@njit(cache=True)
+@record_kernel()
 def _own_motion(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
     """Update the carrier's pose as measured; its velocities are smoothed differences."""
     east_m, north_m = s.carrier_x_m - b.carrier_x_m, s.carrier_y_m - b.carrier_y_m
@@ -179,7 +180,7 @@ def _own_motion(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
     b.half_ahead_m, b.half_right_m, b.axis_depth_m = s.half_ahead_m, s.half_right_m, s.axis_depth_m
 
 
-@njit(cache=True)
+@record_kernel()
 def _target_motion(b: Any, s: Any, interval_s: float) -> None:
     """Update the target's position and velocity by an alpha-beta filter; without an estimate both stay."""
     if s.known == 0.0:
@@ -196,7 +197,7 @@ def _target_motion(b: Any, s: Any, interval_s: float) -> None:
     b.x_m, b.y_m = s.x_m, s.y_m
 
 
-@njit(cache=True)
+@record_kernel()
 def _search(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
     """Update the time since the target was seen, and the directions from there searched since."""
     if s.known > 0.0 and s.in_view_probability >= SEEN_PROBABILITY:
@@ -217,7 +218,7 @@ def _search(b: Any, s: Any, c: float, d: float, interval_s: float) -> None:
         b.searched[sector] = 1.0
 
 
-@njit(cache=True)
+@record_kernel()
 def _trail(b: Any) -> None:
     """Add the target's position to its trail if it is far enough from the latest point."""
     known = int(b.trail_places)
@@ -229,7 +230,7 @@ def _trail(b: Any) -> None:
     b.trail_places = min(known + 1, TRAIL)
 
 
-@njit(cache=True)
+@record_kernel()
 def densest_window(
     places_m: NDArray[np.float64], weights: NDArray[np.float64], half_m: float, tries: int
 ) -> tuple[float, float, float]:
@@ -248,7 +249,7 @@ def densest_window(
     return best_x, best_y, _held(places_m, weights, half_m, best_x, best_y)[0]
 
 
-@njit(cache=True)
+@record_kernel()
 def _held(
     places_m: NDArray[np.float64], weights: NDArray[np.float64], half_m: float, x_m: float, y_m: float
 ) -> tuple[float, float, float]:

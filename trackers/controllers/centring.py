@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from trackers.belief.sighting import FARTHEST_M
@@ -19,6 +18,7 @@ from trackers.controllers.kernel_controller import (
     record_dtype,
     seconds_since_error,
 )
+from trackers.kernels.records import record_kernel
 from trackers.registry import tunable
 
 
@@ -46,7 +46,7 @@ class CentreParameters:
     turn_per_s: float = 2.0
 
 
-@njit(cache=True)
+@record_kernel()
 def fly_to_centre(
     beliefs: NDArray[np.void],
     parameters: NDArray[np.void],
@@ -63,7 +63,7 @@ def fly_to_centre(
         write_centring(beliefs[k], parameters[0], memory[k], times_s[k], out[k])
 
 
-@njit(cache=True)
+@record_kernel()
 def write_centring(b: Any, p: Any, memory: Any, time_s: float, out: Any) -> None:
     """Write the command (4,) for one belief; parameters and memory may have further fields."""
     out[0], out[1], out[2], out[3] = 0.0, 0.0, p.climb_mps, 0.0
@@ -131,7 +131,7 @@ class SearchParameters(CentreParameters):
     apart: float = tunable(0.8, 0.4, 1.5)
 
 
-@njit(cache=True)
+@record_kernel()
 def fly_in_search(
     beliefs: NDArray[np.void],
     parameters: NDArray[np.void],
@@ -156,7 +156,7 @@ def fly_in_search(
             out[k, 3] = 0.0
 
 
-@njit(cache=True)
+@record_kernel()
 def _along_square(b: Any, p: Any, searching_s: float) -> tuple[float, float]:
     """Return the velocity ahead and right along the square about the place last seen."""
     leg_m = max(p.apart * 2.0 * b.half_ahead_m, _SHORTEST_LEG_M)
@@ -170,7 +170,7 @@ def _along_square(b: Any, p: Any, searching_s: float) -> tuple[float, float]:
     return slower * (c * east_mps + s * north_mps), slower * (s * east_mps - c * north_mps)
 
 
-@njit(cache=True)
+@record_kernel()
 def expanding_square(way_m: float, leg_m: float) -> tuple[float, float]:
     """Return the point (x, y) at a path length on the square spiral from (0, 0): legs of 1, 1, 2, 2, ... ``leg_m``."""
     x_m, y_m, along_x, along_y, leg = 0.0, 0.0, 1.0, 0.0, 0

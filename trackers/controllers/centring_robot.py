@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from trackers.controllers.catalogue import Kernel, register_controller
@@ -18,6 +17,7 @@ from trackers.controllers.kernel_controller import (
     record_dtype,
     seconds_since_error,
 )
+from trackers.kernels.records import record_kernel
 from trackers.registry import tunable
 
 
@@ -44,7 +44,7 @@ _INTEGRAL_LIMIT_RAD_S = 0.5
 """Limit of the integral: its largest turn rate is half its gain."""
 
 
-@njit(cache=True)
+@record_kernel()
 def turn_to_centre(
     beliefs: NDArray[np.void],
     parameters: NDArray[np.void],
@@ -61,7 +61,7 @@ def turn_to_centre(
         write_turn_to_centre(beliefs[k], parameters[0], memory[k], times_s[k], out[k])
 
 
-@njit(cache=True)
+@record_kernel()
 def write_turn_to_centre(b: Any, p: Any, memory: Any, time_s: float, out: Any) -> None:
     """Write the command (4,) for one belief; parameters and memory may have further fields."""
     out[:] = 0.0
@@ -112,7 +112,7 @@ class SearchRobotParameters(CentreRobotParameters):
     reached_m: float = tunable(0.6, 0.3, 1.5)
 
 
-@njit(cache=True)
+@record_kernel()
 def drive_in_search(
     beliefs: NDArray[np.void],
     parameters: NDArray[np.void],
@@ -138,7 +138,7 @@ def drive_in_search(
         out[k, 0], out[k, 3] = _search(b, p, times_s[k] - m.lost_at_s)
 
 
-@njit(cache=True)
+@record_kernel()
 def _search(b: Any, p: Any, lost_s: float) -> tuple[float, float]:
     """Return forward speed and turn rate to the side of the target's exit, then to where it was last seen."""
     # ``picture_x`` is that of the latest estimate.

@@ -6,10 +6,10 @@ import dataclasses
 from typing import Any, ClassVar
 
 import numpy as np
-from numba import njit
 
 from trackers.belief.sighting import BeliefFilter
 from trackers.controllers.catalogue import Kernel
+from trackers.kernels.records import record_kernel
 from trackers.types import CameraCommand, Estimate, Looks, Observation
 
 PID_FIELDS: list[Any] = [
@@ -23,7 +23,7 @@ PID_MEMORY = np.dtype(PID_FIELDS, align=True)
 """A kernel's memory, see ``catalogue.Kernel``. One with more fields has its own first, see ``record_dtype``."""
 
 
-@njit(cache=True)
+@record_kernel()
 def seconds_since_error(memory: Any, time_s: float) -> float:
     """Note a frame with an error; return the time since the previous frame's, 0 if that had none."""
     interval_s = max(time_s - memory.time_s, 0.0) * memory.has_error
@@ -31,7 +31,7 @@ def seconds_since_error(memory: Any, time_s: float) -> float:
     return interval_s
 
 
-@njit(cache=True)
+@record_kernel()
 def integral_and_derivative(
     memory: Any, axis: int, interval_s: float, error: float, gains: tuple[float, float], limit: float
 ) -> float:

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from trackers.belief.kernel import SECTORS
 from trackers.controllers.catalogue import Kernel, register_controller
 from trackers.controllers.kernel_controller import KernelController, record_dtype
+from trackers.kernels.records import record_kernel
 from trackers.registry import tunable
 
 _STRONGEST_GUST = 0.7
@@ -23,7 +23,7 @@ _SHALLOWEST = 0.1
 """Least cosine of an angle from the optical axis or from straight down; larger angles are clipped."""
 
 
-@njit(cache=True)
+@record_kernel()
 def steer(
     beliefs: NDArray[np.void],
     parameters: NDArray[np.void],
@@ -54,7 +54,7 @@ def steer(
             out[k, 3] = -p.turn_per_s * np.arctan2(aim_right_m, max(aim_ahead_m, nearest_m))
 
 
-@njit(cache=True)
+@record_kernel()
 def _is_lost(b: Any, p: Any) -> bool:
     """Return whether the target is lost: a wide posterior, or none and the target out of view for long."""
     if b.known > 0.0 and b.spread_m > 0.0:
@@ -62,7 +62,7 @@ def _is_lost(b: Any, p: Any) -> bool:
     return b.seconds_since_seen > p.patience_s
 
 
-@njit(cache=True)
+@record_kernel()
 def _aim(b: Any, p: Any) -> tuple[float, float, float]:
     """Return the point to bring into view (ahead, right) and the share of the target's velocity at which it moves."""
     if not _is_lost(b, p):
@@ -85,7 +85,7 @@ def _aim(b: Any, p: Any) -> tuple[float, float, float]:
     return c * east_m + s * north_m, s * east_m - c * north_m, 0.0
 
 
-@njit(cache=True)
+@record_kernel()
 def _pull(
     b: Any, p: Any, ahead_m: float, right_m: float, velocity_ahead_mps: float, velocity_right_mps: float
 ) -> tuple[float, float]:
@@ -113,7 +113,7 @@ def _pull(
     )
 
 
-@njit(cache=True)
+@record_kernel()
 def _axis_soon(b: Any, p: Any, height_m: float) -> tuple[float, float]:
     """Return where the extrapolated optical axis meets the ground (ahead, right), over the height."""
     ahead, right = b.axis_ahead_m / height_m - b.mount_slope, b.axis_right_m / height_m
@@ -123,7 +123,7 @@ def _axis_soon(b: Any, p: Any, height_m: float) -> tuple[float, float]:
     return b.mount_slope + ahead * soon / far, right * soon / far
 
 
-@njit(cache=True)
+@record_kernel()
 def _climb(b: Any, p: Any) -> float:
     """Return the climb rate to ``height_m``, or to the height at which the picture covers a lost target's posterior."""
     wanted_m = p.height_m
@@ -135,7 +135,7 @@ def _climb(b: Any, p: Any) -> float:
     return min(max(off_m, -p.sink_mps), _CLIMB_MPS)
 
 
-@njit(cache=True)
+@record_kernel()
 def nearest_seen(
     ahead: float, right: float, axis_ahead: float, axis_right: float, half_ahead: float, half_right: float
 ) -> tuple[float, float]:

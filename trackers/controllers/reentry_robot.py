@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from trackers.belief.kernel import SECTORS
 from trackers.controllers.catalogue import Kernel, register_controller
 from trackers.controllers.kernel_controller import KernelController, record_dtype
+from trackers.kernels.records import record_kernel
 from trackers.registry import tunable
 
 _NEAREST_M = 0.4
@@ -22,7 +22,7 @@ _ARRIVE_S = 5.0
 """Time limit to reach the point last seen; after it the robot looks around where it is."""
 
 
-@njit(cache=True)
+@record_kernel()
 def steer_robot(
     beliefs: NDArray[Any],
     parameters: NDArray[Any],
@@ -52,7 +52,7 @@ def steer_robot(
             out[k, 0], out[k, 3] = _search(b, p)
 
 
-@njit(cache=True)
+@record_kernel()
 def _follow(b: Any, p: Any) -> tuple[float, float]:
     """Return forward speed and turn rate to keep the target in the picture and at its distance."""
     # Without an estimate the belief keeps the last position; the target's motion is extrapolated.
@@ -79,7 +79,7 @@ def _follow(b: Any, p: Any) -> tuple[float, float]:
     return forward_mps, p.turn_gain_per_s * course_rad + p.turn_feed_forward * line_rad_s
 
 
-@njit(cache=True)
+@record_kernel()
 def _course_rad(b: Any, p: Any, bearing_rad: float, forward_mps: float) -> float:
     """Return the course, positive to the left of the heading, that follows the trail with the target in view."""
     index = _next_on_trail(b, p.carrot_m)
@@ -93,7 +93,7 @@ def _course_rad(b: Any, p: Any, bearing_rad: float, forward_mps: float) -> float
     return bearing_rad + min(max(aside_rad, -p.aside_rad), p.aside_rad)
 
 
-@njit(cache=True)
+@record_kernel()
 def _next_on_trail(b: Any, carrot_m: float) -> int:
     """Return the index of the first trail point after the nearest one that is farther than ``carrot_m``, or -1."""
     nearest, best_m = -1, np.inf
@@ -108,7 +108,7 @@ def _next_on_trail(b: Any, carrot_m: float) -> int:
     return -1
 
 
-@njit(cache=True)
+@record_kernel()
 def _search(b: Any, p: Any) -> tuple[float, float]:
     """Return forward speed and turn rate along the trail to where the target was last seen, then around there."""
     onward_s = min(b.seconds_since_seen, p.onward_s)
@@ -126,7 +126,7 @@ def _search(b: Any, p: Any) -> tuple[float, float]:
     return _FASTEST_MPS * max(np.cos(course_rad), 0.0) ** 2, p.turn_gain_per_s * course_rad
 
 
-@njit(cache=True)
+@record_kernel()
 def _unsearched_rad(b: Any, p: Any) -> float:
     """Return the turn, positive to the left, to the best direction to search: not searched lately, near the target's
     direction of travel, and not far to turn.
@@ -143,7 +143,7 @@ def _unsearched_rad(b: Any, p: Any) -> float:
     return best_rad
 
 
-@njit(cache=True)
+@record_kernel()
 def _velocity(b: Any) -> tuple[float, float]:
     """Return the target's velocity ahead and to the left, limited to a person's speed."""
     ahead_mps, left_mps = b.velocity_ahead_mps, -b.velocity_right_mps
@@ -151,7 +151,7 @@ def _velocity(b: Any) -> tuple[float, float]:
     return slower * ahead_mps, slower * left_mps
 
 
-@njit(cache=True)
+@record_kernel()
 def _in_own_frame(b: Any, x_m: float, y_m: float) -> tuple[float, float]:
     """Return a point's coordinates ahead and to the left of the robot."""
     c, s = np.cos(b.heading_rad), np.sin(b.heading_rad)
@@ -159,7 +159,7 @@ def _in_own_frame(b: Any, x_m: float, y_m: float) -> tuple[float, float]:
     return c * east_m + s * north_m, c * north_m - s * east_m
 
 
-@njit(cache=True)
+@record_kernel()
 def _wrapped(angle_rad: float) -> float:
     return (angle_rad + np.pi) % (2.0 * np.pi) - np.pi
 

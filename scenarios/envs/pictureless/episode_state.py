@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from scenarios.command_link import LINK_FIELDS, LinkLimits
+from trackers.kernels.records import record_kernel
 
 LATENTS = 8
 ALONG, ACROSS, SPREAD, DENSEST_ALONG, DENSEST_ACROSS, DENSEST_SHARE, PROBABILITY, LENGTH = range(LATENTS)
@@ -110,7 +110,7 @@ LEAD_FRAMES = (20, 40)
 tracker's answers."""
 
 
-@njit(cache=True)
+@record_kernel()
 def begin_state(state: Any, episode: int, onsets: Any, before_onset: bool, rng: np.random.Generator) -> int:
     """Set a state to frame 0 of an episode, or to a frame before one of its ``onsets`` (N,); return the frame."""
     frame = frame_before(onsets, rng) if before_onset else 0
@@ -118,7 +118,7 @@ def begin_state(state: Any, episode: int, onsets: Any, before_onset: bool, rng: 
     return frame
 
 
-@njit(cache=True)
+@record_kernel()
 def frame_before(onsets: Any, rng: np.random.Generator) -> int:
     """Draw one of the frames ``onsets`` (N,), -1 for none, and return a frame 20 to 40 frames earlier, at least 0."""
     count = 0

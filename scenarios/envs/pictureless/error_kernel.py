@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from scenarios.envs.pictureless.episode_state import (
@@ -38,6 +37,7 @@ from scenarios.envs.pictureless.error_model import (
     ErrorModel,
 )
 from scenarios.envs.pictureless.poses import in_camera
+from trackers.kernels.records import record_kernel
 
 ERRORS = np.dtype(
     [("looked_again", "f8"), ("fresh", "f8", SHAPES["kept"]), *((name, "f8", shape) for name, shape in SHAPES.items())],
@@ -59,7 +59,7 @@ def error_record(model: ErrorModel) -> NDArray[np.void]:
     return record
 
 
-@njit(cache=True)
+@record_kernel()
 def start_tracker(state: Any, rng: np.random.Generator) -> None:
     """Start the tracker on its target."""
     state.mode, state.condition, state.condition_frames, state.unsure_frames = TRACKING, PLAIN, 0, 0
@@ -68,7 +68,7 @@ def start_tracker(state: Any, rng: np.random.Generator) -> None:
         state.latent[latent] = rng.standard_normal()
 
 
-@njit(cache=True)
+@record_kernel()
 def track(state: Any, errors: Any, size_m: Any, axis_rad: float, camera: Any, rng: np.random.Generator) -> None:
     """Draw the tracker's answer on a frame whose truth is in ``state``.
 
@@ -102,19 +102,19 @@ def track(state: Any, errors: Any, size_m: Any, axis_rad: float, camera: Any, rn
     state.probability = _at(errors.probability[mode, 1 if in_picture else 0], state.latent[PROBABILITY])
 
 
-@njit(cache=True)
+@record_kernel()
 def _is_in_picture(state: Any, camera: Any) -> bool:
     return abs(state.estimate_px[0] - camera[1]) < camera[1] and abs(state.estimate_px[1] - camera[2]) < camera[2]
 
 
-@njit(cache=True)
+@record_kernel()
 def _notice_condition(state: Any) -> None:
     condition = PLAIN if state.visible >= PLAIN_SHARE else UNSEEN if state.visible < UNSEEN_SHARE else CUT
     state.condition_frames = state.condition_frames + 1 if condition == state.condition else 0
     state.condition = condition
 
 
-@njit(cache=True)
+@record_kernel()
 def _next_mode(state: Any, errors: Any, rng: np.random.Generator) -> int:
     row = 0
     for k in range(1, len(_SINCE)):
@@ -129,7 +129,7 @@ def _next_mode(state: Any, errors: Any, rng: np.random.Generator) -> int:
     return 2
 
 
-@njit(cache=True)
+@record_kernel()
 def _age(state: Any, axis_rad: float) -> None:
     """Count the frames since the target was last tracked, and keep the axis of that frame."""
     if state.mode == TRACKING:
@@ -138,7 +138,7 @@ def _age(state: Any, axis_rad: float) -> None:
         state.unsure_frames += 1
 
 
-@njit(cache=True)
+@record_kernel()
 def _knot(state: Any) -> tuple[int, float]:
     """Return the lower knot of the current distribution, and the share of the next knot."""
     if state.mode == TRACKING:
@@ -151,7 +151,7 @@ def _knot(state: Any) -> tuple[int, float]:
     return low, (frames - _KNOTS[low]) / (_KNOTS[low + 1] - _KNOTS[low])
 
 
-@njit(cache=True)
+@record_kernel()
 def _answer(state: Any, errors: Any, size_m: Any, camera: Any, low: int, share: float) -> None:
     """Write the tracker's answer, except the probability."""
     mode, latent = state.mode, state.latent
@@ -183,13 +183,13 @@ def _answer(state: Any, errors: Any, size_m: Any, camera: Any, low: int, share: 
     state.densest_offset_m[0], state.densest_offset_m[1] = c * along_m - s * across_m, s * along_m + c * across_m
 
 
-@njit(cache=True)
+@record_kernel()
 def _between(quantiles: NDArray[np.float64], low: int, share: float, z: float) -> float:
     value = _at(quantiles[low], z)
     return value if share == 0.0 else value + share * (_at(quantiles[low + 1], z) - value)
 
 
-@njit(cache=True)
+@record_kernel()
 def _at(quantiles: NDArray[np.float64], z: float) -> float:
     """Return the quantile at ``z`` of the standard normal distribution, clamped to the outermost ones."""
     place = min(max((z - _FIRST_Z) / _Z_STEP, 0.0), _QUANTILES - 1.000001)
@@ -197,7 +197,7 @@ def _at(quantiles: NDArray[np.float64], z: float) -> float:
     return quantiles[low] + (place - low) * (quantiles[low + 1] - quantiles[low])
 
 
-@njit(cache=True)
+@record_kernel()
 def _normal_share(z: float) -> float:
     """Return the standard normal distribution at z, to 2 parts in 1,000 (the logistic approximation)."""
     return 1.0 / (1.0 + np.exp(-1.5976 * z - 0.07056 * z * z * z))

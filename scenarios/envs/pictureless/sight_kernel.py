@@ -5,16 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from scenarios.envs.pictureless.poses import ground_depth_m, in_camera, on_ground
 from scenarios.visibility import SHORTEST_LENGTH_PX
 from trackers.belief.sighting import ASSUMED_DISTANCE_M, FARTHEST_M
+from trackers.kernels.records import record_kernel
 
 _NEAREST_M = 1e-6
 
 
-@njit(cache=True)
+@record_kernel()
 def place_target(state: Any, target_m: Any, target_rad: Any) -> None:
     """Set the target's place and heading from those of all episodes (E, T, 2) and (E, T)."""
     episode, frame = state.episode, state.frame
@@ -22,7 +22,7 @@ def place_target(state: Any, target_m: Any, target_rad: Any) -> None:
     state.target_rad = target_rad[episode, frame]
 
 
-@njit(cache=True)
+@record_kernel()
 def look(state: Any, size_m: Any, camera: Any, covered: float) -> None:
     """Write where the target's centre and its box lie in the picture.
 
@@ -46,7 +46,7 @@ def look(state: Any, size_m: Any, camera: Any, covered: float) -> None:
     state.frames_out = 0 if state.in_view > 0.0 else state.frames_out + 1
 
 
-@njit(cache=True)
+@record_kernel()
 def _box(state: Any, size_m: Any, camera: Any, covered: float) -> None:
     """Write the longer side of the target's box, and the target's visible share."""
     focal_px, half_right_px, half_down_px = camera[0], camera[1], camera[2]
@@ -69,7 +69,7 @@ def _box(state: Any, size_m: Any, camera: Any, covered: float) -> None:
     state.visible = shown * (1.0 - covered)
 
 
-@njit(cache=True)
+@record_kernel()
 def write_sighting_down(state: Any, camera: Any, sighting: Any) -> None:
     """Write the record ``SIGHTING`` for a camera that looks down, as in ``trackers.belief.sighting``."""
     c, s = _write_camera(
@@ -89,7 +89,7 @@ def write_sighting_down(state: Any, camera: Any, sighting: Any) -> None:
         sighting.densest_y_m = sighting.y_m + state.densest_offset_m[1]
 
 
-@njit(cache=True)
+@record_kernel()
 def write_sighting_ahead(state: Any, camera: Any, sighting: Any) -> None:
     """Write the record ``SIGHTING`` for a camera that looks ahead."""
     _write_camera(state, camera, sighting, 1.0, state.R_measured[0, 2], state.R_measured[1, 2])
@@ -105,7 +105,7 @@ def write_sighting_ahead(state: Any, camera: Any, sighting: Any) -> None:
         sighting.densest_x_m, sighting.densest_y_m = sighting.x_m, sighting.y_m
 
 
-@njit(cache=True)
+@record_kernel()
 def _write_camera(
     state: Any, camera: Any, sighting: Any, reach_m: float, forward_x: float, forward_y: float
 ) -> tuple[float, float]:
@@ -123,7 +123,7 @@ def _write_camera(
     return np.cos(sighting.heading_rad), np.sin(sighting.heading_rad)
 
 
-@njit(cache=True)
+@record_kernel()
 def _write_target(state: Any, camera: Any, sighting: Any, east_m: float, north_m: float) -> None:
     sighting.x_m, sighting.y_m = sighting.carrier_x_m + east_m, sighting.carrier_y_m + north_m
     sighting.in_view_probability, sighting.length_share = state.probability, state.length_share

@@ -9,7 +9,6 @@ from typing import Any, Literal, get_args
 import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode
-from numba import njit
 from numpy.typing import NDArray
 
 from scenarios import catalog
@@ -27,6 +26,7 @@ from sim.checks import check, check_choice
 from trackers.belief.features import FEATURES, features_of
 from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, update_beliefs
 from trackers.controllers.catalogue import Kernel, controller_entry
+from trackers.kernels.records import record_kernel
 from trackers.protocols import Controller
 from trackers.types import BODY_COMMANDS, CameraModel, Carrier, EgoPose, Estimate, Observation
 
@@ -38,7 +38,7 @@ def weights_of(reward: Reward) -> NDArray[np.float64]:
     return np.array([reward.in_view, reward.centred, reward.size, reward.effort, reward.loss, reward.length_share])
 
 
-@njit(cache=True)
+@record_kernel()
 def terms_of(
     states: Any,
     weights: NDArray[np.float64],

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from scenarios.command_link import LinkLimits, send
@@ -20,6 +19,7 @@ from scenarios.road_town.flight import (
     RESPONSE_TIME_S,
 )
 from scenarios.road_town.presets import ALTITUDE_RANGE_M, RoadTown
+from trackers.kernels.records import record_kernel
 from trackers.types import CameraModel
 
 _LOWEST_M, _HIGHEST_M = ALTITUDE_RANGE_M
@@ -29,7 +29,7 @@ FLIGHT_STATE = state_dtype(
 """State of a flight: with its velocity and the constant errors of its instruments."""
 
 
-@njit(cache=True)
+@record_kernel()
 def fly(state: Any, turned_rad: float, interval_s: float) -> None:
     """Obey ``state.obeyed`` for one frame: a first-order response of all velocities.
 
@@ -53,7 +53,7 @@ def fly(state: Any, turned_rad: float, interval_s: float) -> None:
     state.yaw_rad += state.yaw_rate_rad_s * interval_s
 
 
-@njit(cache=True)
+@record_kernel()
 def look_down(
     state: Any,
     attitude_rad: NDArray[np.float64],
@@ -114,7 +114,7 @@ class Flights(NamedTuple):
     interval_s: float
 
 
-@njit(cache=True)
+@record_kernel()
 def begin_flights(
     states: Any,
     which: NDArray[np.int64],
@@ -147,7 +147,7 @@ def begin_flights(
         _observe(state, flights, sightings[which[n]], rng, scratch)
 
 
-@njit(cache=True)
+@record_kernel()
 def fly_on(
     states: Any, wanted: Any, waiting: Any, link: LinkLimits, flights: Any, sightings: Any, rng: np.random.Generator
 ) -> None:
@@ -164,7 +164,7 @@ def fly_on(
         _observe(state, flights, sightings[k], rng, scratch)
 
 
-@njit(cache=True, inline="always")
+@record_kernel(inline="always")
 def _observe(state: Any, flights: Any, sighting: Any, rng: np.random.Generator, scratch: Any) -> None:
     """Write the truth of the current frame, the tracker's answer, and the sighting."""
     episode, noise, camera = state.episode, flights.noise[0], flights.camera
@@ -177,7 +177,7 @@ def _observe(state: Any, flights: Any, sighting: Any, rng: np.random.Generator, 
     write_sighting_down(state, camera, sighting)
 
 
-@njit(cache=True)
+@record_kernel()
 def _hold_speed(state: Any) -> None:
     """Set the latest command to the current velocity."""
     c, s = np.cos(state.yaw_rad), np.sin(state.yaw_rad)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from scenarios.command_link import LinkLimits, send
@@ -20,6 +19,7 @@ from scenarios.stereo_follow.rig import SCALE_ERROR, TURN_SCALE_ERROR, add_up
 from scenarios.stereo_follow.robot import driven
 from scenarios.stereo_follow.scenario import NOD_KEPT, NOD_RAD
 from scenarios.stereo_follow.sight import covered_share, is_walled
+from trackers.kernels.records import record_kernel
 
 DRIVE_STATE = state_dtype(
     ("speed_mps", "f8"), ("shake_rad", "f8", (2,)), ("odometry", "f8", (3,)), ("odometry_scales", "f8", (2,))
@@ -28,7 +28,7 @@ DRIVE_STATE = state_dtype(
 _HALF_TURN_RAD = 0.5 * np.pi
 
 
-@njit(cache=True)
+@record_kernel()
 def drive(state: Any, free_m: NDArray[np.float64], interval_s: float, rng: np.random.Generator) -> None:
     """Obey ``state.obeyed`` for one frame, and advance the odometry.
 
@@ -50,7 +50,7 @@ def drive(state: Any, free_m: NDArray[np.float64], interval_s: float, rng: np.ra
     add_up(state.odometry, state.odometry_scales, step_m, state.yaw_rad - yaw_rad, rng)
 
 
-@njit(cache=True)
+@record_kernel()
 def look_ahead(state: Any, rng: np.random.Generator) -> None:
     """Write the camera's pose, true with shaking, and as measured."""
     for axis in range(2):
@@ -88,7 +88,7 @@ class Drives(NamedTuple):
     interval_s: float
 
 
-@njit(cache=True)
+@record_kernel()
 def begin_drives(
     states: Any,
     which: NDArray[np.int64],
@@ -128,7 +128,7 @@ def begin_drives(
         _observe(state, target_m, target_rad, size_m, others_m, openings_m, errors, camera, sightings[which[n]], rng)
 
 
-@njit(cache=True)
+@record_kernel()
 def drive_on(
     states: Any, wanted: Any, waiting: Any, link: LinkLimits, drives: Any, sightings: Any, rng: np.random.Generator
 ) -> None:
@@ -145,7 +145,7 @@ def drive_on(
         _observe(state, target_m, target_rad, size_m, others_m, openings_m, errors, camera, sightings[k], rng)
 
 
-@njit(cache=True)
+@record_kernel()
 def _observe(
     state: Any,
     target_m: Any,
@@ -173,7 +173,7 @@ def _observe(
     write_sighting_ahead(state, camera, sighting)
 
 
-@njit(cache=True)
+@record_kernel()
 def _notice_others(state: Any, others_m: NDArray[np.float64], openings_m: Any, camera: Any) -> None:
     """Note which person the tracker confuses, or would confuse, with the target: the nearest one in sight."""
     if state.mode != WRONG:
@@ -189,7 +189,7 @@ def _notice_others(state: Any, others_m: NDArray[np.float64], openings_m: Any, c
         state.other_offset_m[1] = others_m[state.other, 1] - state.target_m[1]
 
 
-@njit(cache=True)
+@record_kernel()
 def _is_in_sight(state: Any, place_m: NDArray[np.float64], openings_m: Any, camera: Any) -> bool:
     """Return whether a place (2,) is in the picture, within range and not behind a wall."""
     right_m, _, ahead_m = in_camera(state.R, state.camera_m, place_m[0], place_m[1], CAMERA_HEIGHT_M)
