@@ -169,7 +169,7 @@ def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -
     text = re.sub(r"<[^>]+>", " ", page)
     assert f"<h1>{showing_of(STEREO).heading}</h1>" in page
     assert "outside the picture" not in text
-    for words in ("When is the person lost?", "How soon is the person found again?"):
+    for words in ("When is the person lost?", "How soon is the person found again?", "What does a better score cost?"):
         assert words in text
     assert "2 occlusions of 6 frames, 4 changes of light (2 × lamp off, 2 × back light)" in text
     for words in ("after lamp off", "near person", *ALL_TRACKERS):
@@ -178,7 +178,7 @@ def test_the_page_shows_what_the_suite_is_about(outcome: tuple[Outcome, Path]) -
     facts = text.split("Disparity matched from the pair")[1].split("Intervals:")[0]
     assert facts.split("all pixels")[1].split()[:4] == ["–", "–", "–", "0.0"]
     assert ["hall" in facts, "corridor" in facts, "yard" in facts] == [True, True, False]
-    assert page.count("<svg") == 3
+    assert page.count("<svg") == 4
     assert write_report(out).read_text() == page
 
 
