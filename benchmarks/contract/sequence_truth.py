@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from scenarios.truth import Truth, truth_field
 
+DISTRACTOR, OTHER = "distractor", "other"
+"""Kinds of objects of real sequences that are no targets: what a tracker may take for one, and what else has a box."""
+
 
 @dataclass(frozen=True, slots=True)
 class SequenceTruth(Truth):

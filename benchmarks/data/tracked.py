@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.contract.judging import USUAL_RATE_HZ
-from benchmarks.contract.sequence_truth import truth_in_pixels
+from benchmarks.contract.sequence_truth import DISTRACTOR, OTHER, truth_in_pixels
 from benchmarks.contract.text import printable
 from benchmarks.data.box_files import read_properties
 from benchmarks.data.layouts.followed import with_picture
@@ -26,7 +26,6 @@ from benchmarks.data.layouts.mot import find_mot
 from benchmarks.data.mot_text import rate_told, read_mot
 from benchmarks.data.pictures import numbered_pictures, short
 from benchmarks.data.sequences import BoxedSequence, SequenceEpisode
-from benchmarks.judges.many.judge import DISTRACTOR, OTHER
 from scenarios.scenario import Frame
 from scenarios.truth import Truth
 from sim.checks import check

@@ -217,8 +217,8 @@ def opened(
                 rng = tracker_stream(job.episode.seed, spec.name, repeat)
                 create = partial(spec.create, job.episode, episode, rng, many=many)
                 limits = {"start_limit_s": spec.start_limit_s, "limit_s": spec.frame_limit_s or job.limit_s}
-                of_suite = {"many": many, "needs_depth": job.suite.needs_depth, "timed": spec.timed}
-                guard = guarded(create, **of_suite, **how(name) | limits)
+                its = how(name) | limits
+                guard = guarded(create, many=many, needs_depth=job.suite.needs_depth, timed=spec.timed, **its)
                 runs.append(TrackerRun(name, repeat, guard))
         link = job.episode.command_link(episode)
         yield OpenJob(job, Loop(episode, [each.guard for each in runs], link), runs, controller)

@@ -88,7 +88,9 @@ def test_rows_are_the_same_bytes_whatever_the_workers(results: Path, tmp_path: P
         shell, cwd=ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert json.dumps(rows_of(results)) == json.dumps(rows_of(tmp_path))
+    # Other tests of this process may have registered trackers of many.
+    ours = [row for row in rows_of(results) if row["tracker"].startswith("warm_bodies")]
+    assert json.dumps(ours) == json.dumps(rows_of(tmp_path))
 
 
 def test_editions_hold_the_content_of_a_scene_a_judge_and_a_tracker_of_other_packages() -> None:

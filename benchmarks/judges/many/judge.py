@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from benchmarks.contract.judging import Ending, Score
+from benchmarks.contract.sequence_truth import DISTRACTOR, OTHER
 from benchmarks.judges.identities import THRESHOLD, Pairing, clear_counts, numbered, track_scores
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.truth import Truth
 from trackers.kernels.boxes import intersections_over_union
 from trackers.types import CameraCommand, Track
 
-DISTRACTOR, OTHER = "distractor", "other"
-"""Kinds of objects of real sequences that are no targets: what a tracker may take for one, and what else has a box."""
 _EPSILON = float(np.finfo(float).eps)
 
 
