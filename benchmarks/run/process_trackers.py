@@ -190,7 +190,6 @@ def process_trackers(arguments: Iterable[str], limit_s: float) -> dict[str, Trac
         ValueError: for what is no such argument; names the key, what was expected and what came.
     """
     found: dict[str, TrackerSpec] = {}
-    taken = {*registry.entries(), *(each.name for suite in suites().values() for each in suite.references)}
     for argument in arguments:
         name, is_command, command = argument.partition("=")
         if is_command and _NAME.fullmatch(name):
@@ -202,9 +201,14 @@ def process_trackers(arguments: Iterable[str], limit_s: float) -> dict[str, Trac
         for each, table in tables.items():
             check("process", each not in found, "each name once", f"{each!r} twice")
             check("process", _NAME.fullmatch(each) is not None, "names of letters, digits, _, - and .", repr(each))
-            check("process", each not in taken, "names that no tracker of `frameout list` has", each)
+            check("process", not _is_taken(each), "names that no tracker of `frameout list` has", each)
             found[each] = _tracker(each, table, folder, argument, limit_s)
     return found
+
+
+def _is_taken(name: str) -> bool:
+    references = (each.name for suite in suites().values() for each in suite.references)
+    return registry.entry_or_none(name) is not None or name in references
 
 
 def _tables_in(file: Path) -> Mapping[str, Any]:

@@ -92,9 +92,12 @@ def trackers_in(suite: Suite, scene: Scene, added: Mapping[str, TrackerSpec]) ->
     """Return all that may take part in a scene of a suite, by name: its trackers, those of the suite itself, and of
     those that a user has ``added``.
     """
-    its = suite.tracked_by(scene), suite.name
-    ours = {name: each for name, each in added.items() if not {*its}.isdisjoint(each.suites)}
-    return trackers_of(its[0]) | trackers_of(its[1]) | ours
+    ours = {name: each for name, each in added.items() if _enters(each, suite, scene)}
+    return trackers_of(suite.tracked_by(scene)) | trackers_of(suite.name) | ours
+
+
+def _enters(tracker: TrackerSpec, suite: Suite, scene: Scene) -> bool:
+    return not {suite.tracked_by(scene), suite.name}.isdisjoint(tracker.suites)
 
 
 def tracker_named(name: str, **values: Any) -> TrackerSpec:
@@ -367,12 +370,19 @@ def choices(
         scenario = catalog.scenario(scene.scenario)
         if suite.judges_controllers:
             its_controllers = its_controllers or default_controllers(scenario, variants=variants)
-        known = trackers_in(suite, scene, added)
-        usual = (*scene.trackers, *filter(known.__contains__, added)) if scene.trackers else ()
-        able = (name for name, each in known.items() if not each.missing() and (variants or each.role != "variant"))
-        chosen = {
-            name: _tracker_of(suite, scenario, name, added, own_modules) for name in its_trackers or usual or able
-        }
+        entered = (name for name, each in added.items() if _enters(each, suite, scene))
+        usual = (*scene.trackers, *entered) if scene.trackers else ()
+        # All trackers are imported where none is named alone.
+        its_trackers = (
+            its_trackers
+            or usual
+            or tuple(
+                name
+                for name, each in trackers_in(suite, scene, added).items()
+                if not each.missing() and (variants or each.role != "variant")
+            )
+        )
+        chosen = {name: _tracker_of(suite, scenario, name, added, own_modules) for name in its_trackers}
         found.append(Choice(scenario.id, its_presets, chosen, its_controllers))
     check("trackers", bool(found), f"some that {', '.join(controllers)} can steer by", ", ".join(trackers))
     return found

@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.blindfold import Blindfolded
 from benchmarks.run.episodes import simulated
-from benchmarks.run.selection import trackers_of
+from benchmarks.run.selection import Registered, trackers_of
 from scenarios.scenario import Frame
 from tests.fakes_scenario import FAKE_TOWN
 from tests.fakes_trackers import NoParameters
-from trackers import registry
 from trackers.baselines.single_target import Hold, HoldParameters
 from trackers.protocols import TargetState
 from trackers.types import Estimate, Observation
@@ -23,9 +22,12 @@ from trackers.types import Estimate, Observation
 NAMED = simulated(FAKE_TOWN.id, "tiny", 0)
 EPISODE = NAMED.open("all")
 FRAMES = [EPISODE.step() for _ in range(EPISODE.frame_count)]
-MANY = [entry.name for entry in registry.entries().values() if entry.follows_many]
+BLIND = [
+    spec
+    for spec in trackers_of().values()
+    if isinstance(spec, Registered) and spec.role == "blind" and not spec.entry.follows_many
+]
 """Those of many targets are called on no frame at all, see tests/toy_scene/test_hindsight.py."""
-BLIND = [spec for spec in trackers_of().values() if spec.role == "blind" and spec.name not in MANY]
 CARRYING = [spec for spec in BLIND if spec.name in ("blind_carried", "blind_straight", "blind_turning")]
 
 
