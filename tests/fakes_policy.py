@@ -14,9 +14,14 @@ from trackers.types import Carrier
 
 
 def made_up_policy(
-    carrier: Carrier, weights: Sequence[NDArray[np.float32]], biases: Sequence[NDArray[np.float32]]
+    carrier: Carrier,
+    weights: Sequence[NDArray[np.float32]],
+    biases: Sequence[NDArray[np.float32]],
+    history: int = 0,
+    action_repeat: int = 1,
 ) -> Policy:
     """Return a policy that steers alone by a network of these numbers, said to be trained in the town with ``hold``."""
+    width = (1 + history) * len(FEATURES)
     return Policy(
         env="frameout/RoadTownFollow-v2",
         carrier=carrier,
@@ -25,16 +30,22 @@ def made_up_policy(
         correction_share=0.5,
         corrects="always",
         features=FEATURES,
+        history=history,
+        action_repeat=action_repeat,
         hidden="tanh",
         output="clip",
+        mean=np.zeros(width, np.float32),
+        deviation=np.ones(width, np.float32),
         weights=tuple(weights),
         biases=tuple(biases),
     )
 
 
-def random_policy(carrier: Carrier) -> Policy:
+def random_policy(carrier: Carrier, history: int = 0, action_repeat: int = 1) -> Policy:
     """Return a policy whose network says anything."""
     rng = np.random.Generator(np.random.PCG64(0))
-    sizes = (len(FEATURES), 8, len(carrier.axes))
+    sizes = ((1 + history) * len(FEATURES), 8, len(carrier.axes))
     weights = [rng.normal(size=(b, a)).astype(np.float32) for a, b in itertools.pairwise(sizes)]
-    return made_up_policy(carrier, weights, [rng.normal(size=b).astype(np.float32) for b in sizes[1:]])
+    return made_up_policy(
+        carrier, weights, [rng.normal(size=b).astype(np.float32) for b in sizes[1:]], history, action_repeat
+    )

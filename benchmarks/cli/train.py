@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import math
 import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
 from benchmarks.cli.arguments import (
     COUNT,
     FOLDER,
+    JSON,
     ONE_NAME,
     VALUES,
     UsualDevelopmentSeeds,
@@ -73,6 +75,9 @@ class Train(WithModules):
         controller_values: values of the controller's parameters in place of the tuned ones, e.g. gain_per_s 0.8.
         corrects: when the policy corrects: always, or while the tracker does not see the target (unseen).
         correction_share: the largest correction, as a share of the command's limit.
+        action_repeat: number of pictures that an action of the policy holds; steps are counted in pictures.
+        history: number of earlier pictures that the policy sees the changes of all features since.
+        learning_rate: of the first update; it falls linearly to 0.
         reward: weights of the reward's terms, see `frameout list --envs`.
         pictures: train with pictures.
         worlds: number of worlds (towns, buildings) that each env with pictures keeps and uses again, about 210 MB a
@@ -85,6 +90,7 @@ class Train(WithModules):
             is likely to be lost).
         episode_steps: maximum number of steps of an episode (default: all of them, as are scored).
         seed: of all random numbers.
+        env_kwargs: further keywords of the env as JSON, see `frameout list --envs`, e.g. '{"link": "delayed"}'.
         check_model: instead of training, run controllers in episodes A:B with pictures and without, and print both:
             this shows how accurate the model of the tracker's errors is.
         fit_model: instead of training, run episodes A:B with pictures, fit the model of the tracker's errors to them
@@ -101,6 +107,9 @@ class Train(WithModules):
     controller_values: Annotated[dict[str, float], VALUES] = field(default_factory=dict)
     corrects: Corrects = "always"
     correction_share: float = 0.5
+    action_repeat: Annotated[int, COUNT] = 4
+    history: Annotated[int, COUNT] = 6
+    learning_rate: float = 5e-4
     reward: Reward = field(default_factory=Reward)
     pictures: bool = False
     worlds: Annotated[int | None, COUNT] = None
@@ -110,6 +119,7 @@ class Train(WithModules):
     starts: Starts = "episodes"
     episode_steps: Annotated[int | None, COUNT] = None
     seed: int = 0
+    env_kwargs: Annotated[str, JSON] = "{}"
     check_model: UsualSeeds = None
     fit_model: UsualDevelopmentSeeds = None
     out: Annotated[Path | None, FOLDER] = None
@@ -118,7 +128,8 @@ class Train(WithModules):
     @property
     def training(self) -> Training:
         """Everything that the training depends on."""
-        return Training(**{each.name: getattr(self, each.name) for each in dataclasses.fields(Training)})
+        given = {each.name: getattr(self, each.name) for each in dataclasses.fields(Training)}
+        return Training(**given | {"env_kwargs": _keywords(self.env_kwargs)})
 
     def run(self) -> int:
         """Train; return the exit status."""
@@ -159,6 +170,15 @@ class Train(WithModules):
             path = train(training, out, _Lines(progress))
         print(f"policy: {path}\njudge it beside a controller, with pictures:\n{judging_command(training, path)}")
         return 0
+
+
+def _keywords(text: str) -> dict[str, Any]:
+    try:
+        keywords = json.loads(text)
+    except json.JSONDecodeError:
+        keywords = None
+    check("env_kwargs", isinstance(keywords, dict), "an object of JSON", repr(text))
+    return dict(keywords)
 
 
 class _Lines:

@@ -29,7 +29,7 @@ from sim.checks import check
 from trackers.atomic_file import write_atomic
 from trackers.belief.features import FEATURES
 from trackers.controllers.catalogue import controller_entry, our_controller
-from trackers.controllers.policy import Policy, save_policy
+from trackers.controllers.policy import LARGEST_INPUT, Policy, save_policy
 
 _PICTURELESS_ENVS = 256
 _WORLDS = 2
@@ -53,6 +53,9 @@ class Training:
         controller_values: parameter values in place of the tuned ones.
         corrects: when it corrects: ``always``, or while the target is ``unseen``.
         correction_share: the largest correction, as a share of the command's limit.
+        action_repeat: pictures that an action holds. history: number of earlier pictures that the policy sees the
+            changes of all features since.
+        learning_rate: of the first update; it falls linearly to 0.
         reward: weights of its terms.
         pictures: train in the rendered env; otherwise in the one without pictures.
         worlds, episodes_per_world: with pictures, see ``FollowSettings``; None: 2 where the scenario can keep worlds,
@@ -63,6 +66,7 @@ class Training:
             target is likely to be lost (``frame-outs``).
         episode_steps: maximum number of steps of an episode; None: all of them, as are scored.
         seed: of all random numbers.
+        env_kwargs: further keywords of the env, see ``FollowSettings``, e.g. ``{"link": "delayed"}``.
         modules: users' own modules, imported first in every process.
     """
 
@@ -75,6 +79,9 @@ class Training:
     controller_values: dict[str, float] = field(default_factory=dict)
     corrects: Corrects = "always"
     correction_share: float = 0.5
+    action_repeat: int = 4
+    history: int = 6
+    learning_rate: float = 5e-4
     reward: Reward = field(default_factory=Reward)
     pictures: bool = False
     worlds: int | None = None
@@ -84,14 +91,19 @@ class Training:
     starts: Starts = "episodes"
     episode_steps: int | None = None
     seed: int = 0
+    env_kwargs: dict[str, Any] = field(default_factory=dict)
     modules: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         catalog.check_env(self.env)
-        for name in ("steps", "episodes", "episode_steps"):
+        for name in ("steps", "episodes", "episode_steps", "action_repeat"):
             value = getattr(self, name)
             check(name, value is None or value >= 1, "a whole number >= 1", value)
         check("envs", self.envs >= 0, "a whole number >= 0", self.envs)
+        check("history", self.history >= 0, "a whole number >= 0", self.history)
+        check("learning_rate", 0.0 < self.learning_rate < 1.0, "a number in (0, 1)", self.learning_rate)
+        taken = sorted(self.env_kwargs.keys() & self._keywords.keys())
+        check("env_kwargs", not taken, "none that the training sets by an option of its own", ", ".join(taken))
         whole = self.starts == "episodes" or not self.pictures
         check("starts", whole, "episodes with pictures, which begin on frame 0", repr(self.starts))
         check("worlds", self.pictures or not self.worlds, "0 without pictures, where there are none", self.worlds)
@@ -134,6 +146,10 @@ class Training:
     @property
     def env_keywords(self) -> dict[str, Any]:
         """Keywords of ``gym.make`` and ``gym.make_vec`` for this training's env."""
+        return self._keywords | self.env_kwargs
+
+    @property
+    def _keywords(self) -> dict[str, Any]:
         alone = self.controller_name == "none"
         steering: dict[str, Any] = {"action": "command"}
         if not alone:
@@ -153,6 +169,7 @@ class Training:
 
 CHECKPOINT = "checkpoint.pt"
 """File of a training's folder from which the same command continues."""
+_MOMENTS = ("mean", "var", "count")
 _REPLAYED = ("observations", "next_observations", "actions", "rewards", "dones", "timeouts")
 
 
@@ -169,6 +186,8 @@ def save_checkpoint(model: Any, out: Path, settings: dict[str, Any]) -> None:
     if isinstance(getattr(model, "log_ent_coef", None), torch.Tensor):
         state["log_ent_coef"] = model.log_ent_coef.detach()
     buffer = getattr(model, "replay_buffer", None)
+    observed = model.get_vec_normalize_env().obs_rms
+    state["observed"] = {name: torch.as_tensor(getattr(observed, name)) for name in _MOMENTS}
     if buffer is not None:
         state["replay"] = {name: torch.from_numpy(getattr(buffer, name)[: buffer.size()]) for name in _REPLAYED}
         state["replay_position"] = (int(buffer.pos), bool(buffer.full))
@@ -192,6 +211,9 @@ def _restore(model: Any, state: dict[str, Any]) -> None:
     """Set a fresh model of the same settings to a checkpoint."""
     model.set_parameters(state["parameters"])
     model.num_timesteps, model._n_updates = state["steps"], state["updates"]
+    observed = model.get_vec_normalize_env().obs_rms
+    for name in _MOMENTS:
+        setattr(observed, name, state["observed"][name].numpy())
     if "log_ent_coef" in state:
         model.log_ent_coef.data.copy_(state["log_ent_coef"])
     if "replay" in state:
@@ -206,7 +228,9 @@ _FIRST_SHARE = 0.01
 """Initial scale of the last layer, so that corrections start near zero."""
 _CHECKPOINT_S = 60.0
 _DISCOUNT = 0.99
-_ROLLOUT_STEPS, _BATCH = 128, 2048
+_SMALLEST_DEVIATION = 0.01
+"""A feature that hardly varies is not magnified beyond it."""
+_ROLLOUT_STEPS, _BATCH = 64, 2048
 
 _LATEST_EPISODES = 100
 """At least so many are in the means of ``Standing``, once they have ended."""
@@ -264,9 +288,9 @@ def train(training: Training, out: Path, report: Report) -> Path:
         else:
             _restore(model, before)
         started = time.perf_counter()
-        left = training.steps - model.num_timesteps
+        left = -(-training.steps // training.action_repeat) - model.num_timesteps
         if left > 0:
-            _learn(model, left, out, learnt_from, report)
+            _learn(model, left, training, out, learnt_from, report)
         seconds = round(time.perf_counter() - started, 1)
     finally:
         envs.close()
@@ -284,6 +308,7 @@ def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
         layers = [*model.actor.latent_pi, model.actor.mu]
     linear = [layer for layer in layers if isinstance(layer, torch.nn.Linear)]
     carrier = catalog.scenario(training.scenario).carrier
+    observed, small = model.get_vec_normalize_env().obs_rms, model.get_vec_normalize_env().epsilon
     base = None
     if training.controller_name != "none":
         parameters = controller_entry(training.controller_name, carrier.name).parameters(**training.controller_values)
@@ -296,8 +321,12 @@ def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
         correction_share=training.correction_share,
         corrects=training.corrects,
         features=FEATURES,
+        history=training.history,
+        action_repeat=training.action_repeat,
         hidden="tanh",
         output="clip" if training.algorithm == "ppo" else "tanh",
+        mean=observed.mean.astype(np.float32),
+        deviation=np.sqrt(observed.var + small).astype(np.float32),
         weights=tuple(layer.weight.detach().numpy().astype(np.float32) for layer in linear),
         biases=tuple(layer.bias.detach().numpy().astype(np.float32) for layer in linear),
         made=made,
@@ -315,6 +344,7 @@ def _envs(training: Training, seed: int) -> Any:
     """Return the envs as stable-baselines3 takes them."""
     import gymnasium as gym
     from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+    from stable_baselines3.common.vec_env import VecNormalize
 
     from benchmarks.learning.vector_adapter import GymnasiumVecEnv
     from scenarios.envs.processes import EnvProcesses
@@ -327,7 +357,9 @@ def _envs(training: Training, seed: int) -> Any:
     else:
         own: dict[str, Any] = {"starts": training.starts, "seeds": range(training.episodes), "cache": EPISODES}
         envs = gym.make_vec(training.env, training.env_count, pictures=False, **own, **keywords)
-    return GymnasiumVecEnv(envs, seed, 1.0 - _DISCOUNT)
+    adapted = GymnasiumVecEnv(envs, seed, _DISCOUNT, training.history, training.action_repeat)
+    # Features vary by several times more in one scene than in another.
+    return VecNormalize(adapted, norm_reward=False, clip_obs=LARGEST_INPUT, epsilon=_SMALLEST_DEVIATION**2)
 
 
 def _env(modules: Sequence[str], name: str, keywords: dict[str, Any]) -> Any:
@@ -347,19 +379,18 @@ def _model(training: Training, envs: Any, out: Path, seed: int) -> Any:
         "seed": seed,
         "tensorboard_log": str(out / "tensorboard"),
         "device": "cpu",
-        "gamma": _DISCOUNT,
+        "gamma": _DISCOUNT**training.action_repeat,
         "stats_window_size": max(_LATEST_EPISODES, training.env_count),
         "policy_kwargs": {"net_arch": list(_HIDDEN), "activation_fn": torch.nn.Tanh},
     }
     if training.algorithm == "sac":
-        return SAC(
-            "MlpPolicy", envs, learning_rate=3e-4, buffer_size=300_000, batch_size=512, gradient_steps=8, **shared
-        )
+        size: dict[str, Any] = {"buffer_size": 300_000, "batch_size": 512, "gradient_steps": 8}
+        return SAC("MlpPolicy", envs, learning_rate=training.learning_rate, **size, **shared)
     shared["policy_kwargs"]["log_std_init"] = -1.2
     return PPO(
         "MlpPolicy",
         envs,
-        learning_rate=lambda left: 5e-4 * left,
+        learning_rate=lambda left: training.learning_rate * left,
         n_steps=_ROLLOUT_STEPS,
         batch_size=min(_BATCH, _ROLLOUT_STEPS * training.env_count),
         n_epochs=6,
@@ -378,9 +409,9 @@ def _start_small(model: Any) -> None:
         last.bias.zero_()
 
 
-def _learn(model: Any, left: int, out: Path, settings: dict[str, Any], report: Report) -> None:
-    """Train the remaining steps; write a checkpoint every minute and at the end, be it upon SIGINT or SIGTERM."""
-    keep = _callback(model.num_timesteps, left, out, settings, report)
+def _learn(model: Any, left: int, training: Training, out: Path, settings: dict[str, Any], report: Report) -> None:
+    """Train the remaining decisions; write a checkpoint every minute and at the end, be it upon SIGINT or SIGTERM."""
+    keep = _callback(model.num_timesteps, left, training.action_repeat, out, settings, report)
     before = {number: signal.signal(number, keep.stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         model.learn(left, callback=keep, reset_num_timesteps=False, tb_log_name="training")
@@ -395,7 +426,7 @@ def _learn(model: Any, left: int, out: Path, settings: dict[str, Any], report: R
         raise KeyboardInterrupt
 
 
-def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], report: Report) -> Any:
+def _callback(behind: int, left: int, held: int, out: Path, settings: dict[str, Any], report: Report) -> Any:
     from stable_baselines3.common.callbacks import BaseCallback
 
     class Keep(BaseCallback):
@@ -435,8 +466,9 @@ def _callback(behind: int, left: int, out: Path, settings: dict[str, Any], repor
                 for key in ("r", "in_view")
             )
             taken_s = max(time.monotonic() - self.begun_s, 1e-3)
-            done = min(self.num_timesteps, behind + left)
-            return Standing(done, behind + left, reward, in_view, (self.num_timesteps - behind) / taken_s)
+            done, of = min(self.num_timesteps, behind + left), behind + left
+            rate = (self.num_timesteps - behind) / taken_s
+            return Standing(held * done, held * of, reward, in_view, held * rate)
 
     return Keep()
 

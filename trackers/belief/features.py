@@ -8,6 +8,8 @@ those of the steered camera. Squashed means ``x / (1 + |x|)``.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -144,6 +146,33 @@ class FeatureFilter:
         features = np.zeros((1, len(FEATURES)), np.float32)
         features_of(belief, np.clip(command, -1.0, 1.0), features)
         return np.clip(features[0], -1.0, 1.0)
+
+
+class FeatureHistory:
+    """Features of B beliefs, and how they have changed since each of the pictures before.
+
+    Attributes:
+        width: numbers for each belief, ``(1 + frames) * len(FEATURES)``.
+    """
+
+    def __init__(self, count: int, frames: int) -> None:
+        self.width = (1 + frames) * len(FEATURES)
+        self._latest = np.zeros((count, 1 + frames, len(FEATURES)), np.float32)
+
+    def begin(self, features: NDArray[np.float32], which: NDArray[Any] | slice = slice(None)) -> None:
+        """Begin episodes of the beliefs ``which`` (K,) with features (K, F): nothing has changed yet."""
+        self._latest[which] = features[:, None]
+
+    def add(self, features: NDArray[np.float32], which: NDArray[Any] | slice = slice(None)) -> None:
+        """Add the features (K, F) of the next picture of the beliefs ``which`` (K,)."""
+        self._latest[which, 1:] = self._latest[which, :-1]
+        self._latest[which, 0] = features
+
+    def numbers(self, which: NDArray[Any] | slice = slice(None)) -> NDArray[np.float32]:
+        """Return (K, width): the features, what they have changed since the picture before, since the one before, …"""
+        numbers = self._latest[which].copy()
+        numbers[:, 1:] = numbers[:, :1] - numbers[:, 1:]
+        return numbers.reshape(len(numbers), self.width)
 
 
 def command_of(carrier: Carrier, shares: NDArray[np.float64]) -> CameraCommand:

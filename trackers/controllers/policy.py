@@ -2,14 +2,16 @@
 
 ``NAME.json`` holds::
 
-    {"format": 1, "env": "frameout/RoadTownFollow-v2",
+    {"format": 2, "env": "frameout/RoadTownFollow-v2",
      "carrier": {"name": "helicopter", "looks": "down", "axes": [["forward_mps", 25.0, 40.0], ...]},
      "tracker": "mosaic_graph_pf", "base": {"controller": "reentry", "parameters": {...}} or null,
-     "correction_share": 0.7, "corrects": "always" | "unseen", "features": [...], "layers": 3,
-     "hidden": "tanh" | "relu", "output": "clip" | "tanh", "weights_sha256": "...", "made": {...}}
+     "correction_share": 0.7, "corrects": "always" | "unseen", "features": [...], "history": 6, "action_repeat": 4,
+     "layers": 3, "hidden": "tanh" | "relu", "output": "clip" | "tanh", "weights_sha256": "...", "made": {...}}
 
-With ``base`` null the policy gives the whole command; otherwise it corrects that controller's. ``made`` records the
-training. ``NAME.safetensors`` holds ``weight_0`` (out, in), ``bias_0`` (out,), ``weight_1`` …
+With ``base`` null the policy gives the whole command; otherwise it corrects that controller's. Its input is the
+features and their changes over ``history`` pictures (``FeatureHistory``); an action holds for ``action_repeat``
+pictures. ``made`` records the training. ``NAME.safetensors`` holds ``mean`` (in,) and ``deviation`` (in,), by which the
+input is standardised, and ``weight_0`` (out, in), ``bias_0`` (out,), ``weight_1`` …
 """
 
 from __future__ import annotations
@@ -27,12 +29,18 @@ from safetensors import SafetensorError
 from safetensors.numpy import load, save
 
 from trackers.atomic_file import write_atomic
-from trackers.belief.features import FEATURES, FeatureFilter, command_of, is_seen, shares_of
+from trackers.belief.features import FEATURES, FeatureFilter, FeatureHistory, command_of, is_seen, shares_of
 from trackers.controllers.catalogue import controller_entry
 from trackers.types import CameraCommand, Carrier, CommandAxis, Estimate, Observation
 
-FORMAT = 1
-_KEYS = ("env", "carrier", "tracker", "base", "correction_share", "corrects", "features", "hidden", "output", "made")
+FORMAT = 2
+_KEYS = (
+    *("env", "carrier", "tracker", "base", "correction_share", "corrects", "features", "history", "action_repeat"),
+    *("hidden", "output", "made"),
+)
+LARGEST_INPUT = 10.0
+"""Standardised numbers beyond it are clipped, as in training."""
+_MOST_FRAMES = 1000
 
 
 @dataclass(frozen=True)
@@ -40,6 +48,9 @@ class Policy:
     """A network from a belief's features to an action, and the action's meaning; see the module.
 
     Attributes:
+        history: number of earlier pictures that it sees the changes since.
+        action_repeat: number of pictures that an action holds.
+        mean, deviation: (in,) float32 of its input in training.
         weights: (out, in) float32 of each layer. biases: (out,).
     """
 
@@ -50,15 +61,23 @@ class Policy:
     correction_share: float
     corrects: Literal["always", "unseen"]
     features: tuple[str, ...]
+    history: int
+    action_repeat: int
     hidden: Literal["tanh", "relu"]
     output: Literal["clip", "tanh"]
+    mean: NDArray[np.float32]
+    deviation: NDArray[np.float32]
     weights: tuple[NDArray[np.float32], ...]
     biases: tuple[NDArray[np.float32], ...]
     made: dict[str, Any] = field(default_factory=dict)
 
-    def action(self, features: NDArray[np.float32]) -> NDArray[np.float64]:
-        """Return the actions (B, A) in [-1, 1] of features (B, F): the mean of the distribution in training."""
-        values = features
+    def action(self, numbers: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return the actions (B, A) in [-1, 1], the mean of the distribution in training.
+
+        Args:
+            numbers: (B, in) of a ``FeatureHistory``.
+        """
+        values = np.clip((numbers - self.mean) / self.deviation, -LARGEST_INPUT, LARGEST_INPUT)
         for k, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             values = values @ weight.T + bias
             if k + 1 < len(self.weights):
@@ -72,6 +91,7 @@ def save_policy(policy: Policy, path: Path) -> Path:
     path = path.with_suffix(".json")
     tensors = {f"weight_{k}": weight for k, weight in enumerate(policy.weights)}
     tensors |= {f"bias_{k}": bias for k, bias in enumerate(policy.biases)}
+    tensors |= {"mean": policy.mean, "deviation": policy.deviation}
     document = {"format": FORMAT} | {name: getattr(policy, name) for name in _KEYS} | {"layers": len(policy.weights)}
     axes = [dataclasses.astuple(axis) for axis in policy.carrier.axes]
     weights = save({k: np.ascontiguousarray(v) for k, v in tensors.items()})
@@ -102,6 +122,7 @@ def load_policy(file: str) -> Policy:
             raise ValueError(f"format {FORMAT}, got {document['format']!r}")
         weights, biases = (tuple(tensors[f"{part}_{k}"] for k in layers) for part in ("weight", "bias"))
         values = {key: document[key] for key in _KEYS} | {"weights": weights, "biases": biases}
+        values |= {name: tensors[name] for name in ("mean", "deviation")}
         carrier = document["carrier"]
         axes = tuple(CommandAxis(*axis) for axis in carrier["axes"])
         values["carrier"] = Carrier(carrier["name"], axes, carrier["looks"])
@@ -132,7 +153,15 @@ def _check_shapes(policy: Policy) -> None:
             raise ValueError(f"{name} of {' or '.join(known)}, got {getattr(policy, name)!r}")
     if not isinstance(policy.correction_share, int | float) or not 0 < policy.correction_share <= 2:
         raise ValueError(f"correction_share in (0, 2], got {policy.correction_share!r}")
-    width = len(policy.features)
+    for name, least in (("history", 0), ("action_repeat", 1)):
+        value = getattr(policy, name)
+        if not isinstance(value, int) or not least <= value <= _MOST_FRAMES:
+            raise ValueError(f"{name} of {least} to {_MOST_FRAMES}, got {value!r}")
+    width = len(policy.features) * (1 + policy.history)
+    for name in ("mean", "deviation"):
+        values = getattr(policy, name)
+        if values.shape != (width,) or not np.isfinite(values).all() or (name == "deviation" and values.min() <= 0):
+            raise ValueError(f"{name} of {width} finite numbers{' > 0' if name == 'deviation' else ''}, got others")
     for weight, bias in zip(policy.weights, policy.biases, strict=True):
         if weight.ndim != 2 or weight.shape[1] != width or bias.shape != (len(weight),):
             raise ValueError(f"layers that fit each other, got {weight.shape} after {width} numbers")
@@ -162,7 +191,8 @@ class PolicyController:
     def __init__(self, parameters: PolicyParameters) -> None:
         self.parameters = parameters
         self._policy = policy = load_policy(parameters.file)
-        self._features = FeatureFilter(policy.carrier)
+        self._features, self._history = FeatureFilter(policy.carrier), FeatureHistory(1, policy.history)
+        self._pictures, self._shares = 0, np.zeros(len(policy.carrier.axes))
         self._given = CameraCommand()
         base = policy.base
         self._base = None
@@ -172,8 +202,12 @@ class PolicyController:
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command of the policy's mean action."""
         policy = self._policy
-        features = self._features.update(observation, estimate, self._given)
-        shares = policy.action(features[None])[0]
+        features = self._features.update(observation, estimate, self._given)[None]
+        (self._history.add if self._pictures else self._history.begin)(features)
+        if self._pictures % policy.action_repeat == 0:
+            self._shares = policy.action(self._history.numbers())[0]
+        self._pictures += 1
+        shares = self._shares
         if self._base is not None:
             base = self._base.command(observation, estimate)
             if policy.corrects == "unseen" and is_seen(estimate):

@@ -33,8 +33,8 @@ from benchmarks.learning import training
 from benchmarks.learning.training import Standing, train
 from benchmarks.learning.vector_adapter import GymnasiumVecEnv
 
-STEPS = 2 * 4 * 128
-"""Two rounds: the learning rate falls to nothing in the last."""
+STEPS = 2 * 4 * 64 * 4
+"""Pictures of two rounds: the learning rate falls to nothing in the last."""
 TINY = Training(
     env="frameout/RoadTownFollow-v2", preset="quick", steps=STEPS, envs=4, episodes=2, episode_steps=40, seed=3
 )
@@ -51,10 +51,10 @@ def nothing(standing: Standing) -> None:
 
 
 def steps_before(out: Path) -> int:
-    """Return the number of steps before the checkpoint in a folder."""
+    """Return the number of pictures before the checkpoint in a folder."""
     state = read_checkpoint(out)
     assert state is not None
-    return int(state["steps"])
+    return TINY.action_repeat * int(state["steps"])
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path
     path = train(TINY, tmp_path / "ppo", nothing)
     first = load_policy(str(path))
     [(behind, left, weights, optimiser_steps)] = begun
-    assert (behind, left, optimiser_steps) == (0, STEPS, set())
+    assert (behind, left, optimiser_steps) == (0, STEPS // 4, set())
     assert any((a != b).any() for a, b in zip(weights, first.weights, strict=True))
     assert first.base is not None
     assert first.base["controller"] == "reentry"
@@ -96,7 +96,7 @@ def test_training_goes_on_from_its_checkpoint_and_leaves_a_policy(tmp_path: Path
     more = load_policy(str(train(replace(TINY, steps=2 * STEPS), tmp_path / "ppo", lambda now: told.append(now.done))))
     behind, left, weights, optimiser_steps = begun[1]
     # Two rounds of six epochs, one batch each.
-    assert (behind, left, optimiser_steps) == (STEPS, STEPS, {12.0})
+    assert (behind, left, optimiser_steps) == (STEPS // 4, STEPS // 4, {12.0})
     assert told == [STEPS, STEPS + STEPS // 2, 2 * STEPS]
     for ours, theirs in zip(first.weights, weights, strict=True):
         np.testing.assert_array_equal(ours, theirs)
@@ -122,7 +122,7 @@ def test_the_off_policy_method_goes_on_with_what_it_remembers(tmp_path: Path) ->
     assert first.output == "tanh"
     state = read_checkpoint(tmp_path / "sac")
     assert state is not None
-    assert len(state["replay"]["rewards"]) == 100
+    assert len(state["replay"]["rewards"]) == 25
     more = load_policy(str(train(replace(tiny, steps=800), tmp_path / "sac", nothing)))
     assert any((a != b).any() for a, b in zip(first.weights, more.weights, strict=True))
 
@@ -147,7 +147,7 @@ def test_a_training_that_is_interrupted_leaves_what_it_has_learnt(
 
         return acts
 
-    owner, method, at = (GymnasiumVecEnv, "step_wait", 140) if within == "step" else (torch.optim.Adam, "step", 2)
+    owner, method, at = (GymnasiumVecEnv, "step_wait", 70) if within == "step" else (torch.optim.Adam, "step", 2)
     monkeypatch.setattr(owner, method, interrupts(getattr(owner, method), at))
     with pytest.raises(KeyboardInterrupt):
         train(TINY, tmp_path, nothing)
@@ -260,7 +260,7 @@ def test_an_episode_s_reward_and_time_in_view_are_its_own_steps() -> None:
     The helicopter flies off, so that the target is out of view at the end and in view again at once.
     """
     options = {"pictures": False, "seeds": range(2), "preset": "quick", "max_episode_steps": 40}
-    ours = GymnasiumVecEnv(gym.make_vec(TINY.env, 3, **options), 4, 0.01)
+    ours = GymnasiumVecEnv(gym.make_vec(TINY.env, 3, **options), 4, 0.99)
     theirs = gym.make_vec(TINY.env, 3, **options)
     ours.reset()
     theirs.reset(seed=4)
@@ -283,6 +283,43 @@ def test_an_episode_s_reward_and_time_in_view_are_its_own_steps() -> None:
             assert not infos["final_info"]["in_view"][k]
             assert infos["in_view"][k]
             rewards[k] = seen[k] = 0.0
+
+
+def test_a_step_holds_its_action_and_an_observation_shows_what_changed() -> None:
+    """Against the same env, stepped by hand; the second step holds an episode's end."""
+    options = {"pictures": False, "seeds": range(2), "preset": "quick", "max_episode_steps": 6}
+    ours = GymnasiumVecEnv(gym.make_vec(TINY.env, 2, **options), 4, 0.9, history=2, action_repeat=4)
+    theirs = gym.make_vec(TINY.env, 2, **options)
+    first, _ = theirs.reset(seed=4)
+    np.testing.assert_array_equal(ours.reset(), np.hstack([first, np.zeros((2, 2 * first.shape[1]))]))
+    action = np.array([[1, 0.5, 0, 0]] * 2, np.float32)
+    seen, rewards = [first], []
+    for _ in range(4):
+        observed, reward, *_ = theirs.step(action)
+        seen.append(observed)
+        rewards.append(reward)
+    ours.step_async(action)
+    observed, reward, ended, _ = ours.step_wait()
+    np.testing.assert_array_equal(observed, np.hstack([seen[4], seen[4] - seen[3], seen[4] - seen[2]]))
+    np.testing.assert_allclose(reward, 0.1 * sum(0.9**k * each for k, each in enumerate(rewards)), rtol=1e-6)
+    assert not ended.any()
+    held = [theirs.step(each) for each in (action, action, 0 * action, 0 * action)]
+    ours.step_async(action)
+    observed, reward, ended, details = ours.step_wait()
+    assert ended.all()
+    np.testing.assert_allclose(reward, 0.1 * (held[0][1] + 0.9 * held[1][1]), rtol=1e-6)
+    last, (began, then, now) = np.stack(held[1][4]["final_obs"]), (each[0] for each in held[1:])
+    np.testing.assert_array_equal(observed, np.hstack([now, now - then, now - began]))
+    before = held[0][0]
+    wanted = np.hstack([last, last - before, last - seen[4]])
+    np.testing.assert_array_equal(np.stack([each["terminal_observation"] for each in details]), wanted)
+    assert [each["episode"]["l"] for each in details] == [6, 6]
+
+
+def test_keywords_of_the_env_are_passed_on_unless_an_option_sets_them() -> None:
+    assert Training(TINY.env, env_kwargs={"link": "delayed"}).env_keywords["link"] == "delayed"
+    with pytest.raises(ValueError, match="env_kwargs: expected none that the training sets by an option of its own"):
+        Training(TINY.env, env_kwargs={"preset": "quick"})
 
 
 @pytest.mark.parametrize(

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from tests.fakes_policy import random_policy
-from trackers.belief.features import FEATURES
+from trackers.belief.features import FEATURES, FeatureFilter, command_of
 from trackers.controllers.catalogue import controller_entry
-from trackers.controllers.policy import load_policy, save_policy
+from trackers.controllers.policy import Policy, load_policy, save_policy
 from trackers.types import CameraCommand, CameraModel, Carrier, CommandAxis, EgoPose, Estimate, Observation
 
 CARRIER = Carrier(
@@ -27,13 +28,18 @@ def observation(time_s: float) -> Observation:
     return Observation(np.zeros((48, 64, 3), np.uint8), time_s, CameraModel(64, 48, 70.0), ego=EgoPose(T))
 
 
+def arrays_of(policy: Policy) -> list[NDArray[np.float32]]:
+    return [policy.mean, policy.deviation, *policy.weights, *policy.biases]
+
+
 def test_it_comes_back_as_it_was(tmp_path: Path) -> None:
     saved = random_policy(CARRIER)
     path = save_policy(saved, tmp_path / "mine.json")
     loaded = load_policy(str(path))
-    assert replace(loaded, weights=(), biases=()) == replace(saved, weights=(), biases=())
-    for ours, theirs in zip((*saved.weights, *saved.biases), (*loaded.weights, *loaded.biases), strict=True):
+    for ours, theirs in zip(arrays_of(saved), arrays_of(loaded), strict=True):
         np.testing.assert_array_equal(ours, theirs)
+    none: dict[str, Any] = {"weights": (), "biases": (), "mean": None, "deviation": None}
+    assert replace(loaded, **none) == replace(saved, **none)
     assert load_policy(str(tmp_path / "mine.safetensors")).carrier == CARRIER
 
 
@@ -56,6 +62,31 @@ def test_it_steers_as_a_controller(tmp_path: Path) -> None:
     given = [first.command(observation(t / 15), estimate) for t in range(3)]
     assert given == [second.command(observation(t / 15), estimate) for t in range(3)]
     assert given[0] != CameraCommand()
+
+
+def test_its_input_is_standardised_and_clipped_as_in_training() -> None:
+    given = random_policy(CARRIER)
+    features = np.linspace(-1, 1, len(FEATURES), dtype=np.float32)
+    moved = replace(given, mean=features - np.float32(0.02), deviation=np.full_like(features, 0.001))
+    clipped = np.full((1, len(FEATURES)), 10.0, np.float32)
+    np.testing.assert_allclose(moved.action(features[None]), given.action(clipped), rtol=1e-5)
+
+
+def test_it_sees_what_has_changed_and_holds_its_action(tmp_path: Path) -> None:
+    """Its commands, computed here from the features of every picture."""
+    policy = random_policy(CARRIER, history=2, action_repeat=3)
+    controller = controller_entry(f"policy:{save_policy(policy, tmp_path / 'mine.json')}", "helicopter").create()
+    features, seen, given = FeatureFilter(CARRIER), list[NDArray[np.float32]](), CameraCommand()
+    wanted = given
+    for t in range(7):
+        estimate = Estimate(np.array([40.0 + t * t, 20.0 - t]), in_view_probability=0.9)
+        seen.append(features.update(observation(t / 15), estimate, given))
+        before = [seen[max(t - back, 0)] for back in (1, 2)]
+        if t % 3 == 0:
+            numbers = np.concatenate([seen[t], *(seen[t] - each for each in before)])
+            wanted = command_of(CARRIER, policy.action(numbers[None])[0])
+        given = controller.command(observation(t / 15), estimate)
+        assert given == wanted
 
 
 @pytest.mark.parametrize("corrects", ["always", "unseen"])
@@ -90,7 +121,10 @@ def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
         load_policy(str(alone))
     document = json.loads(path.read_text())
     wrong: list[dict[str, Any]] = [
-        {"format": 2},
+        {"format": 1},
+        {"history": 1},
+        {"history": -1},
+        {"action_repeat": 0},
         {"layers": 3},
         {"layers": 0},
         {"features": ["one"]},
@@ -100,9 +134,9 @@ def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
     wrong += [{"weights_sha256": "0"}]
     for change in wrong:
         path.write_text(json.dumps(document | change))
-        with pytest.raises(ValueError, match="policy: expected a policy of format 1, got"):
+        with pytest.raises(ValueError, match="policy: expected a policy of format 2, got"):
             load_policy(str(path))
     path.write_text(json.dumps(document))
     path.with_suffix(".safetensors").write_bytes(b"torn")
-    with pytest.raises(ValueError, match="policy: expected a policy of format 1, got"):
+    with pytest.raises(ValueError, match="policy: expected a policy of format 2, got"):
         load_policy(str(path))
