@@ -46,7 +46,7 @@ from trackers import registry
 
 @dataclass(frozen=True)
 class Tune(WithModules):
-    """Search parameters on development seeds, with the same search, score and number of trials for each.
+    """Search parameters on development seeds, with the same search, score and number of trials for all of a scene.
 
     Without names: of all trackers, on the first scene of each one's suite, then of all controllers, in all scenes.
     Controllers are tuned for suite `follow`: the search is without pictures where the scenario has such envs, with a
@@ -66,7 +66,7 @@ class Tune(WithModules):
         controllers: names of controllers, see `frameout list`.
         scenario: scenario for the controllers that are named (default: the first one of `frameout list`).
         tracker: name of the tracker for the controllers that are named (default: the suite's own).
-        trials: number of settings to try for each.
+        trials: number of settings to try for each (default: 40; 600 of a controller without pictures, by CMA-ES).
         preset: one or more presets, one for controllers; the scores are averaged (default: as the suite says).
         seeds: episodes A to B - 1, or A alone, below 10,000 (default: as the suite says).
         fresh: number of episodes after them, in each preset of --fresh-preset, on which the best setting must be better
@@ -82,7 +82,7 @@ class Tune(WithModules):
     controllers: Names = ()
     scenario: Annotated[str, ONE_NAME] = ""
     tracker: Annotated[str, ONE_NAME] = ""
-    trials: int = 40
+    trials: Annotated[int | None, COUNT] = None
     preset: Names = ()
     seeds: UsualDevelopmentSeeds = None
     fresh: Annotated[int | None, COUNT] = None
@@ -110,7 +110,7 @@ class Tune(WithModules):
             _ = search.depends_on  # An unknown tracker, or one without a model of its errors, is refused.
         for search in searches:
             episodes = counted(len(search.seeds) * len(search.presets), "episode")
-            how = f"{counted(self.trials, 'trial')} on {episodes} of {' and '.join(search.presets)}"
+            how = f"{counted(search.trial_count, 'trial')} on {episodes} of {' and '.join(search.presets)}"
             with progress_bar(f"{search.place}, {how}") as progress:
                 tuned = tune(search, progress, self.studies)
             path = write_tuned(search, tuned, self._command(search), self._folder(search))
@@ -158,7 +158,7 @@ class Tune(WithModules):
         if isinstance(search, ControllerSearch):
             scenario = catalog.unversioned(search.scenario)
             named = f"--controllers {search.name} --scenario {scenario} --tracker {search.tracker}"
-        command = f"frameout tune {named} --trials {self.trials} --preset {' '.join(search.presets)}"
+        command = f"frameout tune {named} --trials {search.trial_count} --preset {' '.join(search.presets)}"
         command += f" --seeds {seeds_text(search.seeds)} --fresh {len(search.fresh)}"
         command += "" if search.fresh_presets == search.presets else f" --fresh-preset {' '.join(search.fresh_presets)}"
         return command + (f" --modules {shlex.join(self.modules)}" if self.modules else "")

@@ -42,6 +42,7 @@ from trackers.registry import MethodEntry, TrackerEntry
 
 _BATCH = 8
 """Number of trials at a time: those of a tracker share the pictures, others run in parallel."""
+_USUAL_TRIALS, _TRIALS_WITHOUT_PICTURES = 40, 600
 _SEARCH_SEED = 0
 _FIRST_SEED, _FEWEST = 9_000, 8
 _REASONS = 3
@@ -63,7 +64,7 @@ class Search(ABC):
         name: of the method. suite: name of the one that scores it. scenario: catalogue id.
         presets, seeds: of the episodes that score a setting.
         fresh_presets, fresh: presets and seeds of the episodes that check the best setting.
-        trials: number of settings; the first one is the defaults.
+        trials: number of settings, None = ``usual_trials``; the first one is the defaults.
         workers: processes; 0 = this process. modules: users' own modules, imported first in each.
         failures: those of all runs so far.
     """
@@ -75,7 +76,7 @@ class Search(ABC):
     seeds: range
     fresh_presets: tuple[str, ...]
     fresh: range
-    trials: int
+    trials: int | None
     workers: int
     modules: tuple[str, ...] = ()
     failures: list[Failure] = field(default_factory=list, compare=False)
@@ -107,6 +108,20 @@ class Search(ABC):
     def place(self) -> str:
         """Its file of tuned values, below their folder and without a suffix."""
         return self.name
+
+    @property
+    def usual_trials(self) -> int:
+        """Number of settings unless a user says another."""
+        return _USUAL_TRIALS
+
+    @property
+    def trial_count(self) -> int:
+        """Number of settings."""
+        return self.trials or self.usual_trials
+
+    def sampler(self, optuna: Any, seed: int) -> Any:
+        """Return what proposes settings: a tree-structured Parzen estimator, for few trials."""
+        return optuna.samplers.TPESampler(seed=seed, constant_liar=True)
 
     @property
     @abstractmethod
@@ -188,6 +203,17 @@ class ControllerSearch(Search):
     def place(self) -> str:
         """See ``Search``."""
         return f"controllers/{self.scene.carrier.name}/{self.name}"
+
+    @property
+    def usual_trials(self) -> int:
+        """See ``Search``."""
+        return _TRIALS_WITHOUT_PICTURES if self.scene.pictureless is not None else super().usual_trials
+
+    def sampler(self, optuna: Any, seed: int) -> Any:
+        """Return what proposes settings: CMA-ES without pictures, where there are many trials, of several numbers."""
+        if self.scene.pictureless is None or len(self.entry.tunables()) == 1:
+            return super().sampler(optuna, seed)
+        return optuna.samplers.CmaEsSampler(x0=self.entry.written(), seed=seed)
 
     @property
     def depends_on(self) -> object:
@@ -272,7 +298,7 @@ class Tuned:
 
 
 def tune(search: Search, progress: Progress, studies: Path | None = None) -> Tuned:
-    """Maximise the score by a tree-structured Parzen estimator (Optuna), the defaults first.
+    """Maximise the score by Optuna, with the search's sampler, the defaults first.
 
     Deterministic except for time limits and stops. The best of many settings on a few seeds is partly luck: it replaces
     the defaults only if it is better on the episodes of the check too.
@@ -292,15 +318,15 @@ def tune(search: Search, progress: Progress, studies: Path | None = None) -> Tun
     tried = len(complete())
     if all(trial.params != defaults for trial in complete()):
         study.enqueue_trial(defaults)
-    progress(tried, search.trials)
-    while tried < search.trials:
-        trials = [study.ask() for _ in range(min(_BATCH, search.trials - tried))]
+    progress(tried, search.trial_count)
+    while tried < search.trial_count:
+        trials = [study.ask() for _ in range(min(_BATCH, search.trial_count - tried))]
         settings = {f"{search.name}#{trial.number}": _suggested(trial, search.entry) for trial in trials}
         scores = search.scores(settings, search.presets, search.seeds)
         for trial, label in zip(trials, settings, strict=True):
             study.tell(trial, scores[label])
         tried += len(trials)
-        progress(tried, search.trials)
+        progress(tried, search.trial_count)
     episodes = counted(len(search.fresh) * len(search.fresh_presets), "fresh episode")
     # It may take as long again.
     print(f"{search.name}: the best setting and the defaults now run on {episodes} …", file=sys.stderr)
@@ -338,7 +364,7 @@ def _study(optuna: Any, search: Search, studies: Path | None) -> Any:
         load_if_exists=True,
     )
     # A resumed search draws new random numbers.
-    study.sampler = optuna.samplers.TPESampler(seed=_SEARCH_SEED + len(study.trials), constant_liar=True)
+    study.sampler = search.sampler(optuna, _SEARCH_SEED + len(study.trials))
     return study
 
 
@@ -352,7 +378,7 @@ def _suggested(trial: Any, entry: MethodEntry) -> dict[str, Any]:
 
 def needs_optuna() -> Any:
     """Return Optuna. Raises ValueError if it is not installed."""
-    check_packages(["optuna"], "tune")
+    check_packages(["optuna", "cmaes"], "tune")
     import optuna
 
     optuna.logging.set_verbosity(optuna.logging.WARNING)

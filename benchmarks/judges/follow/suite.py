@@ -27,7 +27,7 @@ def _describe(losses: Sequence[dict[str, Any]]) -> str:
     return f"{counted(len(losses), 'loss', 'losses')} of {lengths_text(lengths)}, {never} of them to the end"
 
 
-_WITHOUT_PICTURES = TuningEpisodes(seeds=range(64), fresh=8)
+_WITHOUT_PICTURES = TuningEpisodes(seeds=range(256), fresh=64)
 """Without pictures episodes are cheap; those that check the best setting have pictures."""
 
 

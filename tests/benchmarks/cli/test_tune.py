@@ -37,14 +37,16 @@ def _asked(monkeypatch: pytest.MonkeyPatch, tune: Tune) -> tuple[dict[str, Track
     return trackers, {each.place: each for each in searches if isinstance(each, ControllerSearch)}
 
 
-def test_without_names_everything_is_tuned_with_the_same_number_of_trials(
+def test_without_names_everything_is_tuned_and_rivals_have_the_same_number_of_trials(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     trackers, controllers = _asked(monkeypatch, Tune(out=tmp_path))
     assert tuple(trackers) == trackers_to_tune()
     assert {budget.suite for budget in trackers.values()} >= {"frame-out", "stereo", "fish", "harbour"}
     assert len(controllers) == sum(len(names) for _, names in controllers_to_tune()) >= 10
-    assert {budget.trials for budget in (*trackers.values(), *controllers.values())} == {40}
+    assert {budget.trial_count for budget in trackers.values()} == {40}
+    for budget in controllers.values():
+        assert budget.trial_count == (40 if budget.scene.pictureless is None else 600)
     for name in ("colour_pf", "stereo_wb", "ca_kalman", "eigen_swarm", "mosaic_graph_pf"):
         assert (tmp_path / f"{name}.json").is_file()
     assert (tmp_path / "controllers" / "helicopter" / "reentry.json").is_file()
