@@ -213,7 +213,7 @@ class ControllerSearch(Search):
         """Return what proposes settings: CMA-ES without pictures, where there are many trials, of several numbers."""
         if self.scene.pictureless is None or len(self.entry.tunables()) == 1:
             return super().sampler(optuna, seed)
-        return optuna.samplers.CmaEsSampler(x0=self.entry.written(), seed=seed)
+        return optuna.samplers.CmaEsSampler(seed=seed)
 
     @property
     def depends_on(self) -> object:
