@@ -156,7 +156,8 @@ class Train(WithModules):
             print(f"model of the errors of {settings.tracker}: {path}")
             return 0
         if self.check_model is not None:
-            names = tuple(controllers(catalog.scenario(settings.scenario).carrier.name))
+            known = controllers(catalog.scenario(settings.scenario).carrier.name)
+            names = tuple(name for name, entry in known.items() if entry.role != "oracle")
             with progress_bar("controllers with pictures and without") as progress:
                 compared = model_check(settings, names, self.check_model, out / _RUNS, progress)
             print(as_table(compared))

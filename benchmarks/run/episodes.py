@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, Protocol, runtime_checkable
 
 from benchmarks.contract.judging import Judge
 from benchmarks.contract.rows import REAL, Row
@@ -20,11 +20,21 @@ from benchmarks.run.editions import (
     tracker_edition,
 )
 from scenarios import catalog
-from scenarios.command_link import CommandLink, episode_link, link_named
+from scenarios.command_link import CommandLink, Link, episode_link, link_named
 from scenarios.scenario import Episode, RendererName, Scenario
 from scenarios.truth import TruthExtent
+from sim.checks import check
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
 from trackers.protocols import Controller
+
+
+@runtime_checkable
+class ForeseeingController(Controller, Protocol):
+    """An oracle, which gets the episode before it steers."""
+
+    def foresee(self, scenario: str, configuration: Any, seed: int, link: Link) -> None:
+        """Take the episode: catalogue id, configuration and seed, and the link to the carrier."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -48,9 +58,14 @@ class Steering:
         """The registered controller. Raises ValueError for an unknown name."""
         return controller_entry(self.name, self.carrier)
 
-    def create(self) -> Controller:
+    def create(self, episode: EpisodeSpec) -> Controller:
         """Return a new controller for one episode."""
-        return self.entry.create_as_written() if self.link is None else self.entry.create(**self.values)
+        made = self.entry.create_as_written() if self.link is None else self.entry.create(**self.values)
+        if isinstance(made, ForeseeingController):
+            assert isinstance(episode, Simulated)
+            check("controllers", self.link is not None, "one that knows no more than a tracker", repr(self.name))
+            made.foresee(episode.scenario.id, episode.configuration, episode.seed, link_named(str(self.link)))
+        return made
 
 
 class EpisodeSpec(ABC):

@@ -210,7 +210,7 @@ def opened(
     episode = job.episode.open(truth)
     try:
         if steering is not None:
-            controller = GuardedController(steering.create, **how(steering.name))
+            controller = GuardedController(partial(steering.create, job.episode), **how(steering.name))
         many = job.suite.follows_many and not job.episode.has_one_target
         for name, spec in job.trackers.items():
             for repeat in range(run_count(spec, job.repeats)):

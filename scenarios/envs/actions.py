@@ -82,6 +82,7 @@ def action_count(settings: FollowSettings, carrier: Carrier) -> int:
     if settings.action == "command" or not named:
         return len(carrier.axes)
     entry = controller_entry(settings.controller, carrier.name)
+    check("controller", entry.role != "oracle", "one that knows no more than a policy", repr(entry.name))
     check_values(entry, settings.controller_values)
     count = len(entry.tunables()) if sets else len(carrier.axes)
     check("controller", count > 0, "one with parameters to set, for the action 'parameters'", repr(entry.name))

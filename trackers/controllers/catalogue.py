@@ -26,7 +26,7 @@ from trackers.protocols import Controller
 from trackers.registry import OWN_NEEDS_MODULE, MethodEntry, check_registered, nearest, tuned_values
 from trackers.types import CameraCommand
 
-ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant", "external"]
+ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant", "oracle", "external"]
 
 POLICY = "policy:"
 """Prefix of a trained policy's name; a file follows."""

@@ -1,0 +1,50 @@
+"""The omniscient controller keeps in view what others lose: the twin that it plans with is the rendered carrier."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from benchmarks.judges.follow.omniscient import OmniscientController
+from benchmarks.run.jobs import run_job
+from benchmarks.run.selection import job_on
+from scenarios import catalog
+from scenarios.command_link import LINKS
+from scenarios.envs.actions import action_count
+from scenarios.envs.settings import FollowSettings
+
+
+def seen(scenario: str, seed: int, controller: str) -> float:
+    """Return the share of the time in view of an episode with pictures, whose tracker tells the truth."""
+    job = job_on("follow", scenario, "quick", seed, ("oracle_target",), controller=controller, link="prompt")
+    [block] = run_job(job).blocks
+    [value] = [row["value"] for row in block if row["metric"] == "time_in_view"]
+    return float(value)
+
+
+def test_it_never_loses_a_car_in_gusts() -> None:
+    assert seen("road-town", 3, "omniscient") == 1.0 > seen("road-town", 3, "hold")
+
+
+@pytest.mark.heavy
+def test_it_never_loses_a_person() -> None:
+    assert seen("stereo-follow", 3, "omniscient") == 1.0 > seen("stereo-follow", 3, "hold")
+
+
+def test_its_plans_are_worth_more_after_each_round() -> None:
+    controller = OmniscientController(OmniscientController.Parameters(horizon_frames=12, plans=64, rounds=4))
+    scene = catalog.scenario("road-town")
+    controller.foresee(scene.id, scene.presets["quick"], 3, LINKS["prompt"])
+    controller._shares[:] = 0.5
+    none = np.zeros((64, *controller._shares.shape))
+    before = controller._worth(none + controller._shares, 12)[0]
+    controller._improve()
+    assert controller._worth(none + controller._shares, 12)[0] > before
+
+
+def test_envs_and_other_suites_refuse_it() -> None:
+    settings = FollowSettings("road-town-v2", "hold", action="correction", controller="omniscient")
+    with pytest.raises(ValueError, match="controller: expected one that knows no more than a policy, got 'omniscient'"):
+        action_count(settings, catalog.scenario("road-town").carrier)
+    job = job_on("frame-out", "road-town", "quick", 3, ("hold",), controller="omniscient")
+    assert "controllers: expected one that knows no more than a tracker" in run_job(job).failures[0].reason
