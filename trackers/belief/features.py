@@ -163,10 +163,10 @@ class FeatureHistory:
         """Begin episodes of the beliefs ``which`` (K,) with features (K, F): nothing has changed yet."""
         self._latest[which] = features[:, None]
 
-    def add(self, features: NDArray[np.float32], which: NDArray[Any] | slice = slice(None)) -> None:
-        """Add the features (K, F) of the next picture of the beliefs ``which`` (K,)."""
-        self._latest[which, 1:] = self._latest[which, :-1]
-        self._latest[which, 0] = features
+    def add(self, features: NDArray[np.float32]) -> None:
+        """Add the features (B, F) of the next picture."""
+        self._latest[:, 1:] = self._latest[:, :-1]
+        self._latest[:, 0] = features
 
     def numbers(self, which: NDArray[Any] | slice = slice(None)) -> NDArray[np.float32]:
         """Return (K, width): the features, what they have changed since the picture before, since the one before, …"""

@@ -95,7 +95,8 @@ def _end_all(pid: int) -> None:
     with contextlib.suppress(ChildProcessError):
         while True:
             for child in children_of("self"):
-                os.kill(child, signal.SIGKILL)
+                with contextlib.suppress(PermissionError):  # It has become another user's.
+                    os.kill(child, signal.SIGKILL)
             while os.waitpid(-1, os.WNOHANG)[0]:
                 pass
             # One that lives for a millisecond, and starts the next one, is met by passes without a pause.

@@ -12,11 +12,13 @@ from benchmarks.contract.text import counted, lengths_text
 from benchmarks.judges import in_view
 from benchmarks.judges.follow.judge import FollowJudge
 from benchmarks.judges.follow.metrics import following
+from benchmarks.judges.follow.omniscient import OmniscientController
 from benchmarks.judges.follow.references import ORACLE
 from benchmarks.judges.recovery import recovery_times
 from benchmarks.judges.tracker_speed import SPEED
 from benchmarks.judges.view_time import LOSS_S, LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN, Loss
 from benchmarks.statistics.pooling import RestrictedMean
+from trackers.controllers.catalogue import register_controller
 
 
 def _describe(losses: Sequence[dict[str, Any]]) -> str:
@@ -171,3 +173,11 @@ FOLLOW = Suite(
     truth="target",
 )
 register_suite(FOLLOW)
+
+for _carrier in ("helicopter", "robot"):
+    register_controller(
+        "omniscient",
+        role="oracle",
+        carrier=_carrier,
+        summary="knows the target's path and all that moves the camera: what a controller could do at best",
+    )(OmniscientController)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
-from benchmarks.judges.follow.omniscient import OmniscientController
+from benchmarks.judges.follow.omniscient import OmniscientParameters
+from benchmarks.judges.follow.planning import Planner
 from benchmarks.run.jobs import run_job
 from benchmarks.run.selection import job_on
 from scenarios import catalog
@@ -32,14 +36,22 @@ def test_it_never_loses_a_person() -> None:
 
 
 def test_its_plans_are_worth_more_after_each_round() -> None:
-    controller = OmniscientController(OmniscientController.Parameters(horizon_frames=12, plans=64, rounds=4))
+    settings = OmniscientParameters(horizon_frames=12, plans=64, rounds=4)
     scene = catalog.scenario("road-town")
-    controller.foresee(scene.id, scene.presets["quick"], 3, LINKS["prompt"])
-    controller._shares[:] = 0.5
-    none = np.zeros((64, *controller._shares.shape))
-    before = controller._worth(none + controller._shares, 12)[0]
-    controller._improve()
-    assert controller._worth(none + controller._shares, 12)[0] > before
+    planner = Planner(settings, scene.id, scene.presets["quick"], 3, LINKS["prompt"])
+    planner.shares[:] = 0.5
+    none = np.zeros((64, *planner.shares.shape))
+    before = planner.worth(none + planner.shares, 12)[0]
+    planner.improve()
+    assert planner.worth(none + planner.shares, 12)[0] > before
+
+
+def test_it_competes_by_default() -> None:
+    """Without an import of its module by hand."""
+    code = "from benchmarks.contract.suite import suite; from benchmarks.run.selection import choices; "
+    code += "print([each.controllers for each in choices(suite('follow'), variants=False)])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.count("'omniscient'") == 2
 
 
 def test_envs_and_other_suites_refuse_it() -> None:
