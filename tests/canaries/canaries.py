@@ -41,7 +41,7 @@ from benchmarks.papers import b1, b2
 from benchmarks.papers.camera_experiment import CameraExperiment, SheetPicture
 from benchmarks.papers.experiment import experiment_named
 from benchmarks.run.editions import controller_edition, judge_edition, preset_edition, tracker_edition
-from benchmarks.run.episodes import simulated
+from benchmarks.run.episodes import ForeseeingController, simulated
 from benchmarks.run.selection import trackers_of
 from scenarios import catalog
 from scenarios.catalog import unversioned
@@ -54,7 +54,7 @@ from scenarios.stage import Stage
 from scenarios.truth import Truth, meanings
 from sim.checks import check
 from tests.trackers.drawn_harbour import CAMERA, SURVEY, DrawnHarbour
-from trackers.controllers.catalogue import controllers
+from trackers.controllers.catalogue import ControllerEntry, controllers
 from trackers.follow_one import FollowOne
 from trackers.gaps import Bridge, GapMethod, Piece, Surroundings
 from trackers.types import CameraCommand, CameraModel, CameraRegisters, Estimate, Observation, Start, Track
@@ -183,9 +183,7 @@ def _controllers() -> Iterator[Canary]:
                 f"controller {entry.carrier} {name}",
                 controller_edition(entry)["controller"],
                 f"edition= where {name} is registered, {entry.controller.__module__}",
-                lambda stored=stored, entry=entry: digest(
-                    entry.create().command(frame.observation, written_estimate(frame)) for frame in frames_of(stored)
-                ),
+                lambda stored=stored, entry=entry: digest_of_controller(entry, stored),
                 entry.parameters(),
             )
 
@@ -457,6 +455,16 @@ def written_tracks(frame: Frame) -> list[Track]:
 @cache
 def _stored(name: str) -> StoredEpisode:
     return stored_episode(str(HERE / "episodes" / name), EPISODES[name])
+
+
+def digest_of_controller(entry: ControllerEntry, stored: str) -> str:
+    """Return the digest of a controller that watches a stored episode; one that foresees episodes, of its start."""
+    made, frames = entry.create(), frames_of(stored)
+    if isinstance(made, ForeseeingController):
+        scenario = catalog.scenario(stored)
+        made.foresee(scenario.id, scenario.presets["quick"], EPISODES[stored], LINKS["prompt"])
+        frames = frames[:_FRAMES]
+    return digest(made.command(frame.observation, written_estimate(frame)) for frame in frames)
 
 
 @cache
