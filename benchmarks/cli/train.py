@@ -25,6 +25,7 @@ from benchmarks.cli.arguments import (
     seeds_text,
 )
 from benchmarks.contract.text import counted
+from benchmarks.learning.evaluation import JUDGED, Evaluation, judging_command
 from benchmarks.learning.tracker_errors import make_error_model
 from benchmarks.learning.training import (
     EPISODES,
@@ -32,7 +33,6 @@ from benchmarks.learning.training import (
     Corrects,
     Standing,
     Training,
-    judging_command,
     needs_stable_baselines,
     train,
 )
@@ -60,7 +60,8 @@ class Train(WithModules):
 
     By default training is without pictures: a fitted model of the tracker's errors replaces picture and tracker.
     On the way it prints the mean reward of the latest episodes, the share of time with the target in view, and steps a
-    second; at the end the command that scores the policy with pictures. OUT gets policy.json and policy.safetensors (no
+    second; now and then how the policy does with pictures, which runs in a process beside it; at the end the command
+    that scores the policy so. OUT gets policy.json and policy.safetensors (no
     pickle), a checkpoint, and curves for TensorBoard.
 
     Attributes:
@@ -91,6 +92,7 @@ class Train(WithModules):
         episode_steps: maximum number of steps of an episode (default: all of them, as are scored).
         seed: of all random numbers.
         env_kwargs: further keywords of the env as JSON, see `frameout list --envs`, e.g. '{"link": "delayed"}'.
+        evaluations: how often the policy is evaluated with pictures, the last time at the end.
         check_model: instead of training, run controllers in episodes A:B with pictures and without, and print both:
             this shows how accurate the model of the tracker's errors is.
         fit_model: instead of training, run episodes A:B with pictures, fit the model of the tracker's errors to them
@@ -120,6 +122,7 @@ class Train(WithModules):
     episode_steps: Annotated[int | None, COUNT] = None
     seed: int = 0
     env_kwargs: Annotated[str, JSON] = "{}"
+    evaluations: Annotated[int, COUNT] = 2
     check_model: UsualSeeds = None
     fit_model: UsualDevelopmentSeeds = None
     out: Annotated[Path | None, FOLDER] = None
@@ -189,7 +192,10 @@ class _Lines:
         self._progress = progress
         self._next_s = 0.0
 
-    def __call__(self, standing: Standing) -> None:
+    def __call__(self, standing: Standing | Evaluation) -> None:
+        if isinstance(standing, Evaluation):
+            print(_with_pictures(standing), file=sys.stderr)
+            return
         self._progress(standing.done, standing.of)
         if math.isfinite(standing.reward) and (time.monotonic() >= self._next_s or standing.done >= standing.of):
             print(_in_words(standing), file=sys.stderr)
@@ -200,4 +206,13 @@ def _in_words(standing: Standing) -> str:
     return (
         f"{standing.done:,} steps: episode reward {standing.reward:.1f}, "
         f"in view {standing.time_in_view:.0%} of the time, {standing.steps_per_s:,.0f} steps/s"
+    )
+
+
+def _with_pictures(evaluation: Evaluation) -> str:
+    low, high = 100.0 * evaluation.ci_low, 100.0 * evaluation.ci_high
+    return (
+        f"{evaluation.steps:,} steps, with pictures: target seen {evaluation.time_seen:.1%} of the time, "
+        f"{100.0 * evaluation.difference:+.1f} ({low:.1f} to {high:.1f}) points beside {evaluation.controller}, "
+        f"{counted(len(JUDGED), 'episode')}"
     )

@@ -6,7 +6,6 @@ import dataclasses
 import hashlib
 import io
 import json
-import shlex
 import signal
 import time
 from collections.abc import Callable, Sequence
@@ -17,7 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from benchmarks.contract.suite import controllers_suite
+from benchmarks.learning.evaluation import Evaluation, Evaluations
 from benchmarks.run.own_modules import load_modules
 from benchmarks.run.packages import check_packages
 from benchmarks.run.workers import cores
@@ -67,6 +66,7 @@ class Training:
         episode_steps: maximum number of steps of an episode; None: all of them, as are scored.
         seed: of all random numbers.
         env_kwargs: further keywords of the env, see ``FollowSettings``, e.g. ``{"link": "delayed"}``.
+        evaluations: how often the policy is evaluated with pictures, the last time at the end.
         modules: users' own modules, imported first in every process.
     """
 
@@ -92,6 +92,7 @@ class Training:
     episode_steps: int | None = None
     seed: int = 0
     env_kwargs: dict[str, Any] = field(default_factory=dict)
+    evaluations: int = 2
     modules: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -100,6 +101,7 @@ class Training:
             value = getattr(self, name)
             check(name, value is None or value >= 1, "a whole number >= 1", value)
         check("envs", self.envs >= 0, "a whole number >= 0", self.envs)
+        check("evaluations", self.evaluations >= 0, "a whole number >= 0", self.evaluations)
         check("history", self.history >= 0, "a whole number >= 0", self.history)
         check("learning_rate", 0.0 < self.learning_rate < 1.0, "a number in (0, 1)", self.learning_rate)
         taken = sorted(self.env_kwargs.keys() & self._keywords.keys())
@@ -140,7 +142,7 @@ class Training:
     def resolved(self) -> dict[str, Any]:
         """What the training depends on, with the names in place of defaults, and without what it has no use for."""
         known = {"preset": self.preset_name, "controller": self.controller_name, "tracker": self.tracker_name}
-        unused = () if self.pictures else ("worlds", "episodes_per_world")
+        unused = ("evaluations", *(() if self.pictures else ("worlds", "episodes_per_world")))
         return {name: value for name, value in (asdict(self) | known).items() if name not in unused}
 
     @property
@@ -254,7 +256,7 @@ class Standing:
     steps_per_s: float
 
 
-Report = Callable[[Standing], None]
+Report = Callable[[Standing | Evaluation], None]
 
 
 def train(training: Training, out: Path, report: Report) -> Path:
@@ -264,6 +266,7 @@ def train(training: Training, out: Path, report: Report) -> Path:
 
     Raises:
         KeyboardInterrupt: upon SIGINT or SIGTERM.
+        ChildProcessError: if an evaluation fails.
         ValueError: if stable-baselines3 is missing, or ``out`` holds another training's checkpoint.
     """
     needs_stable_baselines()
@@ -280,7 +283,7 @@ def train(training: Training, out: Path, report: Report) -> Path:
         check("out", not changed, f"a folder of the same training, or a new one (other: {', '.join(changed)})", out)
     # A resumed training draws new episodes and actions.
     seed = training.seed if before is None else training.seed + before["steps"]
-    envs = _envs(training, seed)
+    envs, evaluations = _envs(training, seed), Evaluations(training, out)
     try:
         model = _model(training, envs, out, seed)
         if before is None:
@@ -290,12 +293,17 @@ def train(training: Training, out: Path, report: Report) -> Path:
         started = time.perf_counter()
         left = -(-training.steps // training.action_repeat) - model.num_timesteps
         if left > 0:
-            _learn(model, left, training, out, learnt_from, report)
-        seconds = round(time.perf_counter() - started, 1)
+            _learn(model, left, training, out, learnt_from, report, evaluations)
+        made = {"seconds": round(time.perf_counter() - started, 1)} if before is None else {}
+        path = save_policy(policy_of(model, training, {"by": settings} | made), out / "policy.json")
+        if training.evaluations > 0:
+            evaluations.begin(path, training.steps)
+        for evaluation in evaluations.ended(wait=True):
+            report(evaluation)
     finally:
+        evaluations.stop()
         envs.close()
-    made = {"by": settings, "seconds": seconds} if before is None else {"by": settings}
-    return save_policy(policy_of(model, training, made), out / "policy.json")
+    return path
 
 
 def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
@@ -409,9 +417,17 @@ def _start_small(model: Any) -> None:
         last.bias.zero_()
 
 
-def _learn(model: Any, left: int, training: Training, out: Path, settings: dict[str, Any], report: Report) -> None:
+def _learn(
+    model: Any,
+    left: int,
+    training: Training,
+    out: Path,
+    settings: dict[str, Any],
+    report: Report,
+    evaluations: Evaluations,
+) -> None:
     """Train the remaining decisions; write a checkpoint every minute and at the end, be it upon SIGINT or SIGTERM."""
-    keep = _callback(model.num_timesteps, left, training.action_repeat, out, settings, report)
+    keep = _callback(model.num_timesteps, left, training, out, settings, report, evaluations)
     before = {number: signal.signal(number, keep.stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         model.learn(left, callback=keep, reset_num_timesteps=False, tb_log_name="training")
@@ -426,14 +442,27 @@ def _learn(model: Any, left: int, training: Training, out: Path, settings: dict[
         raise KeyboardInterrupt
 
 
-def _callback(behind: int, left: int, held: int, out: Path, settings: dict[str, Any], report: Report) -> Any:
+def _callback(
+    behind: int,
+    left: int,
+    training: Training,
+    out: Path,
+    settings: dict[str, Any],
+    report: Report,
+    evaluations: Evaluations,
+) -> Any:
     from stable_baselines3.common.callbacks import BaseCallback
+
+    held, all_steps = training.action_repeat, behind + left
+    # The one at the end is of the policy that is returned.
+    due = [all_steps * k // training.evaluations for k in range(1, training.evaluations)]
 
     class Keep(BaseCallback):
         """Reports progress, writes a checkpoint every minute, and ends the training upon a signal."""
 
         learnt_steps = behind
         stopped = False
+        to_come = tuple(steps for steps in due if steps > behind)
 
         def stop(self, *_: object) -> None:
             """Handle a signal: the step or the update under way is the last one."""
@@ -448,6 +477,14 @@ def _callback(behind: int, left: int, held: int, out: Path, settings: dict[str, 
             if time.monotonic() - self.saved_s > _CHECKPOINT_S:
                 save_checkpoint(self.model, out, settings)
                 self.saved_s = time.monotonic()
+            if self.to_come and self.num_timesteps >= self.to_come[0]:
+                self.to_come = tuple(steps for steps in self.to_come if steps > self.num_timesteps)
+                file = out / "policies" / f"{held * self.num_timesteps}.json"
+                evaluations.begin(save_policy(policy_of(self.model, training, {}), file), held * self.num_timesteps)
+            for evaluation in evaluations.ended():
+                self.logger.record("pictures/time_seen", evaluation.time_seen)
+                self.logger.record("pictures/difference", evaluation.difference)
+                report(evaluation)
 
         def _on_step(self) -> bool:
             return not self.stopped
@@ -466,7 +503,7 @@ def _callback(behind: int, left: int, held: int, out: Path, settings: dict[str, 
                 for key in ("r", "in_view")
             )
             taken_s = max(time.monotonic() - self.begun_s, 1e-3)
-            done, of = min(self.num_timesteps, behind + left), behind + left
+            done, of = min(self.num_timesteps, all_steps), all_steps
             rate = (self.num_timesteps - behind) / taken_s
             return Standing(held * done, held * of, reward, in_view, held * rate)
 
@@ -476,20 +513,3 @@ def _callback(behind: int, left: int, held: int, out: Path, settings: dict[str, 
 def needs_stable_baselines() -> None:
     """Raise ValueError if stable-baselines3 or TensorBoard is not installed."""
     check_packages(("stable_baselines3", "tensorboard"), "train")
-
-
-JUDGED = range(9_996, 10_000)
-"""Development episodes; a training without pictures reaches them only if it plans nearly all there are."""
-
-
-def judging_command(training: Training, policy: Path) -> str:
-    """Return the command, quoted for a shell, that judges a policy with pictures beside the controller it corrects.
-
-    One that steers alone is compared with ``centre``.
-    """
-    beside = "centre" if training.controller_name == "none" else training.controller_name
-    words = ["frameout", "bench", controllers_suite().name, "--scenario", training.scenario]
-    words += ["--preset", training.preset_name, "--trackers", training.tracker_name]
-    words += ["--controllers", f"policy:{policy}", beside]
-    words += ["--seeds", f"{JUDGED.start}:{JUDGED.stop}", "--out", str(policy.parent / "judged")]
-    return shlex.join([*words, *(("--modules", *training.modules) if training.modules else ())])

@@ -16,27 +16,34 @@ from numpy.typing import NDArray
 
 from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
-from benchmarks.learning.training import CHECKPOINT, JUDGED, Training, judging_command, read_checkpoint, save_checkpoint
+from benchmarks.learning.training import CHECKPOINT, Training, read_checkpoint, save_checkpoint
 from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.settings import FollowSettings
 from tests.benchmarks.no_room import no_room
 from tests.scenarios.envs import stand_in
-from trackers.controllers.catalogue import controller_entry, controllers
+from trackers.controllers.catalogue import controller_entry
 from trackers.controllers.policy import load_policy
 
 pytest.importorskip("stable_baselines3")
 import gymnasium as gym
 import torch
 
-from benchmarks.learning import training
+from benchmarks.learning import evaluation, training
 from benchmarks.learning.training import Standing, train
 from benchmarks.learning.vector_adapter import GymnasiumVecEnv
 
 STEPS = 2 * 4 * 64 * 4
 """Pictures of two rounds: the learning rate falls to nothing in the last."""
 TINY = Training(
-    env="frameout/RoadTownFollow-v2", preset="quick", steps=STEPS, envs=4, episodes=2, episode_steps=40, seed=3
+    env="frameout/RoadTownFollow-v2",
+    preset="quick",
+    steps=STEPS,
+    envs=4,
+    episodes=2,
+    episode_steps=40,
+    seed=3,
+    evaluations=0,
 )
 
 
@@ -211,7 +218,7 @@ def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_
     place = f"{stand_in.__name__}:FLOWN"
     scenes = (replace(each, place=place) if each.id == stand_in.FLOWN.id else each for each in catalog._ENTRIES)
     monkeypatch.setattr(catalog, "_ENTRIES", tuple(scenes))
-    monkeypatch.setattr(training, "JUDGED", range(9_999, 10_000))
+    monkeypatch.setattr(evaluation, "JUDGED", range(9_999, 10_000))
     words = [
         "train",
         "frameout/RoadTownFollow-v2",
@@ -223,7 +230,7 @@ def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_
         "--steps",
         "256",
     ]
-    assert main([*words, "--envs", "1", "--out", "a folder"]) == 0
+    assert main([*words, "--envs", "1", "--evaluations", "0", "--out", "a folder"]) == 0
     out, err = capsys.readouterr()
     lines = re.findall(r"([\d,]+) steps: episode reward (\S+), in view (\d+)% of the time, ([\d,]+) steps/s", err)
     assert lines[-1][0] == "256"
@@ -240,18 +247,6 @@ def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_
     assert {row["controller"] for row in rows} == {"policy:a folder/policy.json", "reentry"}
     assert {row["seed"] for row in rows} == {9_999}
     assert (tmp_path / "a folder" / "judged" / "comparisons.json").is_file()
-
-
-def test_every_policy_is_judged_on_few_development_episodes_beside_a_controller_of_its_carrier() -> None:
-    assert 2 <= len(JUDGED) <= 8
-    assert JUDGED.stop <= 10_000
-    for controller, beside in (("none", "centre"), ("hold", "hold")):
-        for env in ("frameout/StereoFollow-v2", "frameout/HarbourFollow-v1"):
-            mine = Training(env, controller=controller, modules=("a.py",))
-            assert beside in controllers(catalog.scenario(mine.scenario).carrier.name)
-            command = judging_command(mine, Path("p.json"))
-            assert f" --controllers policy:p.json {beside} " in command
-            assert command.endswith("--modules a.py")
 
 
 def test_an_episode_s_reward_and_time_in_view_are_its_own_steps() -> None:
