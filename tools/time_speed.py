@@ -12,7 +12,7 @@ import pandas as pd
 import tyro
 
 from benchmarks.cli.arguments import Names, Seeds
-from benchmarks.learning.training import EPISODES
+from benchmarks.learning.settings import EPISODES
 from benchmarks.run.packages import needs_data
 from benchmarks.run.result_folder import make_folder
 from benchmarks.show.progress import progress_bar

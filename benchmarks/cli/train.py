@@ -26,16 +26,9 @@ from benchmarks.cli.arguments import (
 )
 from benchmarks.contract.text import counted
 from benchmarks.learning.evaluation import JUDGED, Evaluation, judging_command
+from benchmarks.learning.settings import EPISODES, Algorithm, Corrects, Training
 from benchmarks.learning.tracker_errors import make_error_model
-from benchmarks.learning.training import (
-    EPISODES,
-    Algorithm,
-    Corrects,
-    Standing,
-    Training,
-    needs_stable_baselines,
-    train,
-)
+from benchmarks.learning.training import Standing, needs_stable_baselines, train
 from benchmarks.learning.without_pictures import as_table, model_check
 from benchmarks.run.experiment import Progress
 from benchmarks.run.result_folder import make_folder

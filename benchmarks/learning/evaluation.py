@@ -9,14 +9,11 @@ import sys
 from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from benchmarks.contract.suite import controllers_suite
+from benchmarks.learning.settings import Training
 from benchmarks.statistics.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NAME
 from trackers.controllers.catalogue import POLICY
-
-if TYPE_CHECKING:
-    from benchmarks.learning.training import Training
 
 JUDGED = range(9_992, 10_000)
 """Development episodes; a training without pictures reaches them only if it plans nearly all there are."""

@@ -20,7 +20,7 @@ from joblib.externals.loky.process_executor import BrokenProcessPool
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import Suite, controllers_suite, suite
 from benchmarks.contract.text import counted
-from benchmarks.learning.training import EPISODES
+from benchmarks.learning.settings import EPISODES
 from benchmarks.learning.without_pictures import scores_without_pictures
 from benchmarks.run.editions import judge_edition, own_code, package_versions, tracker_edition
 from benchmarks.run.episodes import Steering, simulated

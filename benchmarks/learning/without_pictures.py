@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from benchmarks.learning.settings import EPISODES
 from benchmarks.learning.tracker_errors import read_run, write_runs
-from benchmarks.learning.training import EPISODES
 from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.reward import Reward

@@ -9,7 +9,7 @@ import pytest
 from benchmarks.contract.rows import read_rows
 from benchmarks.learning import evaluation
 from benchmarks.learning.evaluation import JUDGED, Evaluation, Evaluations, judging_command
-from benchmarks.learning.training import Training
+from benchmarks.learning.settings import Training
 from scenarios import catalog
 from trackers.controllers.catalogue import controllers
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from benchmarks.cli.main import main
 from benchmarks.contract.rows import read_rows
-from benchmarks.learning.training import CHECKPOINT, Training, read_checkpoint, save_checkpoint
+from benchmarks.learning.settings import Training
+from benchmarks.learning.training import CHECKPOINT, read_checkpoint, save_checkpoint
 from scenarios import catalog
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.settings import FollowSettings

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.data.sets.request import Request
-from benchmarks.learning.training import Training
+from benchmarks.learning.settings import Training
 from scenarios.catalog import SUCCESSORS, envs, names, scenario
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.road_town.pilot import OUT, picture_states
