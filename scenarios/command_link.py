@@ -1,4 +1,4 @@
-"""The link from a controller to the carrier: limits, delay and noise of commands."""
+"""The link between a controller and the carrier: limits, delay and noise of commands, delay of pictures."""
 
 from __future__ import annotations
 
@@ -25,23 +25,33 @@ LINK_FIELDS = link_fields(len(BODY_COMMANDS))
 
 @dataclass(frozen=True)
 class Link:
-    """Delay and noise of commands.
+    """Delay and noise of commands, and delay of pictures.
 
     Attributes:
         delay_frames: frames by which a command is late; 0: it moves the carrier before the next picture.
         noise: standard deviation of the noise on each number, as a share of its limit, >= 0.
+        picture_delay_frames: frames by which a picture is late, and with it all else that tracker, controller and
+            policy observe; until then they see the first one. Truth and reward are those of the present.
     """
 
     delay_frames: int = 0
     noise: float = 0.0
+    picture_delay_frames: int = 0
 
     def __post_init__(self) -> None:
-        good = isinstance(self.delay_frames, int) and self.delay_frames >= 0
-        check("delay_frames", good, "a whole number >= 0", self.delay_frames)
+        for name in ("delay_frames", "picture_delay_frames"):
+            frames = getattr(self, name)
+            good = isinstance(frames, int) and not isinstance(frames, bool) and frames >= 0
+            check(name, good, "a whole number >= 0", frames)
         check("noise", 0.0 <= self.noise < np.inf, "a finite number >= 0", self.noise)
 
 
-LINKS = {"prompt": Link(), "delayed": Link(delay_frames=3), "noisy": Link(noise=0.1)}
+LINKS = {
+    "prompt": Link(),
+    "delayed": Link(delay_frames=3),
+    "noisy": Link(noise=0.1),
+    "late": Link(picture_delay_frames=3),
+}
 """Presets by name."""
 
 

@@ -5,6 +5,7 @@ Benchmark, videos, envs and recorded runs all use this loop.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Protocol, runtime_checkable
 
@@ -158,39 +159,53 @@ class Loop:
 
     Attributes:
         episode: the episode.
-        frame: the latest frame; this and the next two do not exist before the first step.
-        answers: each tracker's answer on it, in their order.
-        obeyed: the command that the carrier received before this frame; None for frame 0, and on a set path.
+        frame: the latest frame; this and the next three do not exist before the first step.
+        seen: the frame whose picture has arrived, ``frame`` unless pictures are late: trackers and controllers see it.
+        answers: each tracker's answer on ``seen``, in their order.
+        obeyed: the command that the carrier received before ``frame``; None for frame 0, and on a set path.
     """
 
     frame: Frame
+    seen: Frame
     answers: list[Answer]
     obeyed: CameraCommand | None
 
-    def __init__(self, episode: Episode, trackers: Sequence[LoopTracker] = (), link: CommandLink | None = None) -> None:
-        """``link`` passes commands on to the carrier; None passes them on unchanged."""
+    def __init__(
+        self,
+        episode: Episode,
+        trackers: Sequence[LoopTracker] = (),
+        link: CommandLink | None = None,
+        picture_delay_frames: int = 0,
+    ) -> None:
+        """Args:
+        link: passes commands on to the carrier; None passes them on unchanged.
+        picture_delay_frames: see ``Link``.
+        """
         self.episode = episode
         self._trackers, self._link = trackers, link
-        self._begun = False
+        # The latest pictures, the one that has arrived first.
+        self._sent: deque[Frame] = deque(maxlen=picture_delay_frames + 1)
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Advance by one frame and collect the answers. ``command`` is None before frame 0 and on a set path."""
         self.obeyed = command if command is None or self._link is None else self._link.send(command)
         self.frame = self.episode.step(self.obeyed)
-        if self._begun or not self._trackers:
-            self.answers = [each.update(self.frame) for each in self._trackers]
-        else:
+        begins, arrives = not self._sent, len(self._sent) == self._sent.maxlen
+        self._sent.append(self.frame)
+        self.seen = self._sent[0]
+        if begins and self._trackers:
             # It may render hundreds of pictures of the background.
             start = self.episode.start
-            self.answers = [each.initialise(self.frame, start) for each in self._trackers]
-            self._begun = True
+            self.answers = [each.initialise(self.seen, start) for each in self._trackers]
+        elif begins or arrives:
+            self.answers = [each.update(self.seen) for each in self._trackers]
         return self.frame
 
     def frames(self, controller: Controller | None = None, count: int | None = None) -> Iterator[Frame]:
         """Step through the first ``count`` frames, None = all; the controller uses the first tracker's estimates."""
         yield self.step()
         for _ in range(1, self.episode.frame_count if count is None else count):
-            command = None if controller is None else controller.command(self.frame.observation, self.estimate)
+            command = None if controller is None else controller.command(self.seen.observation, self.estimate)
             yield self.step(command)
 
     @property
@@ -200,7 +215,7 @@ class Loop:
 
     @property
     def estimate(self) -> Estimate:
-        """The first tracker's estimate on the latest frame, which a controller steers by; NaN without a tracker."""
+        """The first tracker's estimate on ``seen``, which a controller steers by; NaN without a tracker."""
         answer = self.answers[0] if self.answers else Estimate(np.full(2, np.nan))
         assert isinstance(answer, Estimate)
         return answer

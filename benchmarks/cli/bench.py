@@ -69,7 +69,7 @@ class Bench(WithModules):
         controllers: names of controllers that steer the camera by the tracker's estimate, see `frameout list`;
             `policy:FILE` is a trained policy; `set-path` moves the camera on a fixed path, so that all trackers get
             the same pictures (default: given by the preset; in the suite follow all controllers of `frameout list`).
-        link: how commands reach the carrier: prompt, delayed or noisy; for the suite follow only.
+        link: how commands reach the carrier: prompt, delayed, noisy or late; for the suite follow only.
         seeds: episodes A to B - 1, or A alone; 0 to 9,999 are for development, 10,000 to 19,999 are the test split,
             later ones belong to neither (default: 10000:10050, with --quick 0:3).
         renderer: raster, or pybullet for PyBullet's own renderer, which is slower.

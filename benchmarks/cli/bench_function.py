@@ -89,7 +89,7 @@ def bench(
         scenario, preset, trackers, controllers: a name or several; None = as ``frameout bench --help`` says.
         process: trackers in processes of their own: name → command, or arguments as ``frameout bench --process`` takes;
             they run beside the others, or alone if ``trackers`` names them.
-        link: how commands reach the carrier where controllers are trackers: prompt, delayed or noisy.
+        link: how commands reach the carrier where controllers are trackers: prompt, delayed, noisy or late.
         renderer: raster or pybullet.
         quick: small presets, no variants, one repeat.
         out: folder of the results; None = ``results/SUITE``, ``results/quick``, or ``results/SUITE-real``; in real time

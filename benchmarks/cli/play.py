@@ -36,7 +36,7 @@ class Play(WithModules):
         env: env id, see `frameout list`.
         preset: one of the scenario's (default: the env's).
         tracker: name of the tracker (default: the env's).
-        link: how commands reach the carrier: prompt, delayed or noisy.
+        link: how commands reach the carrier: prompt, delayed, noisy or late.
         seeds: episodes A to B - 1, or A alone.
         zoom: factor by which the picture is enlarged.
         out: folder for the rows; take that of a bench run to appear in its table (default: results/follow).

@@ -45,8 +45,8 @@ class Render(WithModules):
             else truth only).
         process: a tracker in a process of its own, NAME=COMMAND, or a TOML file with a table for each of several.
         controller: name of the controller that steers by the tracker's estimate (default: a set path).
-        link: how the controller's commands reach the carrier: prompt, delayed or noisy (default: prompt; on a preset
-            in closed loop none).
+        link: how the controller's commands reach the carrier: prompt, delayed, noisy or late (default: prompt; on a
+            preset in closed loop none).
         renderer: raster or pybullet.
         frames: number of frames (default: the whole episode).
         scale: size of the larger view over that of the camera's picture, 1 to 8.

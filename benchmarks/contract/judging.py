@@ -75,6 +75,7 @@ class ScoreSheet(Protocol):
     def keep(self, frame: Frame, answer: Any) -> None:
         """Take one frame's answer, from frame 0 on: an ``Estimate``, or the tracks of many targets.
 
+        ``frame`` is what the tracker saw: over a link with late pictures an earlier one than the judge sees.
         The answer of a failed or silent tracker is NaN, or no track.
         """
         ...

@@ -119,8 +119,8 @@ def _read_keys(held: set[int]) -> bool:
 
 def _picture(loop: Loop, zoom: float) -> NDArray[np.uint8]:
     """Return the picture (H, W, 3) that the tracker gets, with its estimate, and what a second camera looks at."""
-    picture = loop.frame.observation.image_rgb.copy()
-    draw_steered(Canvas(picture, np.eye(2), np.zeros(2)), loop.frame)
+    picture = loop.seen.observation.image_rgb.copy()
+    draw_steered(Canvas(picture, np.eye(2), np.zeros(2)), loop.seen)
     draw_place(picture, loop.estimate.position_px)
     enlarged: Any = cv2.resize(picture, None, fx=zoom, fy=zoom, interpolation=cv2.INTER_NEAREST)
     return np.asarray(enlarged, np.uint8)

@@ -126,6 +126,11 @@ class EpisodeSpec(ABC):
         """Return what passes commands on to the carrier of the opened episode; None passes them on unchanged."""
         return None
 
+    @property
+    def picture_delay_frames(self) -> int:
+        """See ``scenarios.command_link.Link``."""
+        return 0
+
 
 @dataclass(frozen=True)
 class Simulated(EpisodeSpec):
@@ -161,6 +166,12 @@ class Simulated(EpisodeSpec):
         if self.steering is None or self.steering.link is None:
             return None
         return episode_link(self.scenario.carrier, episode.rate_hz, link_named(self.steering.link), self.seed)
+
+    @property
+    def picture_delay_frames(self) -> int:
+        """See ``EpisodeSpec``."""
+        named = None if self.steering is None else self.steering.link
+        return 0 if named is None else link_named(named).picture_delay_frames
 
 
 def editions_of(suite: Suite, episode: EpisodeSpec, tracker: TrackerSpec) -> Editions:

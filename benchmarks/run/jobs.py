@@ -221,11 +221,11 @@ def opened(
                 guard = guarded(create, many=many, needs_depth=job.suite.needs_depth, timed=spec.timed, **its)
                 runs.append(TrackerRun(name, repeat, guard))
         link = job.episode.command_link(episode)
-        yield OpenJob(job, Loop(episode, [each.guard for each in runs], link), runs, controller)
+        guards = [each.guard for each in runs]
+        yield OpenJob(job, Loop(episode, guards, link, job.episode.picture_delay_frames), runs, controller)
     finally:
         episode.close()
-        guards: list[Guard | None] = [*(each.guard for each in runs), controller]
-        for each in filter(None, guards):
+        for each in filter(None, [*(each.guard for each in runs), controller]):
             each.close()
 
 
@@ -293,7 +293,7 @@ def take_in(loop: Loop, judge: Judge, sheets: Sequence[ScoreSheet]) -> None:
     """Pass a loop's latest frame to the judge and to the trackers' ``sheets``, in order."""
     judge.see(loop.frame, loop.obeyed)
     for sheet, answer in zip(sheets, loop.answers, strict=True):
-        sheet.keep(loop.frame, answer)
+        sheet.keep(loop.seen, answer)
 
 
 def _result(live: OpenJob, sheets: Sequence[ScoreSheet], seconds: float) -> JobResult:

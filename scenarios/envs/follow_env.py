@@ -106,7 +106,9 @@ def followed_episode(settings: FollowSettings, seed: int, world_of: Callable[[An
     except Exception:
         episode.close()
         raise
-    return Loop(episode, trackers, episode_link(scenario.carrier, episode.rate_hz, settings.link_settings, seed))
+    link = settings.link_settings
+    sender = episode_link(scenario.carrier, episode.rate_hz, link, seed)
+    return Loop(episode, trackers, sender, link.picture_delay_frames)
 
 
 class _EnvTracker:
@@ -275,7 +277,7 @@ class FollowEnv(gym.Env, EzPickle):
         mode = self.settings.observation
         if mode == "track":
             return run.features()
-        pixels = run.loop.frame.observation.image_rgb.copy()
+        pixels = run.loop.seen.observation.image_rgb.copy()
         return pixels if mode == "pixels" else {"track": run.features(), "pixels": pixels}
 
     def _show(self) -> None:
@@ -335,7 +337,7 @@ class _Run:
 
     def step(self, action: NDArray[np.float64]) -> dict[str, float]:
         """Advance by one frame; return the reward's terms."""
-        self._move(self._steering(action, self.loop.frame.observation, self.loop.estimate))
+        self._move(self._steering(action, self.loop.seen.observation, self.loop.estimate))
         shares = shares_of(self._carrier, self._obeyed)
         effort = float(np.linalg.norm(shares) / np.sqrt(max(len(shares), 1)))
         return self._rewarder.terms(self.loop.frame, self.target, effort)
@@ -346,11 +348,14 @@ class _Run:
 
     def info(self, terms: dict[str, float]) -> dict[str, Any]:
         """Return the truth of the latest frame, see ``truth_info``."""
-        estimate = None if self._feature_filter is None else self.loop.estimate
-        return truth_info(self.loop.frame, self.target, estimate, self._obeyed, terms, *self._seeds)
+        answered = None if self._feature_filter is None else (self.loop.seen, self.loop.estimate)
+        return truth_info(self.loop.frame, self.target, answered, self._obeyed, terms, *self._seeds)
 
     def _move(self, command: CameraCommand | None = None) -> None:
-        frame, still = self.loop.step(command), CameraCommand()
+        still = CameraCommand()
+        self.loop.step(command)
         self._obeyed = self.loop.obeyed or still
         if self._feature_filter is not None:
-            self._features = self._feature_filter.update(frame.observation, self.loop.estimate, command or still)
+            self._features = self._feature_filter.update(
+                self.loop.seen.observation, self.loop.estimate, command or still
+            )

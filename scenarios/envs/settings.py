@@ -46,7 +46,7 @@ class FollowSettings:
         randomise: numeric fields of the preset -> (low, high), drawn anew for every episode.
         difficulty: None, or 0 (preset ``standard``) to 1 (``hard``), which interpolates these presets' numbers; given
             in place of ``preset``, never beside it.
-        link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``), or a ``Link``.
+        link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``, ``late``), or a ``Link``.
         controller: name, or an object with ``command``; used by the actions ``correction`` and ``parameters`` alone.
         controller_values: parameters of a named controller that replace its tuned values; they are not limited to the
             ranges that tuning searches and that the action ``parameters`` spans.

@@ -50,7 +50,8 @@ INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "error_px": (
         "float64",
         (),
-        "distance in pixels of the tracker's estimate from the true centre; inf without one; no key with tracker=None",
+        "distance in pixels of the tracker's estimate from the true centre, in the picture that it saw; inf without "
+        "one; no key with tracker=None",
     ),
     "command": ("float64", (len(COMMANDS),), f"command obeyed: {', '.join(COMMANDS)}"),
     **{f"reward_{term}": ("float64", (), "weighted term of the step's reward; 0 after a reset") for term in TERMS},
@@ -63,7 +64,7 @@ that a scene's own kind of ``Truth`` has besides are in the ``info`` of its env 
 def truth_info(
     frame: Frame,
     target: int,
-    estimate: Estimate | None,
+    answered: tuple[Frame, Estimate] | None,
     obeyed: CameraCommand,
     terms: Mapping[str, float],
     episode_seed: int,
@@ -72,13 +73,15 @@ def truth_info(
     """Return the info of one step for the object ``target``, see ``INFO``.
 
     Args:
-        estimate: None without a tracker. terms: those of the reward.
+        answered: the frame that the tracker saw, and its estimate there; None without a tracker.
+        terms: those of the reward.
     """
     truth, camera = frame.judged
     kind: Any = type(truth)
     error = {}
-    if estimate is not None:
-        error["error_px"] = _plain(np.linalg.norm(estimate.position_px - frame.truth.position_px[target]))
+    if answered is not None:
+        seen, estimate = answered
+        error["error_px"] = _plain(np.linalg.norm(estimate.position_px - seen.truth.position_px[target]))
     return {
         "episode_seed": episode_seed,
         "world_seed": world_seed,

@@ -351,8 +351,8 @@ def _without_block(score: Score) -> dict[str, Any]:
 
 
 def _sent(stored: str) -> Iterator[CameraCommand]:
-    """Yield what a carrier receives of written commands, over each link."""
-    for link in LINKS.values():
+    """Yield what a carrier receives of written commands, over each link that changes them."""
+    for link in (LINKS[name] for name in ("prompt", "delayed", "noisy")):
         sender = episode_link(catalog.scenario(stored).carrier, _stored(stored).rate_hz, link, seed=0)
         yield from (sender.send(dataclasses.replace(_COMMAND, forward_mps=0.3 * k)) for k in range(8))
 

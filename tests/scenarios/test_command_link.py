@@ -76,7 +76,16 @@ def test_a_command_that_is_not_finite_is_refused() -> None:
         link().send(CameraCommand(forward_mps=float("nan")))
 
 
-@pytest.mark.parametrize(("name", "value"), [("delay_frames", -1), ("noise", -0.1), ("noise", float("inf"))])
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("delay_frames", -1),
+        ("picture_delay_frames", -1),
+        ("picture_delay_frames", True),
+        ("noise", -0.1),
+        ("noise", float("inf")),
+    ],
+)
 def test_bad_links_are_refused(name: str, value: float) -> None:
     with pytest.raises(ValueError, match=f"{name}: expected"):
         Link(**{name: value})  # type: ignore[arg-type]
@@ -84,5 +93,5 @@ def test_bad_links_are_refused(name: str, value: float) -> None:
 
 def test_an_unknown_preset_is_refused() -> None:
     assert link_named("delayed").delay_frames > 0
-    with pytest.raises(ValueError, match="link: expected one of prompt, delayed, noisy, got 'slow'"):
+    with pytest.raises(ValueError, match="link: expected one of prompt, delayed, noisy, late, got 'slow'"):
         link_named("slow")

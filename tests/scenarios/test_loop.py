@@ -71,6 +71,18 @@ class ToTheSide:
         return CameraCommand(right_mps=float(estimate.position_px[0]))
 
 
+@dataclass
+class Noting:
+    """Notes the time of each observation, and the second number of the estimate."""
+
+    seen: list[tuple[float, float]] = field(default_factory=list)
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        """See ``Controller``."""
+        self.seen.append((observation.time_s, float(estimate.position_px[1])))
+        return CameraCommand()
+
+
 def test_each_is_started_once_and_asked_about_every_later_frame() -> None:
     trackers = [Writing(1.0), Writing(2.0)]
     loop = Loop(FakeEpisode(), trackers)
@@ -145,6 +157,16 @@ def test_a_link_is_between_command_and_carrier_and_what_is_obeyed_is_told() -> N
         loop.step(CameraCommand(forward_mps=0.1))
         assert episode.commands[-1] == loop.obeyed
     assert episode.commands == [None, CameraCommand(), CameraCommand(forward_mps=pytest.approx(0.1))]
+
+
+def test_late_pictures_are_seen_once_each_and_the_first_one_until_they_arrive() -> None:
+    tracker, controller = Writing(1.0), Noting()
+    loop = Loop(FakeEpisode(), [tracker], picture_delay_frames=2)
+    steps = [(loop.frame.truth.frame, loop.seen.truth.frame, loop.estimate) for _ in loop.frames(controller, 6)]
+    assert [(now, seen) for now, seen, _ in steps] == [(0, 0), (1, 0), (2, 0), (3, 1), (4, 2), (5, 3)]
+    assert tracker.calls == [("start", 0), ("ask", 1), ("ask", 2), ("ask", 3)]
+    assert [estimate.position_px[1] for *_, estimate in steps] == [seen for _, seen, _ in steps]
+    assert controller.seen == [(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (1 / 15.0, 1.0), (2 / 15.0, 2.0)]
 
 
 def test_noise_and_trackers_draw_from_streams_of_the_seed() -> None:

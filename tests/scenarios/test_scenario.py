@@ -46,7 +46,9 @@ def test_reward_and_info_are_of_the_judged_camera_and_the_estimate_s_error_of_th
     infos = {}
     for name, frame in (("one", watched), ("two", steered(watched))):
         reward = Rewarder(Reward(), 15.0).terms(frame, 0, 0.0)
-        infos[name] = truth_info(frame, 0, estimate, CameraCommand(), NO_REWARD, 0) | {"reward": reward["in_view"]}
+        infos[name] = truth_info(frame, 0, (frame, estimate), CameraCommand(), NO_REWARD, 0) | {
+            "reward": reward["in_view"]
+        }
         assert set(infos[name]) >= {*INFO, "reward"}
         assert infos[name]["error_px"] == pytest.approx(5.0)
     assert [infos[name]["in_view"] for name in infos] == [True, False]

@@ -316,7 +316,7 @@ def test_an_object_that_there_is_not_is_refused_by_name(kind: Kind) -> None:
 def test_info_tells_every_number_of_every_truth_but_those_per_pixel(kind: Kind) -> None:
     frame = kind.frames("all")[-1]
     truth, target = frame.truth, len(frame.truth.names) - 1
-    held = truth_info(frame, target, Estimate(np.zeros(2)), CameraCommand(), NO_REWARD, SEED)
+    held = truth_info(frame, target, (frame, Estimate(np.zeros(2))), CameraCommand(), NO_REWARD, SEED)
     rest = {"episode_seed", "world_seed", "in_view", "centring", "length_px", "place_m", "error_px", "command"}
     rest |= {f"reward_{term}" for term in TERMS}
     expected = {"state": get_args(VisibilityState).index(truth.state[target])}

@@ -180,7 +180,12 @@ class BeliefFilter:
         self.belief = np.zeros(1, BELIEF)
 
     def update(self, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
-        """Update the belief with the next picture's estimate and return it (1,)."""
+        """Update the belief with the next picture's estimate and return it (1,).
+
+        A picture that is given again, as no later one has arrived, changes nothing.
+        """
+        if self.belief["frames"][0] > 0.0 and observation.time_s == self._time_s:
+            return self.belief
         if observation.time_s > self._time_s:
             self.interval_s = observation.time_s - self._time_s
         self._time_s = observation.time_s

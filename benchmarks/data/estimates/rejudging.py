@@ -125,7 +125,11 @@ def _judged(paths: Sequence[Path], data: str | None, modules: tuple[str, ...]) -
     blocks = [read_block(path) for path in paths]
     key, frame_count = blocks[0].facts.key, blocks[0].facts.frame_count
     judging = suite(key.suite)
-    how: Any = {"renderer": check_renderer(key.renderer), "controller": key.controller or None}
+    how: Any = {
+        "renderer": check_renderer(key.renderer),
+        "controller": key.controller or None,
+        "link": key.link or None,
+    }
     rendered = simulated(key.scenario, key.preset, key.seed, **how)
     (spec,) = [rendered] if data is None else stored_specs(data, [rendered])
     episode = spec.open(judging.truth)
@@ -133,13 +137,13 @@ def _judged(paths: Sequence[Path], data: str | None, modules: tuple[str, ...]) -
         check(str(paths[0]), frame_count == episode.frame_count, f"{episode.frame_count} frames", frame_count)
         judge = spec.judge(judging, episode)
         sheets = [[judge.sheet() for _ in block.answered] for block in blocks]
-        loop = Loop(episode)
+        loop = Loop(episode, picture_delay_frames=spec.picture_delay_frames)
         for k, command in enumerate(blocks[0].commands):
             frame = loop.step(command)
             judge.see(frame, loop.obeyed)
             for block, own in zip(blocks, sheets, strict=True):
                 for answered, sheet in zip(block.answered, own, strict=True):
-                    sheet.keep(frame, answered.answers[k])
+                    sheet.keep(loop.seen, answered.answers[k])
     finally:
         episode.close()
     return [_rows(block, own) for block, own in zip(blocks, sheets, strict=True)]

@@ -40,7 +40,7 @@ class _Seen(NamedTuple):
 
     Attributes:
         position_px: of the target. is_in_view, centring: see ``scenarios.visibility``.
-        visible: of the target. watched_state, watched_visible: the same of the camera that the tracker watches.
+        visible: of the target.
         distance_m: on the ground from the camera to the target.
     """
 
@@ -48,8 +48,6 @@ class _Seen(NamedTuple):
     is_in_view: Any
     centring: Any
     visible: Any
-    watched_state: Any
-    watched_visible: Any
     distance_m: Any
 
 
@@ -73,8 +71,6 @@ class FollowJudge:
                 is_in_view=is_in_view(truth, target, camera),
                 centring=centring(truth, target, camera),
                 visible=float(truth.visible_fraction[target]),
-                watched_state=str(frame.truth.state[target]),
-                watched_visible=float(frame.truth.visible_fraction[target]),
                 distance_m=float(np.hypot(*(truth.T_world_object[target, :2, 3] - truth.T_world_camera[:2, 3]))),
             )
         )
@@ -121,16 +117,20 @@ class FollowSheet:
     def __init__(self, judge: FollowJudge) -> None:
         self._judge = judge
         self._kept: list[tuple[bool, ...]] = []
+        # Of the target, in the pictures that the tracker saw: frame, state, visible fraction.
+        self._watched: list[tuple[int, str, float]] = []
 
     def keep(self, frame: Frame, estimate: Estimate) -> None:
         """See ``ScoreSheet``. Without a probability, a position in the picture says that the target is in view."""
-        position_px, target = np.asarray(estimate.position_px, dtype=float), frame.truth.index_of(self._judge.target)
+        truth, position_px = frame.truth, np.asarray(estimate.position_px, dtype=float)
+        target = truth.index_of(self._judge.target)
+        self._watched.append((truth.frame, str(truth.state[target]), float(truth.visible_fraction[target])))
         probability = estimate.in_view_probability
         inside = (position_px >= 0) & (position_px < (frame.camera.width_px, frame.camera.height_px))
         self._kept.append(
             (
-                following.is_on_target(position_px, frame.truth, target),
-                following.is_on_other(position_px, frame.truth, target),
+                following.is_on_target(position_px, truth, target),
+                following.is_on_other(position_px, truth, target),
                 bool(inside.all()) if probability is None else probability >= SEEN_PROBABILITY,
                 bool(np.isnan(position_px).any()),
             )
@@ -140,9 +140,9 @@ class FollowSheet:
         """See ``ScoreSheet``. After a failure the controller gets no estimates."""
         yield from self._judge.scores()
         on_target, on_other, says, silent = np.array(self._kept).T
-        series = self._judge.series()
-        present, absent = in_view.present_and_absent(series.watched_state, series.watched_visible)
-        failed = in_view.failed_frames(len(says), ending.failed_at_frame)
+        seen_frame, state, visible = map(np.array, zip(*self._watched, strict=True))
+        present, absent = in_view.present_and_absent(state, visible)
+        failed = in_view.failed_frames(len(says), ending.failed_at_frame)[seen_frame]
         yield from in_view.oxuva_scores(present, absent, says, on_target, failed)
         yield Score("wrong_target_rate", float(np.mean(on_other[1:])), float(len(on_other) - 1))
         yield Score("silent_frames", float(silent.sum()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -127,6 +127,38 @@ class SeparateControllers:
         )
 
 
+class Pictures:
+    """The pictures that have arrived of B envs, which may be late.
+
+    Attributes:
+        states, sightings: (B,) records of the frames that trackers and controllers see; those of the present, which the
+            env changes in place, without a delay.
+    """
+
+    def __init__(self, states: NDArray[np.void], sightings: NDArray[np.void], delay_frames: int) -> None:
+        """``states`` and ``sightings`` (B,) are those of the present."""
+        self._now, self._delay, self._steps = (states, sightings), delay_frames, 0
+        self._under_way = [np.zeros((delay_frames, *each.shape), each.dtype) for each in self._now]
+        self.states, self.sightings = self._now if delay_frames == 0 else (each.copy() for each in self._now)
+
+    def begin(self, which: NDArray[np.int64]) -> None:
+        """Note that episodes have begun in the envs ``which`` (K,): their first picture is seen at once."""
+        for now, under_way, seen in self._each():
+            under_way[:, which] = seen[which] = now[which]
+
+    def move(self) -> NDArray[np.int64] | slice:
+        """Note that all envs are a frame further; return those of which a new picture has arrived."""
+        for now, under_way, seen in self._each():
+            place = self._steps % self._delay
+            seen[:], under_way[place] = under_way[place], now
+        self._steps += 1
+        return np.flatnonzero(self.states["steps"] > 0) if self._delay else slice(None)
+
+    def _each(self) -> Iterator[tuple[NDArray[np.void], NDArray[np.void], NDArray[np.void]]]:
+        if self._delay:
+            yield from zip(self._now, self._under_way, (self.states, self.sightings), strict=True)
+
+
 VectorController = VectorKernelController | SeparateControllers
 
 
@@ -214,6 +246,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self.action_space = gym.vector.utils.batch_space(self.single_action_space, num_envs)
         self.states = np.zeros(num_envs, self._world.state_dtype)
         self.beliefs, self.sightings = np.zeros(num_envs, BELIEF), np.zeros(num_envs, SIGHTING)
+        late_frames = self.settings.link_settings.picture_delay_frames
+        self._pictures = Pictures(self.states, self.sightings, late_frames)
         self._waiting = np.zeros((num_envs, link.delay_frames, 4))
         self._wanted, self._terms = np.zeros((num_envs, 4)), np.zeros((num_envs, len(TERMS)))
         self._features = np.zeros((num_envs, len(FEATURES)), np.float32)
@@ -292,7 +326,10 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self.states["frame"][again] -= 1
         self._command(checked_actions(actions, self.action_space.shape))
         self._world.move(self.states, self._wanted, self._waiting, self.sightings, self.np_random)
-        update_beliefs(self.beliefs, self.sightings, self._world.interval_s)
+        arrived = self._pictures.move()
+        beliefs = self.beliefs[arrived]
+        update_beliefs(beliefs, self._pictures.sightings[arrived], self._world.interval_s)
+        self.beliefs[arrived] = beliefs
         states = self.states
         if again.any():
             self._begin(np.flatnonzero(again), self._drawn(int(again.sum())), self._at_frame_outs)
@@ -332,6 +369,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self._waiting[which] = self._wanted[which] = self._terms[which] = 0.0
         self._over[which] = False
         self._world.begin(self.states, which, episodes, at_frame_outs, self.sightings, self.np_random)
+        self._pictures.begin(which)
         beliefs = np.zeros(len(which), BELIEF)
         update_beliefs(beliefs, self.sightings[which], self._world.interval_s)
         self.beliefs[which] = beliefs
@@ -344,11 +382,12 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         if self._controller is None:
             self._wanted[:, self._obeyed] = np.clip(actions, -1.0, 1.0) * limits
             return
-        self._controller.command(self.states, self.beliefs, self._wanted)
+        self._controller.command(self._pictures.states, self.beliefs, self._wanted)
         own = np.clip(self._wanted[:, self._obeyed] / limits, -1.0, 1.0)
         corrected = np.clip(own + self.settings.correction_share * actions, -1.0, 1.0) * limits
         if self.settings.corrects == "unseen":
-            seen = (self.states["known"] > 0.0) & (self.states["probability"] >= SEEN_PROBABILITY)
+            states = self._pictures.states
+            seen = (states["known"] > 0.0) & (states["probability"] >= SEEN_PROBABILITY)
             corrected[seen] = self._wanted[:, self._obeyed][seen]
         self._wanted[:, self._obeyed] = corrected
 
@@ -360,9 +399,9 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
 
     def _infos(self) -> dict[str, Any]:
         """Return the truth as in ``truth_info``: arrays (B, ...)."""
-        states = self.states
-        known = states["known"] > 0.0
-        error_px = np.hypot(*(states["estimate_px"] - states["target_px"]).T)
+        states, seen = self.states, self._pictures.states
+        known = seen["known"] > 0.0
+        error_px = np.hypot(*(seen["estimate_px"] - seen["target_px"]).T)
         # A carrier that moves as a whole has the first of these commands only.
         command = np.zeros((self.num_envs, len(COMMANDS)))
         command[:, : states["obeyed"].shape[1]] = states["obeyed"]

@@ -128,7 +128,7 @@ def test_a_failed_one_is_shown_silent_and_reported(tmp_path: Path, capsys: pytes
         (["--link", "noisy"], "controller: expected a name, whose commands take the link 'noisy', got none"),
         (
             ["--controller", "centre", "--tracker", TRACKER, "--link", "nix"],
-            "link: expected one of prompt, delayed, noisy, got 'nix'",
+            "link: expected one of prompt, delayed, noisy, late, got 'nix'",
         ),
         (["--preset", "nix"], "preset: expected one of"),
     ],

@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
+from scenarios.command_link import Link
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.settings import ActionMode, ObservationMode
 from tests import fakes_scenario, fakes_trackers
 from tests.fakes_trackers import Silent, Still
 from tests.scenarios.envs.compared import assert_same
 from tests.scenarios.envs.stand_in import FRAMES, IDS, fresh, keywords, make, stand_in
-from trackers.belief.features import RANGES
+from trackers.belief.features import COMMANDS, RANGES
 from trackers.types import Estimate, Observation
 
 __all__ = ["stand_in"]
@@ -140,6 +141,17 @@ def run(env: FollowEnv) -> tuple[list[Any], list[Any]]:
         observations.append(observed)
         infos.append(info)
     return observations, infos
+
+
+def test_over_a_late_link_the_policy_sees_what_was_and_truth_and_reward_are_of_now():
+    (seen, infos), (late, late_infos) = (run(make(link=Link(picture_delay_frames=frames))) for frames in (0, 4))
+    for k, (observed, info) in enumerate(zip(late, late_infos, strict=True)):
+        then = max(k - 4, 0)
+        assert_same(observed["pixels"], seen[then]["pixels"])
+        np.testing.assert_array_equal(observed["track"][:-COMMANDS], seen[then]["track"][:-COMMANDS])
+        np.testing.assert_array_equal(observed["track"][-COMMANDS:], seen[k]["track"][-COMMANDS:])
+        assert_same(info, infos[k] | {"error_px": infos[then]["error_px"]})
+    assert not np.array_equal(seen[20]["track"], seen[16]["track"])
 
 
 def test_an_observation_does_not_change_when_truth_alone_does(monkeypatch):

@@ -12,7 +12,9 @@ import pytest
 
 from benchmarks.cli.main import main
 from benchmarks.contract import suite as suites
-from benchmarks.contract.rows import read_blocks, read_rows
+from benchmarks.contract.rows import FILE_NAME, read_blocks, read_rows
+from benchmarks.data.estimates.keeping import Estimates
+from benchmarks.data.estimates.rejudging import rejudge
 from benchmarks.judges.follow.suite import FOLLOW
 from benchmarks.run.outcome import Outcome
 from benchmarks.run.result_folder import append_block
@@ -128,6 +130,24 @@ def test_a_stopped_run_goes_on_and_other_links_stand_beside(outcome: tuple[Outco
     assert {key.link for key in read_blocks(tmp_path)} == {"prompt", "noisy"}
     rows = [row for row in read_rows(tmp_path) if row["link"] == "noisy" and row["metric"] == "effort"]
     assert all(row["value"] > 0.01 for row in rows)
+
+
+def test_estimates_on_late_pictures_are_judged_on_these_and_the_view_on_those_of_now(tmp_path: Path) -> None:
+    late = replace(TINY, controllers=("centre",), trackers=("fake_knowing",), seeds=range(1))
+    errors = [
+        mean_of(run(replace(late, link=link), tmp_path / link), "centre", "fake_knowing", "centring_error")
+        for link in ("prompt", "late")
+    ]
+    assert errors[0] < errors[1], "what is late is steered by late"
+    still, out = replace(late, controllers=("hold",), link="late", keeper=Estimates()), tmp_path / "still"
+    run(replace(still, trackers=("fake_knowing", "fake_raises")), out)
+    found = {row["tracker"]: row["value"] for row in read_rows(out) if row["metric"] == "in_view_tpr"}
+    assert found["fake_knowing"] > 0.9, "in three frames a car drives by its length"
+    assert 0.0 < found["fake_raises"] < found["fake_knowing"]
+    rows = without_times(out)
+    (out / FILE_NAME).unlink()
+    rejudge(out, None, 0, (), lambda done, of: None)
+    assert without_times(out) == rows
 
 
 @pytest.mark.heavy
@@ -259,7 +279,7 @@ def test_results_over_two_links_are_not_compared(tmp_path: Path, capsys: pytest.
         (["--controllers", "set-path"], "controllers: expected one of .*hold.*; got 'set-path'"),
         (["--controllers", "policy:nix"], "policy: expected a file that can be read, got 'nix', whose JSON"),
         (["--trackers", "stereo_people"], "trackers: expected one of .*; got 'stereo_people'"),
-        (["--link", "nix"], "link: expected one of prompt, delayed, noisy; got 'nix'"),
+        (["--link", "nix"], "link: expected one of prompt, delayed, noisy, late; got 'nix'"),
         (["--scenario", "stereo-follow"], "scenario: expected one of fake-town-v1; got 'stereo-follow-v2'"),
         (["--preset", "nix"], "preset: expected one of tiny, tiny-loop.*; got 'nix'"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import gymnasium as gym
@@ -9,10 +10,14 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
+from scenarios.command_link import Link
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.reward import TERMS
 from scenarios.envs.truth_info import INFO
+from scenarios.road_town.flight import HELICOPTER
 from tests.scenarios.envs.pictureless.hand_made import FRAMES, SEEDS, SETTINGS, bank, model
+from trackers.belief.features import COMMANDS
+from trackers.controllers.catalogue import controller_entry
 
 
 def envs(count: int = 5, **changes: Any) -> PicturelessVectorEnv:
@@ -30,7 +35,7 @@ def rollout(made: PicturelessVectorEnv, seed: int, steps: int = 80) -> list[np.n
 
 @pytest.mark.heavy
 @pytest.mark.parametrize("starts", ["episodes", "frame-outs"])
-@pytest.mark.parametrize("link", ["prompt", "delayed", "noisy"])
+@pytest.mark.parametrize("link", ["prompt", "delayed", "noisy", "late"])
 def test_the_same_seed_repeats_everything(starts: str, link: str) -> None:
     first, again, other = (rollout(envs(starts=starts, link=link), seed) for seed in (4, 4, 5))
     assert all(np.array_equal(a, b) for a, b in zip(first, again, strict=True))
@@ -163,6 +168,50 @@ def test_corrections_are_for_the_unseen_alone_if_so_asked() -> None:
             made.step(np.ones((2, 4)))
     assert (always.states["obeyed"][:, 3] > 0).all()
     assert (unseen.states["obeyed"][:, 3] == 0).all(), "it saw its target all the time"
+
+
+@pytest.mark.parametrize("mode", list(AutoresetMode))
+def test_late_pictures_are_those_of_some_frames_ago_and_rewards_are_of_now(mode: AutoresetMode) -> None:
+    delay = 4
+    prompt, late = (
+        envs(3, autoreset_mode=mode, starts="frame-outs", max_episode_steps=25, link=Link(picture_delay_frames=frames))
+        for frames in (0, delay)
+    )
+    rng, history = np.random.default_rng(3), [[made.reset(seed=2) for made in (prompt, late)]]
+    begun = 0
+    for k in range(1, 60):
+        actions = rng.uniform(-1, 1, (3, 4))
+        ours, theirs = prompt.step(actions), late.step(actions)
+        for one, other in zip(ours[1:4], theirs[1:4], strict=True):
+            np.testing.assert_array_equal(one, other)
+        if (ended := ours[3].any()) and mode == AutoresetMode.SAME_STEP:
+            begun = k
+        history.append([(ours[0], ours[4]), (theirs[0], theirs[4])])
+        (seen, infos), (observed, late_infos) = history[max(k - delay, begun)][0], history[k][1]
+        np.testing.assert_array_equal(observed[:, :-COMMANDS], seen[:, :-COMMANDS])
+        np.testing.assert_array_equal(observed[:, -COMMANDS:], ours[0][:, -COMMANDS:])
+        np.testing.assert_array_equal(late_infos["error_px"], infos["error_px"])
+        np.testing.assert_array_equal(late_infos["frame"], ours[4]["frame"])
+        if ended and mode == AutoresetMode.NEXT_STEP:
+            begun = k + 1
+        if ended and mode == AutoresetMode.DISABLED:
+            break
+    assert begun > 0 or mode == AutoresetMode.DISABLED
+
+
+@pytest.mark.heavy
+def test_controllers_of_many_envs_steer_by_late_pictures_as_one_of_a_single_env(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    together = envs(3, action="correction", controller="centre", link="late")
+    kernel_less = replace(controller_entry("centre", HELICOPTER.name), kernel=None)
+    monkeypatch.setattr("scenarios.envs.pictureless.vector_env.controller_entry", lambda *_: kernel_less)
+    alone = envs(3, action="correction", controller="centre", link="late")
+    for made in (together, alone):
+        made.reset(seed=4)
+    for _ in range(FRAMES + 10):
+        observed, *_ = together.step(np.zeros((3, 4)))
+        np.testing.assert_allclose(observed, alone.step(np.zeros((3, 4)))[0], atol=1e-5)
 
 
 @pytest.mark.parametrize(
