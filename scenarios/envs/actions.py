@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.envs.settings import FollowSettings
+from scenarios.envs.settings import FollowSettings, OutOfRange
 from sim.checks import check
 from trackers.belief.features import command_of, is_seen, shares_of
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
@@ -89,29 +89,31 @@ def action_count(settings: FollowSettings, carrier: Carrier) -> int:
     return count
 
 
-def checked_actions(actions: Any, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
-    """Return a copy of an action, or of the actions of many envs, as floats.
+def checked_actions(actions: Any, shape: tuple[int, ...] | None, out_of_range: OutOfRange) -> NDArray[np.float64]:
+    """Return a copy of an action, or of the actions of many envs, as floats; ``clip`` brings them into [-1, 1].
 
     Raises:
-        ValueError: for another shape, or numbers not finite or outside [-1, 1].
+        ValueError: for another shape, numbers not finite, or with ``refuse`` outside [-1, 1].
     """
     try:
         given = np.array(actions, dtype=float)
     except (TypeError, ValueError):
         given = np.empty(0)
-    if given.shape != shape or not (np.abs(given) <= 1.0 + _TOLERANCE).all():
-        wanted = f"numbers of shape {shape} from -1 to 1"
-        raise ValueError(f"action: expected {wanted}, got {_in_short(given, shape, actions)}")
-    return given
+    clips = out_of_range == "clip"
+    good = np.isfinite(given) if clips else np.abs(given) <= 1.0 + _TOLERANCE
+    if given.shape != shape or not good.all():
+        wanted = f"{'finite ' if clips else ''}numbers of shape {shape}{'' if clips else ' from -1 to 1'}"
+        raise ValueError(f"action: expected {wanted}, got {_in_short(given, good, shape, actions)}")
+    return np.clip(given, -1.0, 1.0) if clips else given
 
 
-def _in_short(given: NDArray[np.float64], shape: tuple[int, ...] | None, actions: Any) -> Any:
+def _in_short(given: NDArray[np.float64], good: NDArray[np.bool_], shape: tuple[int, ...] | None, actions: Any) -> Any:
     """Return refused actions in short: those of many envs would fill the screen."""
     if given.ndim < 2:
         return actions
     if given.shape != shape:
         return f"shape {given.shape}"
-    wrong = int(np.argmin((np.abs(given) <= 1.0 + _TOLERANCE).all(axis=1)))
+    wrong = int(np.argmin(good.all(axis=1)))
     return f"{given[wrong]} of env {wrong}"
 
 

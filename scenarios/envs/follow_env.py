@@ -220,13 +220,13 @@ class FollowEnv(gym.Env, EzPickle):
 
         Raises:
             ResetNeeded: before the first reset, and after the last frame.
-            ValueError: for an action of another shape, not finite or outside [-1, 1].
+            ValueError: for an action of another shape, not finite, or outside [-1, 1] unless these are clipped.
             RuntimeError: if the tracker raises, or returns no valid estimate.
         """
         run = self._run
         if run is None or run.ended:
             raise gym.error.ResetNeeded("step: expected an episode that runs, got none: reset() begins one")
-        checked = checked_actions(action, self.action_space.shape)
+        checked = checked_actions(action, self.action_space.shape, self.settings.out_of_range)
         # Stays True if this step raises: after an error only a reset continues.
         run.ended = True
         terms = run.step(checked)

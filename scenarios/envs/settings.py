@@ -18,6 +18,7 @@ from trackers import registry
 
 ObservationMode = Literal["track", "pixels", "both"]
 ActionMode = Literal["command", "correction", "parameters"]
+OutOfRange = Literal["refuse", "clip"]
 _NOT_CHANGED = ("summary", "closed_loop")
 _OF_ACTIONS: Mapping[str, tuple[ActionMode, ...]] = {
     "controller": ("correction", "parameters"),
@@ -57,6 +58,8 @@ class FollowSettings:
         correction_share: the largest correction, as a share of the command's limit, above 0 and at most 2; of the
             action ``correction``.
         corrects: when corrections are added: ``always``, or while the target is ``unseen``; of the same action.
+        out_of_range: ``refuse`` actions outside [-1, 1], or ``clip`` them, as Gymnasium's own envs do; those that are
+            not finite are always refused.
         reward: weights of the reward's terms, a ``Reward`` or a mapping of some of them, e.g. ``{"effort": 0.5}``.
         lost_after_s: the episode terminates when the target has been out of view for this time; None: never.
         renderer: ``raster`` or ``pybullet``.
@@ -79,6 +82,7 @@ class FollowSettings:
     action: ActionMode = "command"
     correction_share: float = 0.7
     corrects: Literal["always", "unseen"] = "always"
+    out_of_range: OutOfRange = "refuse"
     reward: Reward = field(default_factory=Reward)
     lost_after_s: float | None = None
     renderer: RendererName = "raster"
@@ -87,7 +91,12 @@ class FollowSettings:
 
     def __post_init__(self) -> None:
         scenario = catalog.scenario(self.scenario)
-        for name, kind in (("observation", ObservationMode), ("action", ActionMode), ("renderer", RendererName)):
+        for name, kind in (
+            ("observation", ObservationMode),
+            ("action", ActionMode),
+            ("out_of_range", OutOfRange),
+            ("renderer", RendererName),
+        ):
             check_choice(name, getattr(self, name), get_args(kind))
         object.__setattr__(self, "reward", reward_of(self.reward))
         lost, per_world, links = self.lost_after_s, self.episodes_per_world, ", ".join(LINKS)

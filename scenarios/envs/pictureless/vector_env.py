@@ -313,7 +313,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         Raises:
             ResetNeeded: before the first reset, and with autoreset_mode ``Disabled`` after an end.
             ClosedEnvironmentError: after closing.
-            ValueError: for actions of another shape, not finite or outside [-1, 1].
+            ValueError: for actions of another shape, not finite, or outside [-1, 1] unless these are clipped.
         """
         self._check_open()
         if not self._begun:
@@ -324,7 +324,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             raise gym.error.ResetNeeded(f"{wanted}, got none of env {np.flatnonzero(again)[0]}")
         # They move with the others, within their episodes, and begin anew below.
         self.states["frame"][again] -= 1
-        self._command(checked_actions(actions, self.action_space.shape))
+        self._command(checked_actions(actions, self.action_space.shape, self.settings.out_of_range))
         self._world.move(self.states, self._wanted, self._waiting, self.sightings, self.np_random)
         arrived = self._pictures.move()
         beliefs = self.beliefs[arrived]

@@ -11,6 +11,7 @@ import pytest
 from scenarios.envs.follow_env import FollowEnv
 from tests import fakes_scenario
 from tests.fakes_trackers import HalfNan, Raises, Still
+from tests.scenarios.envs.compared import assert_same
 from tests.scenarios.envs.stand_in import IDS, fresh, keywords, make, stand_in
 from trackers.types import Observation
 
@@ -25,6 +26,19 @@ def test_an_action_that_is_none_is_refused_and_does_not_count():
         with pytest.raises(ValueError, match=r"^action: expected numbers of shape \(4,\) from -1 to 1, got"):
             env.step(bad)  # type: ignore[arg-type]
     assert env.step(np.zeros(4))[-1]["frame"] == 1
+
+
+def test_an_action_out_of_range_is_clipped_if_so_asked_and_one_that_is_not_finite_refused():
+    clipping, other = make(out_of_range="clip"), make()
+    for env in (clipping, other):
+        env.reset(seed=0)
+    for bad in (np.full(4, np.nan), np.full(4, -np.inf), np.zeros(3), "up"):
+        with pytest.raises(ValueError, match=r"^action: expected finite numbers of shape \(4,\), got"):
+            clipping.step(bad)  # type: ignore[arg-type]
+    for action in ([5.0, -0.3, -7.0, 1.01], [0.1, 0.2, 0.3, 0.4]):
+        assert_same(clipping.step(np.array(action)), other.step(np.clip(action, -1.0, 1.0)))
+    with pytest.raises(ValueError, match="out_of_range: expected one of refuse, clip; got 'wrap'"):
+        make(out_of_range="wrap")
 
 
 @pytest.mark.parametrize("tracker", [Raises, HalfNan])

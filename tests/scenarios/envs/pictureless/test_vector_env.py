@@ -257,6 +257,16 @@ def test_infos_are_those_of_the_rendered_env_and_mask_who_goes_on() -> None:
     assert [each is None for each in infos["final_obs"]] == list(~ended)
 
 
+def test_actions_out_of_range_are_clipped_if_so_asked_and_those_not_finite_refused() -> None:
+    clipping, other = envs(2, out_of_range="clip"), envs(2)
+    for made in (clipping, other):
+        made.reset(seed=3)
+    actions = np.array([[5.0, -0.3, -7.0, 1.01], [0.1, 0.2, 0.3, 0.4]])
+    np.testing.assert_array_equal(clipping.step(actions)[0], other.step(np.clip(actions, -1.0, 1.0))[0])
+    with pytest.raises(ValueError, match=r"action: expected finite numbers of shape \(2, 4\), .* of env 1"):
+        clipping.step(np.array([[0.0] * 4, [np.inf] * 4]))
+
+
 def test_steps_are_checked() -> None:
     made = envs(2)
     refusal = pytest.raises(ValueError, match="episode_seed: expected one of the 2 seeds")
