@@ -27,6 +27,7 @@ from benchmarks.statistics import summary
 from benchmarks.statistics.bootstrap import Comparison, bootstrap_interval
 from scenarios import catalog
 from scenarios.command_link import LINKS, Link
+from scenarios.envs import observing
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.reward import TERMS, Reward
@@ -148,6 +149,7 @@ def envs_page() -> str:
         options=RESET_OPTIONS,
         configurations=[(alike, fields_of_preset(alike[-1].preset)) for alike in kinds],
         features=features,
+        observing=observing,
         carriers=[(own[0].scenario.carrier, own, controllers(name)) for name, own in by_carrier.items()],
         command=CameraCommand,
         reward=Reward,

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scenarios import catalog
 from scenarios.command_link import episode_link
 from scenarios.envs.actions import Steering, action_count, checked_actions, steering
+from scenarios.envs.observing import Channels, Observed, picture_size
 from scenarios.envs.reward import Rewarder
 from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import NO_REWARD, OWN_WORLD, truth_info
@@ -26,7 +27,7 @@ from scenarios.scenario import Frame, KeptWorld, Scenario
 from sim.checks import check, check_choice
 from sim.rng import generator
 from trackers import registry
-from trackers.belief.features import FEATURES, FeatureFilter, shares_of
+from trackers.belief.features import FeatureFilter, shares_of
 from trackers.estimate_check import check_estimate
 from trackers.types import CameraCommand, Carrier, Estimate, Start
 
@@ -146,15 +147,13 @@ class _EnvTracker:
             ) from error
 
 
-Observed = NDArray[Any] | dict[str, NDArray[Any]]
-
-
 class FollowEnv(gym.Env, EzPickle):
     """A camera on a steered carrier follows a target.
 
     Keywords are ``render_mode`` and those of ``FollowSettings``. An observation is a vector ``track``
-    (``trackers.belief.features.FEATURES``, in [-1, 1]), the picture ``pixels`` (H, W, 3) uint8, or a dictionary
-    of both. An action is (A,) in [-1, 1]. Truth is in ``info`` alone, see ``truth_info``.
+    (``trackers.belief.features.FEATURES``, in [-1, 1]), the picture ``pixels`` (H, W, 3) uint8, the privileged
+    ``depth`` (H, W) float32 or ``segmentation`` (H, W) uint8, or a dictionary of several. An action is (A,) in [-1, 1].
+    But for the privileged ones truth is in ``info`` alone, see ``truth_info``.
 
     Without ``worlds`` the episode equals the catalogue's episode with the seed ``info["episode_seed"]`` byte for byte.
     ``reset(seed=...)`` seeds the draw of episode seeds below 10,000; ``reset(options={"episode_seed": n})`` selects
@@ -183,7 +182,8 @@ class FollowEnv(gym.Env, EzPickle):
         followed = catalog.scenario(scenario)
         self.carrier: Carrier = followed.carrier
         self.render_mode = render_mode
-        self.observation_space = self._observation_space()
+        self._channels = Channels(self.settings)
+        self.observation_space = self._channels.space
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_count(self.settings, self.carrier),), np.float32)
         self._bank: WorldBank | None = None
         if followed.new_world is not None:
@@ -199,8 +199,8 @@ class FollowEnv(gym.Env, EzPickle):
         super().reset(seed=seed)
         wanted = options or {}
         settings = self.settings.with_options(wanted)
-        if settings.observation != "track":
-            size, made_for = _picture_size(settings), _picture_size(self.settings)
+        if settings.observes_pictures:
+            size, made_for = picture_size(settings), picture_size(self.settings)
             check("options", size == made_for, f"pictures of the size {made_for}, which the env was made for", size)
         drawn, world = int(self.np_random.integers(DEVELOPMENT_SEEDS)), self._drawn_world(begins=seed is not None)
         self._end()
@@ -266,19 +266,9 @@ class FollowEnv(gym.Env, EzPickle):
             self._bank.begin()
         return self._bank.draw(self.np_random)
 
-    def _observation_space(self) -> gym.Space[Any]:
-        track = gym.spaces.Box(-1.0, 1.0, (len(FEATURES),), np.float32)
-        pixels = gym.spaces.Box(0, 255, _picture_size(self.settings), np.uint8)
-        if self.settings.observation == "both":
-            return gym.spaces.Dict({"track": track, "pixels": pixels})
-        return pixels if self.settings.observation == "pixels" else track
-
     def _observed(self, run: _Run) -> Observed:
-        mode = self.settings.observation
-        if mode == "track":
-            return run.features()
-        pixels = run.loop.seen.observation.image_rgb.copy()
-        return pixels if mode == "pixels" else {"track": run.features(), "pixels": pixels}
+        seen = run.loop.seen
+        return self._channels.observed(seen.observation, seen.truth, run.features)
 
     def _show(self) -> None:
         if self.render_mode == "human" and self._run is not None:
@@ -289,11 +279,6 @@ class FollowEnv(gym.Env, EzPickle):
         if self._run is not None:
             self._run.loop.episode.close()
             self._run = None
-
-
-def _picture_size(settings: FollowSettings) -> tuple[int, int, int]:
-    preset = settings.configuration({})
-    return preset.height_px, preset.width_px, 3
 
 
 class _Run:

@@ -16,7 +16,7 @@ from scenarios.scenario import RendererName, Scenario
 from sim.checks import check, check_choice
 from trackers import registry
 
-ObservationMode = Literal["track", "pixels", "both"]
+CHANNELS = ("track", "pixels", "depth", "segmentation")
 ActionMode = Literal["command", "correction", "parameters"]
 OutOfRange = Literal["refuse", "clip"]
 _NOT_CHANGED = ("summary", "closed_loop")
@@ -40,7 +40,7 @@ class FollowSettings:
     Attributes:
         scenario: catalogue id.
         tracker: name in the registry, or an object with ``initialise`` and ``update``; None for a policy that sees the
-            picture alone, with ``observation="pixels"`` and ``action="command"``.
+            picture alone, e.g. with ``observation="pixels"``, and ``action="command"``.
         preset: name of one of the scenario's presets; None: the env's own (``standard``, or as ``frameout list`` says),
             unless ``difficulty`` is given.
         changes: fields of the preset -> other values, e.g. ``{"width_px": 84, "height_px": 84}``.
@@ -52,7 +52,8 @@ class FollowSettings:
         controller_values: parameters of a named controller that replace its tuned values; they are not limited to the
             ranges that tuning searches and that the action ``parameters`` spans.
         observation: ``track`` (the tracker's belief and the carrier's measurements), ``pixels`` (the picture, the left
-            one of a pair), or ``both``.
+            one of a pair), ``depth``, ``segmentation``, or several of these, e.g. ``("track", "depth")``, as a
+            dictionary; ``both`` is the first two. The last two are truth, which a real camera may not have.
         action: the ``command`` itself, a ``correction`` that is added to the controller's command, or the controller's
             ``parameters``.
         correction_share: the largest correction, as a share of the command's limit, above 0 and at most 2; of the
@@ -78,7 +79,7 @@ class FollowSettings:
     link: str | Link = "prompt"
     controller: Any = "centre"
     controller_values: Mapping[str, Any] = field(default_factory=dict)
-    observation: ObservationMode = "track"
+    observation: str | Sequence[str] = "track"
     action: ActionMode = "command"
     correction_share: float = 0.7
     corrects: Literal["always", "unseen"] = "always"
@@ -92,7 +93,6 @@ class FollowSettings:
     def __post_init__(self) -> None:
         scenario = catalog.scenario(self.scenario)
         for name, kind in (
-            ("observation", ObservationMode),
             ("action", ActionMode),
             ("out_of_range", OutOfRange),
             ("renderer", RendererName),
@@ -116,8 +116,13 @@ class FollowSettings:
             unused = self.action not in actions and getattr(self, name) != _DEFAULTS[name]
             wanted = f"none with action={self.action!r}, as it is of {' and '.join(actions)}"
             check(name, not unused, wanted, repr(getattr(self, name)))
+        given = self.observation
+        check("observation", isinstance(given, str | Sequence) and len(given) > 0, "a channel, or several", repr(given))
+        for each in self.channels:
+            check_choice("observation", each, (*CHANNELS, "both") if isinstance(given, str) else CHANNELS)
+        check("observation", len({*self.channels}) == len(self.channels), "each channel once", repr(given))
         if self.tracker is None:
-            check("observation", self.observation == "pixels", "'pixels' with tracker=None", repr(self.observation))
+            check("observation", "track" not in self.channels, "no track with tracker=None", repr(given))
             wanted = "'command' with tracker=None, as a controller steers by a tracker's estimates"
             check("action", self.action == "command", wanted, repr(self.action))
         if isinstance(self.tracker, str):
@@ -154,11 +159,28 @@ class FollowSettings:
         preset = self.configuration({})
         for name, limits in self.randomise.items():
             check("randomise", is_number(getattr(preset, name)), "fields that are numbers", repr(name))
-            same = self.observation != "track" and name in ("width_px", "height_px")
+            same = self.observes_pictures and name in ("width_px", "height_px")
             check("randomise", not same, "no size of the picture where that is observed", repr(name))
             good = isinstance(limits, Sequence) and len(limits) == 2 and all(map(is_number, limits))
             check(f"randomise.{name}", good and limits[0] <= limits[1], "two numbers in ascending order", limits)
         return self.randomise
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The names of what is observed."""
+        if self.observation == "both":
+            return ("track", "pixels")
+        return (self.observation,) if isinstance(self.observation, str) else tuple(self.observation)
+
+    @property
+    def observes_one(self) -> bool:
+        """Whether an observation is an array, not a dictionary."""
+        return isinstance(self.observation, str) and self.observation != "both"
+
+    @property
+    def observes_pictures(self) -> bool:
+        """Whether an observation has the size of a picture."""
+        return self.channels != ("track",)
 
     @property
     def preset_name(self) -> str:

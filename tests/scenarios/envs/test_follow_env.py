@@ -13,8 +13,10 @@ from gymnasium.utils.env_checker import check_env
 
 from scenarios.command_link import Link
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.settings import ActionMode, ObservationMode
+from scenarios.envs.observing import ELSEWHERE, FARTHEST_M, OTHERS, TARGET, depth_of, segmentation_of
+from scenarios.envs.settings import CHANNELS, ActionMode
 from tests import fakes_scenario, fakes_trackers
+from tests.fakes_scenario import FAKE_TOWN
 from tests.fakes_trackers import Silent, Still
 from tests.scenarios.envs.compared import assert_same
 from tests.scenarios.envs.stand_in import FRAMES, IDS, fresh, keywords, make, stand_in
@@ -40,7 +42,7 @@ class Mute(Still):
 
 
 @pytest.mark.parametrize("env_id", IDS)
-@pytest.mark.parametrize("observation", get_args(ObservationMode))
+@pytest.mark.parametrize("observation", ["track", "pixels", "both"])
 @pytest.mark.parametrize("action", get_args(ActionMode))
 def test_both_checkers_are_content(env_id, observation, action, monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
@@ -48,6 +50,44 @@ def test_both_checkers_are_content(env_id, observation, action, monkeypatch):
     check_env(make(env_id, observation=observation, action=action))
     checker = pytest.importorskip("stable_baselines3.common.env_checker")
     checker.check_env(make(env_id, observation=observation, action=action, render_mode="rgb_array"))
+
+
+@pytest.mark.parametrize("observation", ["depth", "segmentation", ("segmentation", "track"), CHANNELS])
+def test_gymnasium_s_checker_is_content_with_privileged_channels(observation):
+    check_env(make(observation=observation), skip_render_check=True)
+
+
+def test_channels_are_those_of_the_truth_and_change_nothing_else():
+    env, other = make(observation=CHANNELS, link="late"), make(link="late")
+    results, theirs = env.reset(seed=3), other.reset(seed=3)
+    frames, pixels_seen = [], set()
+    for _ in range(FRAMES - 1):
+        observed, truth = results[0], env.episode.seen.truth
+        frames.append(truth.frame)
+        assert_same(observed["depth"], truth.depth_m)
+        of_target = truth.instance_map == truth.instance_id[0]
+        expected = np.where(of_target, TARGET, np.where(truth.instance_map >= 0, OTHERS, ELSEWHERE))
+        np.testing.assert_array_equal(observed["segmentation"], expected)
+        pixels_seen |= {*np.unique(observed["segmentation"])}
+        assert_same({name: observed[name] for name in ("track", "pixels")}, theirs[0])
+        assert_same(results[1:], theirs[1:])
+        observed["depth"][:] = 0.0
+        results, theirs = env.step(np.full(4, 0.5)), other.step(np.full(4, 0.5))
+    assert frames[:6] == [0, 0, 0, 0, 1, 2]
+    assert pixels_seen == {ELSEWHERE, TARGET, OTHERS}
+
+
+def test_nothing_seen_is_at_no_distance_and_a_class_has_its_number():
+    truth = replace(
+        FAKE_TOWN.episode("tiny", 0).step().truth,
+        depth_m=np.array([[np.inf, 2.0, 1e5]], np.float32),
+        instance_map=np.array([[-1, 7, 3]], np.int32),
+        instance_id=np.array([3, 5, 7]),
+        kinds=("boat", "car", "boat"),
+    )
+    scenario = replace(FAKE_TOWN, classes={"person": "person", "car": "car", "boat": "boat"}, target=truth.names[0])
+    np.testing.assert_array_equal(segmentation_of(scenario, truth), [[ELSEWHERE, OTHERS + 2, TARGET]])
+    np.testing.assert_array_equal(depth_of(truth), [[0.0, 2.0, FARTHEST_M]])
 
 
 @pytest.mark.parametrize("env_id", IDS)

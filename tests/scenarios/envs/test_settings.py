@@ -28,7 +28,15 @@ def settings(**changes: Any) -> FollowSettings:
     ("name", "value", "expected"),
     [
         ("preset", "easy", "preset: expected one of .*; got 'easy'"),
-        ("observation", "sound", "observation: expected one of track, pixels, both; got 'sound'"),
+        ("observation", "sound", "observation: expected one of track, pixels, depth, segmentation, both; got 'sound'"),
+        (
+            "observation",
+            ("track", "both"),
+            "observation: expected one of track, pixels, depth, segmentation; got 'both'",
+        ),
+        ("observation", ["depth", "depth"], r"observation: expected each channel once, got \['depth', 'depth'\]"),
+        ("observation", (), r"observation: expected a channel, or several, got \(\)"),
+        ("observation", 3, "observation: expected a channel, or several, got 3"),
         ("observation", "pixel", r"got 'pixel' \(did you mean pixels\?\)"),
         ("preset", "quik", r"preset: .*got 'quik' \(did you mean quick\?\)"),
         ("changes", {"widht_px": 84}, r"changes: .*got 'widht_px' \(did you mean width_px\?\)"),

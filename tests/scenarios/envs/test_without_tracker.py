@@ -53,8 +53,8 @@ def test_pictures_rewards_and_truth_are_those_of_an_env_with_a_tracker(monkeypat
 @pytest.mark.parametrize(
     ("others", "told"),
     [
-        ({}, "observation: expected 'pixels' with tracker=None, got 'track'"),
-        ({"observation": "both"}, "observation: expected 'pixels' with tracker=None, got 'both'"),
+        ({}, "observation: expected no track with tracker=None, got 'track'"),
+        ({"observation": "both"}, "observation: expected no track with tracker=None, got 'both'"),
         (ALONE | {"action": "correction"}, "action: expected 'command' with tracker=None, as .*, got 'correction'"),
         (ALONE | {"action": "parameters"}, "action: expected 'command' with tracker=None, as .*, got 'parameters'"),
     ],
