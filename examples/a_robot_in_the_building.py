@@ -45,7 +45,7 @@ def drive(seed: int = 3, frames: int = 240) -> Drive:
     """Drive the robot through the hall, beside its door."""
     scene = catalog.scenario("stereo-follow")
     kept = scene.keep_world(scene.presets["quick"], seed)
-    world, building = kept.world, kept.content.building
+    world, building = kept.world.copy(), kept.content.building
     start_m = start_of(building)
     with bullet.client(world) as client:
         model = str(Path(pybullet_data.getDataPath()) / "husky" / "husky.urdf")

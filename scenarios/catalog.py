@@ -42,14 +42,14 @@ _ENTRIES: tuple[Entry, ...] = (
     Entry(
         "road-town-v2",
         "scenarios.road_town.scenario:ROAD_TOWN",
-        "frameout/RoadTownFollow-v2",
+        "frameout/RoadTownFollow-v3",
         "mosaic_graph_pf",
         survey="scenarios.road_town.survey:FRAME_OUTS",
     ),
     Entry(
         "stereo-follow-v2",
         "scenarios.stereo_follow.scenario:STEREO_FOLLOW",
-        "frameout/StereoFollow-v2",
+        "frameout/StereoFollow-v3",
         "stereo_people",
     ),
     Entry("fish-tank-v1", "scenarios.fish_tank.scenario:FISH_TANK", "frameout/FishTankFollow-v2", "shoal_chain"),
@@ -68,9 +68,11 @@ DEFAULT_ENV = next(entry.env_id for entry in reversed(_ENTRIES) if unversioned(e
 """Default scenario and env of the commands."""
 SUCCESSORS: Mapping[str, str] = {
     "road-town-v1": "road-town-v2",
-    "frameout/RoadTownFollow-v1": "frameout/RoadTownFollow-v2",
+    "frameout/RoadTownFollow-v1": "frameout/RoadTownFollow-v3",
+    "frameout/RoadTownFollow-v2": "frameout/RoadTownFollow-v3",
     "stereo-follow-v1": "stereo-follow-v2",
-    "frameout/StereoFollow-v1": "frameout/StereoFollow-v2",
+    "frameout/StereoFollow-v1": "frameout/StereoFollow-v3",
+    "frameout/StereoFollow-v2": "frameout/StereoFollow-v3",
     "frameout/FishTankFollow-v1": "frameout/FishTankFollow-v2",
 }
 """Id of a scenario or env that has been deleted → what took its place. A deleted id is never given again."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pkgutil
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar
 
@@ -140,22 +140,15 @@ class Pictureless(ABC):
 
 @dataclass(frozen=True, eq=False)
 class KeptWorld:
-    """A world with its fixed bodies, in which several episodes take place, one after the other.
+    """A world without the objects of an episode, for several episodes, which may run at the same time.
 
     Attributes:
-        world: with the bodies of the latest episode, too.
-        fixed: number of bodies that every episode has.
+        world: with the bodies that all of them have; an episode takes place in a copy.
         content: what the scenario drew these from, e.g. a town's layout.
     """
 
     world: World
-    fixed: int
     content: Any
-
-    def vacated(self) -> World:
-        """Return the world with its fixed bodies alone; the episode before is over then."""
-        self.world.remove_after(self.fixed)
-        return self.world
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,8 +194,7 @@ class Scenario(Generic[_E]):
         pictureless: its simulation without pictures; None if it has none.
         seeded_as: the id that seeds of episodes derive from, if it is not its own.
         new_world: builds the world of an episode, without the episode; None if its worlds cannot be kept.
-        world_fields: fields of a preset that decide what its worlds are; they have the same values in a kept world and
-            in every episode there.
+        world_kind: returns what of a preset decides, with the seed, what a kept world is.
     """
 
     id: str
@@ -217,7 +209,7 @@ class Scenario(Generic[_E]):
     pictureless: Pictureless | None = None
     seeded_as: str = ""
     new_world: Callable[[Setup], KeptWorld] | None = None
-    world_fields: tuple[str, ...] = ()
+    world_kind: Callable[[Any], Hashable] = lambda preset: None
 
     def configuration(self, preset: Any) -> Any:
         """Return a preset by name, or a configuration unchanged.
@@ -248,8 +240,7 @@ class Scenario(Generic[_E]):
             seed: any whole number >= 0; 10,000 to 19,999 is the test split.
             closed_loop: whether commands steer the camera; None: as in the preset.
             truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
-            kept: a world of ``keep_world`` that the episode takes place in, until another one begins there; None: its
-                own.
+            kept: a world of ``keep_world`` that the episode takes place in; None: its own.
 
         Raises:
             ValueError: for an unknown preset, renderer or extent of truth, a negative seed, or a loop that cannot be

@@ -25,7 +25,6 @@ from scipy.spatial import ConvexHull, QhullError
 from sim.mesh import Texture, TexturedMesh
 from sim.native_stderr import native_stderr_discarded
 from sim.optics import Camera, invert_pose
-from sim.render.textures import count_alike
 from sim.world import Body, World
 
 DENSITY_KGPM3 = 500.0
@@ -74,22 +73,18 @@ class TinyRenderer:
 
     def __init__(self, world: World) -> None:
         self._world, self._engine = world, Engine()
-        self._bodies: list[Body] = []
         self._handles: list[int] = []
         self._poses = np.empty((0, 4, 4))
         self._texture_handles: dict[Texture, int] = {}
 
     def hand_over(self) -> None:
         """Pass bodies, textures and present poses to PyBullet; ``camera_image`` calls this."""
-        kept, bodies, poses = count_alike(self._bodies, self._world.bodies), self._world.bodies, self._world.poses
-        for handle in self._handles[kept:]:
-            self._engine.removeBody(handle)
-        del self._handles[kept:]
+        kept, bodies, poses = len(self._handles), self._world.bodies, self._world.poses
         for index in np.flatnonzero((poses[:kept] != self._poses[:kept]).any(axis=(1, 2))):
             self._engine.resetBasePositionAndOrientation(self._handles[index], *to_bullet(poses[index]))
         for body, pose in zip(bodies[kept:], poses[kept:], strict=True):
             self._handles.append(self._add(body.mesh, pose))
-        self._bodies, self._poses = list(bodies), poses.copy()
+        self._poses = poses.copy()
 
     def _add(self, mesh: TexturedMesh, T_world_body: NDArray[np.float64]) -> int:
         visual = self._engine.createVisualShape(
@@ -230,13 +225,7 @@ class Client:
         return T_world_body
 
     def push(self) -> None:
-        """Bring every held body to where the world has it now.
-
-        Raises:
-            ValueError: if the world has other bodies, such as those of the next episode in a kept world.
-        """
-        if count_alike(self._bodies, self._world.bodies) < len(self._bodies):
-            raise ValueError("world: expected the bodies that it had when the client was made, got others")
+        """Bring every held body to where the world has it now."""
         shown = {each.body.index for each in self._shown}
         for body, handle in zip(self._bodies, self.handles, strict=True):
             if body.movable and body.index not in shown:

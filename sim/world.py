@@ -40,11 +40,22 @@ class World:
 
     Attributes:
         bodies: in the order in which they were added.
+        original: the world that this one is a copy of, None for others.
     """
 
     def __init__(self) -> None:
         self._poses = np.empty((0, 4, 4))
         self.bodies: list[Body] = []
+        self.original: World | None = None
+
+    def copy(self) -> World:
+        """Return a world with the same bodies, to which others are added; this one must stay as it is then.
+
+        What renderers make of the shapes and textures of these bodies is made once for both.
+        """
+        made = World()
+        made._poses, made.bodies, made.original = self._poses.copy(), list(self.bodies), self
+        return made
 
     def add(
         self,
@@ -61,11 +72,6 @@ class World:
         self.bodies.append(body)
         self._poses = np.concatenate([self._poses, np.asarray(T_world_body, dtype=float)[None]])
         return body
-
-    def remove_after(self, count: int) -> None:
-        """Remove all bodies but the first ``count``."""
-        del self.bodies[count:]
-        self._poses = self._poses[:count].copy()
 
     def move(self, body: Body, T_world_body: NDArray[np.float64]) -> None:
         """Set the pose (4, 4) of a movable body."""

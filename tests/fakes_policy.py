@@ -23,7 +23,7 @@ def made_up_policy(
     """Return a policy that steers alone by a network of these numbers, said to be trained in the town with ``hold``."""
     width = (1 + history) * len(FEATURES)
     return Policy(
-        env="frameout/RoadTownFollow-v2",
+        env="frameout/RoadTownFollow-v3",
         carrier=carrier,
         tracker="hold",
         base=None,

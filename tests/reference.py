@@ -40,7 +40,7 @@ _BENCHES = (
     "follow --preset quick --seeds 0:1 --scenario stereo-follow --trackers stereo_people"
     " --controllers hold centre search reentry",
 )
-_ENVS = ("frameout/RoadTownFollow-v2", "frameout/StereoFollow-v2")
+_ENVS = ("frameout/RoadTownFollow-v3", "frameout/StereoFollow-v3")
 
 
 def reference() -> dict[str, Any]:

@@ -168,7 +168,7 @@ def test_files_that_the_documents_point_to_exist() -> None:
 
 def test_the_documents_have_the_blocks_that_are_followed() -> None:
     assert len(commands("README.md", "")) >= 5
-    assert "frameout train frameout/RoadTownFollow-v2" in commands("README.md", "long")
+    assert "frameout train frameout/RoadTownFollow-v3" in commands("README.md", "long")
     long = {each for page in RESULTS for each in commands(page, "long")}
     assert {"frameout paper A2 --renderer pybullet", "python -m tools speed"} <= long
     assert len((ROOT / "README.md").read_text().splitlines()) <= 150

@@ -84,7 +84,7 @@ def test_gymnasium_knows_the_ids_whichever_is_imported_first(imports: str) -> No
     script = f"{imports}; import scenarios; print(*(name for name in gym.registry if name.startswith('frameout/')))"
     assert run(script).split() == [
         f"frameout/{name}Follow-{version}"
-        for name, version in (("RoadTown", "v2"), ("Stereo", "v2"), ("FishTank", "v2"), ("Harbour", "v1"))
+        for name, version in (("RoadTown", "v3"), ("Stereo", "v3"), ("FishTank", "v2"), ("Harbour", "v1"))
     ]
 
 
@@ -92,9 +92,9 @@ def test_gymnasium_knows_the_ids_whichever_is_imported_first(imports: str) -> No
 @pytest.mark.parametrize("before", ["", "import scenarios.catalog; "])
 def test_an_id_that_names_the_module_is_made(before: str) -> None:
     script = (
-        f"{before}import gymnasium as gym; env = gym.make('scenarios:frameout/RoadTownFollow-v2', tracker='hold'); "
+        f"{before}import gymnasium as gym; env = gym.make('scenarios:frameout/RoadTownFollow-v3', tracker='hold'); "
     )
-    assert run(script + "print(env.spec.id)") == "frameout/RoadTownFollow-v2"
+    assert run(script + "print(env.spec.id)") == "frameout/RoadTownFollow-v3"
 
 
 def test_data_sets_say_what_to_install_where_their_packages_are_missing(monkeypatch: pytest.MonkeyPatch) -> None:

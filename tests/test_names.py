@@ -137,7 +137,7 @@ def test_general_rooms_name_no_scene_no_suite_and_no_carrier() -> None:
         "from scenarios import stereo_follow as scene",
         "import benchmarks.judges.follow.suite",
         "from benchmarks.judges import stereo",
-        "def f(env='frameout/RoadTownFollow-v2'): pass",
+        "def f(env='frameout/RoadTownFollow-v3'): pass",
         "x = scenario.id == 'stereo-follow-v2'",
         "x = rows['frame_out']",
         "x = f'{place}/results/follow'",

@@ -74,9 +74,6 @@ class Train(WithModules):
         learning_rate: of the first update; it falls linearly to 0.
         reward: weights of the reward's terms, see `frameout list --envs`.
         pictures: train with pictures.
-        worlds: number of worlds (towns, buildings) that each env with pictures keeps and uses again, about 210 MB a
-            town and 80 MB a building (default: 2 where the scenario can keep worlds, otherwise none).
-        episodes_per_world: number of episodes after which a new world takes the place of the oldest one (default: 20).
         envs: number of envs (default: 256 without pictures; with them one per core, each in a process of its own).
         episodes: number of episodes planned for training without pictures, about a second each; they are stored in
             results/episodes (default: 256).
@@ -107,8 +104,6 @@ class Train(WithModules):
     learning_rate: float = 5e-4
     reward: Reward = field(default_factory=Reward)
     pictures: bool = False
-    worlds: Annotated[int | None, COUNT] = None
-    episodes_per_world: Annotated[int, COUNT] = 20
     envs: Annotated[int, COUNT] = 0
     episodes: Annotated[int, COUNT] = 256
     starts: Starts = "episodes"

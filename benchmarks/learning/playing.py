@@ -61,7 +61,12 @@ def play(settings: FollowSettings, seeds: range, out: Path, zoom: float = 1.0, m
     """
     check_screen()
     env = FollowEnv(
-        settings.scenario, preset=settings.preset_name, tracker=settings.tracker, link=settings.link, action="command"
+        settings.scenario,
+        preset=settings.preset_name,
+        tracker=settings.tracker,
+        link=settings.link,
+        action="command",
+        worlds=0,
     )
     window = Window(env.metadata["render_fps"])
     held: set[int] = set()

@@ -14,7 +14,6 @@ from sim.checks import check
 from trackers.controllers.catalogue import our_controller
 
 _PICTURELESS_ENVS = 256
-_WORLDS = 2
 EPISODES = Path("results/episodes")
 """Folder of planned episodes for envs without pictures, kept for reuse."""
 Algorithm = Literal["ppo", "sac"]
@@ -40,8 +39,6 @@ class Training:
         learning_rate: of the first update; it falls linearly to 0.
         reward: weights of its terms.
         pictures: train in the rendered env; otherwise in the one without pictures.
-        worlds, episodes_per_world: with pictures, see ``FollowSettings``; None: 2 where the scenario can keep worlds,
-            otherwise 0.
         envs: number of envs that run together; 0: 256 without pictures, one for each core with them.
         episodes: number planned for the env without pictures, with seeds from 0.
         starts: first frame without pictures: frame 0 (``episodes``), as in the rendered env, or shortly before the
@@ -67,8 +64,6 @@ class Training:
     learning_rate: float = 5e-4
     reward: Reward = field(default_factory=Reward)
     pictures: bool = False
-    worlds: int | None = None
-    episodes_per_world: int = 20
     envs: int = 0
     episodes: int = 256
     starts: Starts = "episodes"
@@ -91,7 +86,6 @@ class Training:
         check("env_kwargs", not taken, "none that the training sets by an option of its own", ", ".join(taken))
         whole = self.starts == "episodes" or not self.pictures
         check("starts", whole, "episodes with pictures, which begin on frame 0", repr(self.starts))
-        check("worlds", self.pictures or not self.worlds, "0 without pictures, where there are none", self.worlds)
         alone = self.controller != "none" or not self.controller_values
         check("controller_values", alone, "none with controller none", repr(self.controller_values))
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
@@ -125,8 +119,7 @@ class Training:
     def resolved(self) -> dict[str, Any]:
         """What the training depends on, with the names in place of defaults, and without what it has no use for."""
         known = {"preset": self.preset_name, "controller": self.controller_name, "tracker": self.tracker_name}
-        unused = ("evaluations", *(() if self.pictures else ("worlds", "episodes_per_world")))
-        return {name: value for name, value in (asdict(self) | known).items() if name not in unused}
+        return {name: value for name, value in (asdict(self) | known).items() if name != "evaluations"}
 
     @property
     def env_keywords(self) -> dict[str, Any]:
@@ -145,8 +138,4 @@ class Training:
                 "corrects": self.corrects,
                 "correction_share": self.correction_share,
             }
-        if self.pictures:
-            keeps = catalog.scenario(self.scenario).new_world is not None
-            worlds = (_WORLDS if keeps else 0) if self.worlds is None else self.worlds
-            steering |= {"worlds": worlds, "episodes_per_world": self.episodes_per_world}
         return {"preset": self.preset_name, "tracker": self.tracker_name, "reward": self.reward, **steering}

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import copy
-from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
 from typing import Any
 
 import gymnasium as gym
@@ -19,11 +17,12 @@ from scenarios.command_link import episode_link
 from scenarios.envs.actions import Steering, action_count, checked_actions, steering
 from scenarios.envs.observing import Channels, Observed, picture_size
 from scenarios.envs.reward import Rewarder
-from scenarios.envs.settings import KEYWORDS, FollowSettings
-from scenarios.envs.truth_info import NO_REWARD, OWN_WORLD, truth_info
+from scenarios.envs.settings import KEYWORDS, OWN_WORLD, FollowSettings
+from scenarios.envs.truth_info import NO_REWARD, truth_info
 from scenarios.envs.view import Window, draw_view
 from scenarios.loop import FromPictures, Loop, tracker_stream
-from scenarios.scenario import Frame, KeptWorld, Scenario
+from scenarios.scenario import Frame
+from scenarios.worlds import POOL
 from sim.checks import check, check_choice
 from sim.rng import generator
 from trackers import registry
@@ -32,75 +31,23 @@ from trackers.estimate_check import check_estimate
 from trackers.types import CameraCommand, Carrier, Estimate, Start
 
 DEVELOPMENT_SEEDS = 10_000
-"""Drawn seeds of episodes and worlds lie below this number; only options of ``reset`` select others."""
+"""Drawn seeds of episodes lie below this number; only options of ``reset`` select others."""
 
 
-class WorldBank:
-    """Chooses a world for each episode, and keeps those that were built.
-
-    Every ``episodes_per_world`` episodes a new world takes the place of the oldest of ``worlds``, and has the episode;
-    the others have one of the kept worlds each, drawn at random. The choice depends on the generator and the number
-    of episodes since ``begin`` alone.
-    """
-
-    def __init__(self, scenario: Scenario, worlds: int, episodes_per_world: int) -> None:
-        self._scenario, self._episodes_per_world = scenario, episodes_per_world
-        self._seeds: deque[int] = deque(maxlen=worlds)
-        self._episodes = 0
-        self._built: dict[int, tuple[tuple[Any, ...], KeptWorld]] = {}
-
-    def begin(self) -> None:
-        """Choose as if there had been no episode."""
-        self._seeds.clear()
-        self._episodes = 0
-
-    def draw(self, rng: np.random.Generator) -> int:
-        """Return the seed of the next episode's world."""
-        is_new = self._episodes % self._episodes_per_world == 0
-        self._episodes += 1
-        if is_new:
-            self._seeds.append(int(rng.integers(DEVELOPMENT_SEEDS)))
-            return self._seeds[-1]
-        return self._seeds[int(rng.integers(len(self._seeds)))]
-
-    def world(self, preset: Any, seed: int, *, anew: bool = False) -> KeptWorld:
-        """Return the world with a seed for an episode of a configuration.
-
-        Args:
-            anew: build it also if it is kept.
-        """
-        fields = tuple(getattr(preset, name) for name in self._scenario.world_fields)
-        if seed in self._built and (anew or self._built[seed][0] != fields):
-            del self._built[seed]
-        if seed not in self._built:
-            self._built[seed] = fields, self._scenario.keep_world(preset, seed)
-        return self._built[seed][1]
-
-    def tidy(self) -> None:
-        """Let go of the worlds that no drawn episode can have any more."""
-        for other in set(self._built) - set(self._seeds):
-            del self._built[other]
-
-    def close(self) -> None:
-        """Let go of all worlds."""
-        self._built.clear()
-
-
-def followed_episode(settings: FollowSettings, seed: int, world_of: Callable[[Any], KeptWorld] | None = None) -> Loop:
-    """Open one episode in closed loop, with the same pictures and estimates as in ``frameout bench follow``.
+def followed_episode(settings: FollowSettings, seed: int, world_seed: int = OWN_WORLD) -> Loop:
+    """Open one episode in closed loop, in its own world with the pictures and estimates of ``frameout bench follow``.
 
     Its steps raise RuntimeError if the tracker raises, or returns no valid estimate. Without a tracker every estimate
     is NaN.
 
     Args:
-        world_of: returns a kept world for the episode's configuration, of a scenario that keeps worlds; None: the
-            episode's own world.
+        world_seed: of the world of this process's pool that it takes place in.
     """
     scenario = catalog.scenario(settings.scenario)
     rng = generator(seed, "randomise")
     drawn = {name: float(rng.uniform(*limits)) for name, limits in settings.randomise.items()}
     preset = settings.configuration(drawn)
-    kept = None if world_of is None else world_of(preset)
+    kept = None if world_seed == OWN_WORLD else POOL.world(scenario, preset, world_seed)
     episode = scenario.episode(preset, seed, renderer=settings.renderer, closed_loop=True, truth="target", kept=kept)
     try:
         trackers = [] if settings.tracker is None else [_EnvTracker(settings.tracker, seed, episode.start)]
@@ -155,13 +102,11 @@ class FollowEnv(gym.Env, EzPickle):
     ``depth`` (H, W) float32 or ``segmentation`` (H, W) uint8, or a dictionary of several. An action is (A,) in [-1, 1].
     But for the privileged ones truth is in ``info`` alone, see ``truth_info``.
 
-    Without ``worlds`` the episode equals the catalogue's episode with the seed ``info["episode_seed"]`` byte for byte.
     ``reset(seed=...)`` seeds the draw of episode seeds below 10,000; ``reset(options={"episode_seed": n})`` selects
-    one, built in full. An episode is truncated after its last frame, and terminates only by ``lost_after_s``.
-
-    With ``worlds`` an episode that no option selects takes place in the kept world of ``info["world_seed"]``; both
-    seeds depend on the latest ``reset(seed=...)`` and the number of resets since. The options ``episode_seed`` and
-    ``world_seed`` build the same episode in full.
+    one. A seed names one episode, whatever came before: with ``worlds`` it takes place in a world that others share,
+    and ``info`` has the seeds of both; with ``worlds=0``, or with ``"world_seed": -1`` among the options, it equals the
+    catalogue's episode with this seed byte for byte. An episode is truncated after its last frame, and terminates only
+    by ``lost_after_s``.
     """
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array", "human"], "render_fps": 15}
@@ -179,15 +124,11 @@ class FollowEnv(gym.Env, EzPickle):
         # Videos and windows play as fast as the episode's time passes, where the preset says how fast that is.
         rate_hz = getattr(self.settings.configuration({}), "rate_hz", self.metadata["render_fps"])
         self.metadata = {**self.metadata, "render_fps": rate_hz}
-        followed = catalog.scenario(scenario)
-        self.carrier: Carrier = followed.carrier
+        self.carrier: Carrier = catalog.scenario(scenario).carrier
         self.render_mode = render_mode
         self._channels = Channels(self.settings)
         self.observation_space = self._channels.space
         self.action_space = gym.spaces.Box(-1.0, 1.0, (action_count(self.settings, self.carrier),), np.float32)
-        self._bank: WorldBank | None = None
-        if followed.new_world is not None:
-            self._bank = WorldBank(followed, self.settings.worlds, self.settings.episodes_per_world)
         self._run: _Run | None = None
         # A missing screen is refused here, before anything runs.
         self._window = Window(self.metadata["render_fps"]) if render_mode == "human" else None
@@ -202,16 +143,10 @@ class FollowEnv(gym.Env, EzPickle):
         if settings.observes_pictures:
             size, made_for = picture_size(settings), picture_size(self.settings)
             check("options", size == made_for, f"pictures of the size {made_for}, which the env was made for", size)
-        drawn, world = int(self.np_random.integers(DEVELOPMENT_SEEDS)), self._drawn_world(begins=seed is not None)
+        drawn = int(self.np_random.integers(DEVELOPMENT_SEEDS))
         self._end()
-        anew = "episode_seed" in wanted
-        if anew:
-            drawn, world = int(wanted["episode_seed"]), int(wanted.get("world_seed", OWN_WORLD))
-        world_of = None
-        if self._bank is not None:
-            self._bank.tidy()
-            world_of = None if world == OWN_WORLD else partial(self._bank.world, seed=world, anew=anew)
-        self._run = _Run(settings, drawn, self.carrier, world, world_of)
+        episode = int(wanted.get("episode_seed", drawn))
+        self._run = _Run(settings, episode, int(wanted.get("world_seed", settings.world_of(episode))), self.carrier)
         self._show()
         return self._observed(self._run), self._run.info(NO_REWARD)
 
@@ -250,21 +185,11 @@ class FollowEnv(gym.Env, EzPickle):
         return self._run.loop
 
     def close(self) -> None:
-        """Free the world and close the window."""
+        """End the episode and close the window; worlds stay for other envs of this process."""
         self._end()
-        if self._bank is not None:
-            self._bank.close()
         if self._window is not None:
             self._window.close()
             self._window = None
-
-    def _drawn_world(self, *, begins: bool) -> int:
-        """Return the seed of the next episode's world; ``begins``: of the first one after ``reset(seed=...)``."""
-        if self._bank is None or self.settings.worlds == 0:
-            return OWN_WORLD
-        if begins:
-            self._bank.begin()
-        return self._bank.draw(self.np_random)
 
     def _observed(self, run: _Run) -> Observed:
         seen = run.loop.seen
@@ -284,19 +209,12 @@ class FollowEnv(gym.Env, EzPickle):
 class _Run:
     """One episode of the env."""
 
-    def __init__(
-        self,
-        settings: FollowSettings,
-        seed: int,
-        carrier: Carrier,
-        world_seed: int,
-        world_of: Callable[[Any], KeptWorld] | None,
-    ) -> None:
-        """See ``followed_episode``; ``world_seed`` as in ``INFO``."""
+    def __init__(self, settings: FollowSettings, seed: int, world_seed: int, carrier: Carrier) -> None:
+        """See ``followed_episode``."""
         self._carrier = carrier
         # Before the world is built: a refusal leaves no world behind.
         self._steering: Steering = steering(settings, carrier)
-        self.loop = followed_episode(settings, seed, world_of)
+        self.loop = followed_episode(settings, seed, world_seed)
         self.ended = False
         self._target = catalog.scenario(settings.scenario).target
         self._seeds, rate_hz = (seed, world_seed), self.loop.episode.rate_hz

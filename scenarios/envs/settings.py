@@ -30,6 +30,9 @@ _OF_ACTIONS: Mapping[str, tuple[ActionMode, ...]] = {
 _MAPPINGS = ("changes", "randomise", "controller_values")
 EPISODE_OPTIONS = ("preset", "changes", "randomise", "difficulty", "link")
 """Settings that ``reset(options=...)`` may change for one episode."""
+_WORLDS = 16
+OWN_WORLD = -1
+"""``world_seed`` of an episode that has its own world."""
 RESET_OPTIONS = ("episode_seed", "world_seed", *EPISODE_OPTIONS)
 
 
@@ -64,10 +67,10 @@ class FollowSettings:
         reward: weights of the reward's terms, a ``Reward`` or a mapping of some of them, e.g. ``{"effort": 0.5}``.
         lost_after_s: the episode terminates when the target has been out of view for this time; None: never.
         renderer: ``raster`` or ``pybullet``.
-        worlds: number of worlds that the env keeps and uses again, with other cars or people in them, which makes most
-            resets several times as fast; 0: every episode has its own. Refused for a scenario that cannot keep any. A
-            world takes about 80 to 210 MB, and about 2 MB more for every episode in it.
-        episodes_per_world: number of resets after which a new world takes the place of the oldest one.
+        worlds: number of worlds (towns, buildings) in which episodes take place: that of seed n is in the world of seed
+            ``n % worlds``, with cars or people of its own. All envs of a process share these, built when they are first
+            needed; a reset then takes a tenth of the time. 0: every episode has its own world, as in ``frameout
+            bench``. None: 16 if the scenario can keep worlds, otherwise 0.
     """
 
     scenario: str
@@ -87,8 +90,7 @@ class FollowSettings:
     reward: Reward = field(default_factory=Reward)
     lost_after_s: float | None = None
     renderer: RendererName = "raster"
-    worlds: int = 0
-    episodes_per_world: int = 20
+    worlds: int | None = None
 
     def __post_init__(self) -> None:
         scenario = catalog.scenario(self.scenario)
@@ -99,7 +101,7 @@ class FollowSettings:
         ):
             check_choice(name, getattr(self, name), get_args(kind))
         object.__setattr__(self, "reward", reward_of(self.reward))
-        lost, per_world, links = self.lost_after_s, self.episodes_per_world, ", ".join(LINKS)
+        lost, worlds, links = self.lost_after_s, self.worlds, ", ".join(LINKS)
         tracker = "None, the name of a tracker, or an object with initialise and update"
         for name, good, wanted in (
             ("corrects", self.corrects in ("always", "unseen"), "one of always, unseen"),
@@ -107,8 +109,7 @@ class FollowSettings:
             ("lost_after_s", lost is None or (is_number(lost) and lost > 0), "None or a number > 0"),
             ("tracker", _is_tracker(self.tracker), tracker),
             ("link", isinstance(self.link, Link) or self.link in tuple(LINKS), f"one of {links} or a Link"),
-            ("worlds", _is_whole(self.worlds) and self.worlds >= 0, "a whole number >= 0"),
-            ("episodes_per_world", _is_whole(per_world) and per_world >= 1, "a whole number >= 1"),
+            ("worlds", worlds is None or (_is_whole(worlds) and worlds >= 0), "None or a whole number >= 0"),
             *((name, isinstance(getattr(self, name), Mapping), "a dictionary") for name in _MAPPINGS),
         ):
             check(name, good, wanted, repr(getattr(self, name)))
@@ -132,9 +133,8 @@ class FollowSettings:
         alone = self.preset is None or self.difficulty is None
         wanted = "no preset beside it, as it lies between standard and hard"
         check("difficulty", alone, wanted, f"preset={self.preset!r} and difficulty={self.difficulty!r}")
-        if self.worlds > 0:
-            for name in keeper_of_worlds("worlds", self.scenario).world_fields:
-                check("randomise", name not in self.randomise, "no field that decides what a world is", repr(name))
+        if worlds:
+            check_keeps_worlds("worlds", scenario)
         for end in (0, 1):
             self.configuration({name: limits[end] for name, limits in self._checked_ranges().items()})
 
@@ -142,12 +142,14 @@ class FollowSettings:
         """Return these settings, changed by ``options`` of ``reset``."""
         for name in options:
             check("options", name in RESET_OPTIONS, f"keys among {', '.join(RESET_OPTIONS)}", repr(name))
-        for name in ("episode_seed", "world_seed"):
-            seed = options.get(name, 0)
-            check(name, _is_whole(seed) and seed >= 0, "a whole number >= 0", repr(seed))
+        seed, world = options.get("episode_seed", 0), options.get("world_seed", OWN_WORLD)
+        check("episode_seed", _is_whole(seed) and seed >= 0, "a whole number >= 0", repr(seed))
+        own = f"a whole number >= 0, or {OWN_WORLD} for the episode's own world"
+        check("world_seed", _is_whole(world) and (world >= 0 or world == OWN_WORLD), own, repr(world))
         if "world_seed" in options:
             check("world_seed", "episode_seed" in options, "an episode_seed beside it", "none")
-            keeper_of_worlds("world_seed", self.scenario)
+            if world != OWN_WORLD:
+                check_keeps_worlds("world_seed", catalog.scenario(self.scenario))
         changes = {name: value for name, value in options.items() if name in EPISODE_OPTIONS}
         if {"preset", "difficulty"} & changes.keys():
             # Either takes the place of whichever of the two the env was made with.
@@ -164,6 +166,13 @@ class FollowSettings:
             good = isinstance(limits, Sequence) and len(limits) == 2 and all(map(is_number, limits))
             check(f"randomise.{name}", good and limits[0] <= limits[1], "two numbers in ascending order", limits)
         return self.randomise
+
+    def world_of(self, seed: int) -> int:
+        """Return the seed of the world in which an episode takes place, ``OWN_WORLD`` for its own."""
+        worlds = self.worlds
+        if worlds is None:
+            worlds = _WORLDS if catalog.scenario(self.scenario).new_world else 0
+        return seed % worlds if worlds else OWN_WORLD
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -266,13 +275,11 @@ def _is_whole(value: Any) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
-def keeper_of_worlds(parameter: str, name: str) -> Scenario:
-    """Return a scenario that keeps worlds. Raises ValueError for another."""
-    scenario = catalog.scenario(name)
-    if scenario.new_world is None:
-        able = (each for each in catalog.names() if catalog.scenario(each).new_world)
-        raise ValueError(f"{parameter}: expected a scenario that keeps worlds ({', '.join(able)}), got {scenario.id}")
-    return scenario
+def check_keeps_worlds(parameter: str, scenario: Scenario[Any]) -> None:
+    """Raise ValueError for a scenario that cannot keep worlds."""
+    able = (each for each in catalog.names() if catalog.scenario(each).new_world)
+    wanted = f"a scenario that keeps worlds ({', '.join(able)})"
+    check(parameter, scenario.new_world is not None, wanted, scenario.id)
 
 
 def _is_tracker(tracker: Any) -> bool:

@@ -12,6 +12,7 @@ from typing import Any, get_args
 import numpy as np
 
 from scenarios.envs.reward import TERMS
+from scenarios.envs.settings import OWN_WORLD
 from scenarios.scenario import Frame
 from scenarios.truth import Truth, VisibilityState, dtype_of, meanings
 from scenarios.visibility import centring, is_in_view, length_px
@@ -19,8 +20,6 @@ from trackers.types import CameraCommand, CommandName, Estimate
 
 _STATES = get_args(VisibilityState)
 COMMANDS = get_args(CommandName)
-OWN_WORLD = -1
-"""``world_seed`` of an episode that has its own world."""
 NO_REWARD = dict.fromkeys(TERMS, 0.0)
 
 
@@ -40,7 +39,7 @@ def truth_keys(kind: type[Truth]) -> dict[str, tuple[str, tuple[int, ...], str]]
 
 INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "episode_seed": ("int64", (), "seed of the episode in the catalogue"),
-    "world_seed": ("int64", (), "seed of the kept world in which the episode takes place; -1: the episode's own world"),
+    "world_seed": ("int64", (), "seed of the world in which the episode takes place; -1: its own, as in the catalogue"),
     **truth_keys(Truth),
     "state": ("int64", (), f"index of the target's state in {', '.join(_STATES)}"),
     "in_view": ("bool", (), "target's centre in the picture, hidden or not, and its box at least 12 pixels long"),

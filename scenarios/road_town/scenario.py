@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -41,7 +41,7 @@ class RoadTownEpisode(Stage):
         plan = make_plan(
             setup.preset, setup.seed, closed_loop=setup.closed_loop, kept=None if kept is None else kept.content
         )
-        world = town_of(plan.seed, plan.layout) if kept is None else kept.vacated()
+        world = town_of(plan.seed, plan.layout) if kept is None else kept.world.copy()
         cars = [
             add_vehicle(world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
             for car, look in enumerate(plan.looks)
@@ -124,7 +124,12 @@ def keep_town(setup: Setup) -> KeptWorld:
     """Build the town of an episode. Excursions of others there lead only where nothing stands."""
     layout = draw_layout(setup.preset, setup.seed)
     world = build_town(layout, setup.rng("town"))
-    return KeptWorld(world, len(world.bodies), layout)
+    return KeptWorld(world, layout)
+
+
+def kind_of_town(preset: RoadTown) -> Hashable:
+    """Return what of a configuration decides what a kept town is."""
+    return preset.street_patterns, preset.extent_m, preset.traffic_side, tuple(VEHICLES)
 
 
 class _Vehicles(Mapping[str, str]):
@@ -153,5 +158,5 @@ ROAD_TOWN = Scenario(
     truth=RoadTruth,
     pictureless=RoadPictureless(),
     new_world=keep_town,
-    world_fields=("street_patterns", "extent_m", "traffic_side"),
+    world_kind=kind_of_town,
 )

@@ -109,8 +109,8 @@ _KERB_PIECE_M = 25.0
 _KERB_PIECE_CORNERS = 12
 _KINDS_OF_TREES = 12
 
-_latest: tuple[tuple[object, ...], list[tuple[Body, NDArray[np.float64]]]] | None = None
-"""What the latest town was drawn from, and its static objects with poses. Threads share it: each reads it once."""
+_latest: tuple[tuple[object, ...], World] | None = None
+"""What the latest town was drawn from, and the town. Threads share it: each reads it once."""
 
 
 def town_of(seed: int, layout: Layout) -> World:
@@ -128,13 +128,8 @@ def town_of(seed: int, layout: Layout) -> World:
     if latest is None or latest[0] != key:
         # Let go before drawing, so that two towns need not be held at a time.
         latest = _latest = None
-        world = build_town(layout, generator(seed, "town"))
-        _latest = key, list(zip(world.bodies, world.poses, strict=True))
-        return world
-    world = World()
-    for body, T_world_body in latest[1]:
-        world.add(body.mesh, T_world_body, name=body.name, category=body.category, kind=body.kind)
-    return world
+        latest = _latest = key, build_town(layout, generator(seed, "town"))
+    return latest[1].copy()
 
 
 def forget_town() -> None:

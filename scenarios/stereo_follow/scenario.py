@@ -91,7 +91,7 @@ class StereoFollowEpisode(StereoStage):
             world = World()
             baked = build(world, plan.building)
         else:
-            world, baked = kept.vacated(), kept.content.baked
+            world, baked = kept.world.copy(), kept.content.baked
         people = People(world, plan)
         self._shader = BakedLightShader(world, baked, shadow_texels=_SHADOW_TEXELS, panels_raised=False)
         shake = setup.rng("shake").normal(0.0, NOD_RAD, (preset.frame_count, 2))
@@ -141,7 +141,7 @@ def keep_building(setup: Setup) -> KeptWorld:
     """Build the building of an episode, and its light."""
     building, world = building_of(setup.seed), World()
     baked = build(world, building)
-    return KeptWorld(world, len(world.bodies), LitBuilding(building, baked))
+    return KeptWorld(world, LitBuilding(building, baked))
 
 
 STEREO_FOLLOW = Scenario(

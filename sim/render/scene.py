@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
@@ -10,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sim.mesh import TexturedMesh
-from sim.render.textures import TexturePool, TextureStore, count_alike
-from sim.world import Body, World
+from sim.render.textures import TexturePool, TextureStore
+from sim.world import World
 
 
 class SceneArrays(NamedTuple):
@@ -55,31 +56,32 @@ CHUNK = 24
 def pack_scene(world: World) -> tuple[SceneArrays, TexturePool]:
     """Return the present shapes and textures of all bodies of ``world``, without poses.
 
-    They are packed once. Those of bodies that remain stay when the bodies after them are removed or others added; what
-    was returned before is invalid then.
+    Each is packed once, those of the bodies of its original for all copies.
     """
-    return _packed(world).scene(world)
+    with _packing:
+        return _packed(world).scene(world)
 
 
 def pack_shapes(world: World) -> SceneArrays:
     """Return the shapes of ``pack_scene`` alone; every texture index is 0."""
-    return _packed(world).shapes(world)
+    with _packing:
+        return _packed(world).shapes(world)
 
 
 class _Packed:
     """What was packed of one world so far."""
 
-    def __init__(self) -> None:
-        self._bodies: list[Body] = []
-        self._shapes = pack_geometry([])
-        self._store = TextureStore()
+    def __init__(self, original: World | None) -> None:
+        self._count, self._shapes, self._store = 0, _NO_SHAPES, TextureStore()
+        if original is not None:
+            packed = _packed(original)
+            self._count, self._shapes, self._store = len(original.bodies), packed.shapes(original), packed._store
 
     def shapes(self, world: World) -> SceneArrays:
-        kept, bodies = count_alike(self._bodies, world.bodies), world.bodies
-        if not kept == len(self._bodies) == len(bodies):
-            added = pack_geometry([body.mesh for body in bodies[kept:]])
-            self._shapes = _appended(_first_bodies(self._shapes, kept), added)
-            self._bodies = list(bodies)
+        added = world.bodies[self._count :]
+        if added:
+            self._shapes = _appended(self._shapes, pack_geometry([body.mesh for body in added]))
+            self._count = len(world.bodies)
         return self._shapes
 
     def scene(self, world: World) -> tuple[SceneArrays, TexturePool]:
@@ -90,31 +92,14 @@ class _Packed:
 
 
 _packed_worlds: WeakKeyDictionary[World, _Packed] = WeakKeyDictionary()
+_packing = threading.Lock()
+"""Copies of a world may be packed by several threads."""
 
 
 def _packed(world: World) -> _Packed:
-    return _packed_worlds.setdefault(world, _Packed())
-
-
-def _first_bodies(scene: SceneArrays, count: int) -> SceneArrays:
-    """Return the shapes of the first ``count`` bodies."""
-    vertices, faces, chunks = scene.first_vertex[count], scene.first_face[count], scene.first_chunk[count]
-    return SceneArrays(
-        scene.vertices_m[:vertices],
-        scene.normals[:vertices],
-        scene.uv[:vertices],
-        scene.faces[:faces],
-        scene.face_is_flat[:faces],
-        scene.first_vertex[: count + 1],
-        scene.first_face[: count + 1],
-        scene.centre_m[:count],
-        scene.radius_m[:count],
-        scene.texture[:count],
-        scene.first_chunk[: count + 1],
-        scene.chunk_middle_m[:chunks],
-        scene.chunk_half_m[:chunks],
-        scene.chunk_vertices[:chunks],
-    )
+    if world not in _packed_worlds:
+        _packed_worlds[world] = _Packed(world.original)
+    return _packed_worlds[world]
 
 
 def _appended(scene: SceneArrays, added: SceneArrays) -> SceneArrays:
@@ -185,3 +170,6 @@ def _chunks(
 
 def _joined(parts: list[NDArray], columns: int, kind: type) -> NDArray:
     return np.concatenate([np.empty((0, columns), kind), *parts]).astype(kind)
+
+
+_NO_SHAPES = pack_geometry([])

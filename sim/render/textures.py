@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Sequence
-from itertools import takewhile
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import cv2
 import numpy as np
@@ -37,58 +38,68 @@ class TexturePool(NamedTuple):
     smooth: NDArray[np.bool_]
 
 
+class _Place(NamedTuple):
+    """Where a texture is packed: its rows of ``TexturePool``, and its number of texels."""
+
+    where: NDArray[np.int32]
+    scale: NDArray[np.float32]
+    last: NDArray[np.float32]
+    texels: int
+
+
 class TextureStore:
-    """Packs lists of textures one after the other; those with which two lists begin stay where they are.
+    """Packs textures, each once for all pools; the place of one that is no longer held serves another.
 
     A mip level halves the one before it, each texel the mean (of sRGB codes) of the four it covers.
     """
 
     def __init__(self) -> None:
-        self._textures: list[Texture] = []
+        self._places: WeakKeyDictionary[Texture, _Place] = WeakKeyDictionary()
         self._texels = np.zeros(0, dtype=np.uint32)
+        self._used = 0
+        self._left: dict[int, list[int]] = {}
 
     def pool(self, textures: Sequence[Texture]) -> TexturePool:
-        """Return the pool of ``textures``, in their order; it shares memory with the one before, which is invalid."""
-        sizes = [_level_sizes(texture) for texture in textures]
-        count, depth = len(sizes), max((len(levels) for levels in sizes), default=1)
-        where = np.zeros((count, depth, 2), dtype=np.int32)
-        scale, last = np.zeros((count, depth, 2), np.float32), np.zeros((count, depth, 2), np.float32)
-        used, first = 0, []
-        for t, levels in enumerate(sizes):
-            first.append(used)
-            for k, (rows, columns) in enumerate(levels):
-                where[t, k] = used, 16 * (columns // 4 + 1)
-                scale[t, k] = columns / levels[0][1], rows / levels[0][0]
-                last[t, k] = columns - 1, rows - 1
-                used += _texel_count(rows, columns)
-        kept = count_alike(self._textures, textures)
-        texels = self._with_room((*first, used)[kept], used)
-        for t in range(kept, count):
-            _write_mip_chain(textures[t], sizes[t], texels[first[t] :])
-        self._textures = list(textures)
+        """Return the pool of ``textures``, in their order; it is valid while they are held."""
+        new = [texture for texture in textures if texture not in self._places]
+        self._make_room(sum(_place(_level_sizes(texture)).texels for texture in new))
+        for texture in new:
+            self._places[texture] = self._packed(texture)
+        places = [self._places[texture] for texture in textures]
+        shape = len(places), max((len(place.where) for place in places), default=1), 2
+        where, scale, last = np.zeros(shape, np.int32), np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+        for t, place in enumerate(places):
+            levels = len(place.where)
+            where[t, :levels], scale[t, :levels], last[t, :levels] = place.where, place.scale, place.last
         return TexturePool(
-            texels,
+            self._texels,
             where,
             scale,
             last,
-            np.array([len(levels) for levels in sizes], dtype=np.int32),
+            np.array([len(place.where) for place in places], dtype=np.int32),
             np.array([texture.smooth for texture in textures], dtype=np.bool_),
         )
 
-    def _with_room(self, kept: int, used: int) -> NDArray[np.uint32]:
-        """Return ``used`` texels, of which the first ``kept`` stay."""
-        if used > len(self._texels):
+    def _make_room(self, count: int) -> None:
+        """Make room for ``count`` more texels; pools of before keep the array that they have."""
+        needed = self._used + count
+        if needed > len(self._texels):
             # Zeros take no memory until they are written: room for other textures at the end costs nothing.
-            texels = np.zeros(used + used // _ROOM, dtype=np.uint32)
-            texels[:kept] = self._texels[:kept]
+            texels = np.zeros(needed + needed // _ROOM, dtype=np.uint32)
+            texels[: self._used] = self._texels[: self._used]
             self._texels = texels
-        self._texels[kept:used] = 0
-        return self._texels[:used]
 
-
-def count_alike(some: Sequence[object], others: Sequence[object]) -> int:
-    """Return the number of objects with which both lists begin."""
-    return sum(1 for _ in takewhile(lambda pair: pair[0] is pair[1], zip(some, others, strict=False)))
+    def _packed(self, texture: Texture) -> _Place:
+        """Pack a texture where one was that is no longer held, or after all others."""
+        sizes = _level_sizes(texture)
+        place = _place(sizes)
+        left = self._left.setdefault(place.texels, [])
+        first = left.pop() if left else self._used
+        self._used = max(self._used, first + place.texels)
+        _write_mip_chain(texture, sizes, self._texels[first:])
+        weakref.finalize(texture, left.append, first)
+        place.where[:, 0] += first
+        return place
 
 
 def _level_sizes(texture: Texture) -> list[tuple[int, int]]:
@@ -99,6 +110,18 @@ def _level_sizes(texture: Texture) -> list[tuple[int, int]]:
         height, width = height // 2, width // 2
         sizes.append((height, width))
     return sizes
+
+
+def _place(sizes: Sequence[tuple[int, int]]) -> _Place:
+    """Return the place of a texture with levels of these sizes at the start of a pool."""
+    rows, columns = np.array(sizes).T
+    counts = [_texel_count(*size) for size in sizes]
+    return _Place(
+        np.column_stack([np.cumsum([0, *counts[:-1]]), 16 * (columns // 4 + 1)]).astype(np.int32),
+        np.column_stack([columns / columns[0], rows / rows[0]]).astype(np.float32),
+        np.column_stack([columns - 1, rows - 1]).astype(np.float32),
+        sum(counts),
+    )
 
 
 def _texel_count(height: int, width: int) -> int:

@@ -47,12 +47,14 @@ from scenarios import catalog
 from scenarios.catalog import unversioned
 from scenarios.command_link import LINKS, episode_link
 from scenarios.loop import Loop, LoopTracker, ManyLoopTracker, tracker_stream
+from scenarios.road_town.plan import draw_layout
 from scenarios.road_town.scenario import ROAD_TOWN
-from scenarios.road_town.town import forget_town
+from scenarios.road_town.town import build_town, forget_town
 from scenarios.scenario import Frame, KeptWorld
 from scenarios.stage import Stage
 from scenarios.truth import Truth, meanings
 from sim.checks import check
+from sim.rng import episode_seed, generator
 from tests.trackers.drawn_harbour import CAMERA, SURVEY, DrawnHarbour
 from trackers.controllers.catalogue import ControllerEntry, controllers
 from trackers.follow_one import FollowOne
@@ -248,7 +250,10 @@ def _tiny(preset: Any) -> Any:
 
 @cache
 def _town() -> KeptWorld:
-    return ROAD_TOWN.keep_world(_tiny(ROAD_TOWN.presets["standard"]), 0)
+    """Return a town as sharp as the catalogue's."""
+    seed = episode_seed(0, ROAD_TOWN.id, 0)
+    layout = draw_layout(_tiny(ROAD_TOWN.presets["standard"]), seed)
+    return KeptWorld(build_town(layout, generator(seed, "town")), layout)
 
 
 def forget_towns() -> None:

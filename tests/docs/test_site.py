@@ -143,7 +143,7 @@ def test_definitions_stand_on_pages_of_their_own(site: Path, pages: dict[Path, B
     reference, envs = (pages[site / f"docs/{name}.html"] for name in ("reference", "envs"))
     assert reference.find(id="metrics-of-suite-frame-out") is not None
     assert "offscreen_error_30_m" in reference.article.get_text()
-    assert "frameout/RoadTownFollow-v2" in envs.article.get_text()
+    assert "frameout/RoadTownFollow-v3" in envs.article.get_text()
 
 
 def test_no_section_of_the_readme_is_left_out(pages: dict[Path, BeautifulSoup]) -> None:

@@ -25,7 +25,7 @@ import gymnasium as gym
 changes = {"width_px": 84, "height_px": 84}
 worlds = weakref.WeakSet()
 for seed in range(2):
-    env = gym.make("scenarios:frameout/RoadTownFollow-v2", preset="quick", tracker="hold", changes=changes)
+    env = gym.make("scenarios:frameout/RoadTownFollow-v3", preset="quick", tracker="hold", changes=changes)
     env.reset(seed=seed)
     worlds.add(env.unwrapped.episode.episode.world)
     env = None

@@ -176,20 +176,6 @@ def test_rays_hit_the_bodies_where_the_world_has_them():
         assert hit[3][0] == pytest.approx(1.5, abs=0.01)
 
 
-def test_a_client_of_bodies_that_were_exchanged_is_refused():
-    pytest.importorskip("pybullet")
-    world = World()
-    world.add(square(9.0, (90, 90, 90)), at(0, 0, 0), name="floor", category="ground")
-    world.add(block((1, 1, 1)), at(0, 0, 1), name="first", category="vehicle", movable=True)
-    with bullet.client(world) as client:
-        world.add(block((1, 1, 1)), at(3, 0, 1), name="later", category="vehicle", movable=True)
-        client.push()
-        world.remove_after(1)
-        world.add(block((1, 1, 1)), at(0, 0, 5), name="second", category="vehicle", movable=True)
-        with pytest.raises(ValueError, match="world: expected the bodies that it had when the client was made"):
-            client.push()
-
-
 def test_held_bodies_stay_and_released_ones_fall_by_their_mass():
     pytest.importorskip("pybullet")
     world = yard()

@@ -29,11 +29,15 @@ def test_bodies_moved_at_once_are_where_they_are_moved_one_by_one():
     np.testing.assert_array_equal(world.poses, [poses[1], poses[0], poses[0]])
 
 
-def test_what_is_removed_is_gone_and_indices_go_on_from_what_is_left():
+def test_a_copy_has_the_bodies_and_poses_of_its_own():
     world = World()
-    for name in "abc":
-        world.add(square(1, 0), np.eye(4), name=name, category="kerb")
-    world.remove_after(1)
-    assert [(body.index, body.name) for body in world.bodies] == [(0, "a")]
-    assert world.add(square(1, 0), np.eye(4), name="d", category="kerb").index == 1
-    assert world.poses.shape == (2, 4, 4)
+    kerb = world.add(square(1, 0), np.eye(4), name="a", category="kerb")
+    car = world.add(square(1, 0), np.eye(4), name="b", category="vehicle", movable=True)
+    copy = world.copy()
+    assert copy.original is world
+    assert copy.bodies == [kerb, car]
+    copy.move(car, 2 * np.eye(4))
+    assert copy.add(square(1, 0), np.eye(4), name="d", category="kerb").index == 2
+    assert [body.name for body in world.bodies] == ["a", "b"]
+    np.testing.assert_array_equal(world.poses, [np.eye(4)] * 2)
+    np.testing.assert_array_equal(copy.poses, [np.eye(4), 2 * np.eye(4), np.eye(4)])

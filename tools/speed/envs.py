@@ -1,6 +1,6 @@
 """Speed of the envs: rendered steps against a bare call of PyBullet's renderer, resets, and steps without pictures.
 
-A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v2`` with pictures of 84 × 84 observed on every step: action
+A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v3`` with pictures of 84 × 84 observed on every step: action
 to command, everything moved, picture with shadows, light and noise, ``colour_pf`` with 500 particles, belief, truth of
 the target and reward. Step and *bare call*, ``getCameraImage`` of TinyRenderer with shadows, are timed in one run,
 alternately, on the same view, in CPU time of the working thread, after a rehearsal. *Process scaling* is the wall-clock

@@ -2,7 +2,7 @@
 
 ``NAME.json`` holds::
 
-    {"format": 2, "env": "frameout/RoadTownFollow-v2",
+    {"format": 2, "env": "frameout/RoadTownFollow-v3",
      "carrier": {"name": "helicopter", "looks": "down", "axes": [["forward_mps", 25.0, 40.0], ...]},
      "tracker": "mosaic_graph_pf", "base": {"controller": "reentry", "parameters": {...}} or null,
      "correction_share": 0.7, "corrects": "always" | "unseen", "features": [...], "history": 6, "action_repeat": 4,

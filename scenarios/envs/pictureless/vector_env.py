@@ -436,5 +436,5 @@ def _checked(settings: FollowSettings) -> FollowSettings:
     check("action", settings.action in known, f"one of {', '.join(known)} without pictures", repr(settings.action))
     check("controller", isinstance(settings.controller, str), "the name of one", repr(settings.controller))
     check("randomise", not settings.randomise, "nothing without pictures", settings.randomise)
-    check("worlds", settings.worlds == 0, "0 without pictures, where there are none", settings.worlds)
+    check("worlds", not settings.worlds, "0 without pictures, where there are none", settings.worlds)
     return settings

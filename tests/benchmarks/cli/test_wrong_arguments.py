@@ -161,7 +161,7 @@ def test_a_wrong_controller_is_told_before_a_training_is_planned(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("benchmarks.cli.train.needs_stable_baselines", lambda: None)
     monkeypatch.setattr("benchmarks.cli.train.train", lambda *_: pytest.fail("it was planned"))
-    assert main(["train", "frameout/RoadTownFollow-v2", "--controller", *words]) == 2
+    assert main(["train", "frameout/RoadTownFollow-v3", "--controller", *words]) == 2
     assert re.search(told, capsys.readouterr().err)
     assert not list(tmp_path.iterdir())
 

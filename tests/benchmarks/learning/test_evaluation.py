@@ -13,7 +13,7 @@ from benchmarks.learning.settings import Training
 from scenarios import catalog
 from trackers.controllers.catalogue import controllers
 
-TINY = Training(env="frameout/RoadTownFollow-v2", preset="quick", steps=4096, envs=4, episodes=2, episode_steps=40)
+TINY = Training(env="frameout/RoadTownFollow-v3", preset="quick", steps=4096, envs=4, episodes=2, episode_steps=40)
 
 
 @pytest.mark.heavy
@@ -54,7 +54,7 @@ def test_every_policy_is_judged_on_few_development_episodes_beside_a_controller_
     assert 2 <= len(JUDGED) <= 8
     assert JUDGED.stop <= 10_000
     for controller, beside in (("none", "centre"), ("hold", "hold")):
-        for env in ("frameout/StereoFollow-v2", "frameout/HarbourFollow-v1"):
+        for env in ("frameout/StereoFollow-v3", "frameout/HarbourFollow-v1"):
             mine = Training(env, controller=controller, modules=("a.py",), env_kwargs={"link": "delayed"})
             assert beside in controllers(catalog.scenario(mine.scenario).carrier.name)
             command = judging_command(mine, Path("p.json"))

@@ -65,7 +65,7 @@ def test_a_second_camera_is_steered_through_its_outline(tmp_path: Path, monkeypa
 
 
 @pytest.mark.parametrize(
-    ("env", "preset"), [("frameout/RoadTownFollow-v2", "standard"), ("frameout/HarbourFollow-v1", "patrol")]
+    ("env", "preset"), [("frameout/RoadTownFollow-v3", "standard"), ("frameout/HarbourFollow-v1", "patrol")]
 )
 def test_the_preset_is_the_env_s(env: str, preset: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[FollowSettings] = []

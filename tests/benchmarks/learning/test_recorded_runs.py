@@ -92,6 +92,6 @@ def test_repeats_are_averaged_for_each_episode(tmp_path: Path) -> None:
 
 @pytest.mark.heavy
 def test_speed_without_pictures_is_measured(tmp_path: Path) -> None:
-    (measured,) = measure_pictureless("frameout/StereoFollow-v2", "quick", tmp_path, 0).items()
+    (measured,) = measure_pictureless("frameout/StereoFollow-v3", "quick", tmp_path, 0).items()
     assert measured[0] == "env_steps_per_s_without_pictures"
     assert 0 < measured[1].below < 1

@@ -37,7 +37,7 @@ from benchmarks.learning.vector_adapter import GymnasiumVecEnv
 STEPS = 2 * 4 * 64 * 4
 """Pictures of two rounds: the learning rate falls to nothing in the last."""
 TINY = Training(
-    env="frameout/RoadTownFollow-v2",
+    env="frameout/RoadTownFollow-v3",
     preset="quick",
     steps=STEPS,
     envs=4,
@@ -168,16 +168,7 @@ def test_a_training_that_is_interrupted_leaves_what_it_has_learnt(
     assert steps_before(tmp_path) == STEPS
 
 
-def test_worlds_are_kept_where_that_is_possible_if_pictures_are_made() -> None:
-    def worlds(env: str, **settings: Any) -> int:
-        return int(Training(env, pictures=True, **settings).env_keywords["worlds"])
-
-    assert worlds("frameout/RoadTownFollow-v2") == worlds("frameout/StereoFollow-v2") == 2
-    assert worlds("frameout/FishTankFollow-v2") == worlds("frameout/RoadTownFollow-v2", worlds=0) == 0
-    assert not {"worlds", "episodes_per_world"} & set(TINY.env_keywords)
-    assert not {"worlds", "episodes_per_world"} & set(TINY.resolved)
-    with pytest.raises(ValueError, match="worlds: expected 0 without pictures, where there are none, got 4"):
-        Training("frameout/RoadTownFollow-v2", worlds=4)
+def test_there_are_no_worlds_without_pictures() -> None:
     with pytest.raises(ValueError, match="worlds: expected 0 without pictures, where there are none, got 1"):
         PicturelessVectorEnv(2, "road-town-v2", tracker="colour_pf", worlds=1)
 
@@ -201,7 +192,7 @@ def test_a_checkpoint_that_finds_no_room_is_told_in_one_line(
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("env", "frameout/MoonFollow-v1", "env: expected one of frameout/RoadTownFollow-v2"),
+        ("env", "frameout/MoonFollow-v1", "env: expected one of frameout/RoadTownFollow-v3"),
         ("steps", 0, "steps: expected a whole number >= 1, got 0"),
         ("seed", -1, "seed: expected a whole number >= 0, got -1"),
     ],
@@ -222,7 +213,7 @@ def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_
     monkeypatch.setattr(evaluation, "JUDGED", range(9_999, 10_000))
     words = [
         "train",
-        "frameout/RoadTownFollow-v2",
+        "frameout/RoadTownFollow-v3",
         "--pictures",
         "--preset",
         "tiny",

@@ -15,7 +15,7 @@ from scenarios.stereo_follow.robot import ROBOT
 from tests.fakes_scenario import FAKE_TOWN
 from tests.fakes_trackers import Knowing, NoParameters
 
-IDS = ("frameout/RoadTownFollow-v2", "frameout/StereoFollow-v2")
+IDS = ("frameout/RoadTownFollow-v3", "frameout/StereoFollow-v3")
 FRAMES = 40
 FLOWN, DRIVEN = replace(FAKE_TOWN, id="road-town-v2"), replace(FAKE_TOWN, id="stereo-follow-v2", carrier=ROBOT)
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from scenarios import catalog
 from scenarios.command_link import Link
-from scenarios.envs.settings import RESET_OPTIONS, FollowSettings, between
+from scenarios.envs.settings import OWN_WORLD, RESET_OPTIONS, FollowSettings, between
 from scenarios.road_town.presets import PRESETS
 from trackers.follow_one import FollowOne
 
@@ -63,9 +63,8 @@ def settings(**changes: Any) -> FollowSettings:
         ("tracker", "owl", "tracker: expected one of .*; got 'owl'"),
         ("tracker", 3, "tracker: expected None, the name of a tracker, or an object with initialise and update, got 3"),
         ("tracker", FollowOne, "tracker: expected None, .* or an object with initialise and update, got <class"),
-        ("worlds", -1, "worlds: expected a whole number >= 0, got -1"),
-        ("worlds", True, "worlds: expected a whole number >= 0, got True"),
-        ("episodes_per_world", 0, "episodes_per_world: expected a whole number >= 1, got 0"),
+        ("worlds", -1, "worlds: expected None or a whole number >= 0, got -1"),
+        ("worlds", True, "worlds: expected None or a whole number >= 0, got True"),
         ("changes", 3, "changes: expected a dictionary, got 3"),
         ("randomise", {"ego": (0, 1)}, "randomise: expected fields that are numbers, got 'ego'"),
         ("randomise", {"width_px": 3}, "randomise.width_px: expected two numbers in ascending order, got 3"),
@@ -133,10 +132,13 @@ def test_what_is_observed_keeps_its_size() -> None:
     settings(observation="track", randomise={"width_px": (64, 128)})
 
 
-def test_worlds_are_kept_where_that_is_possible_and_are_alike() -> None:
-    settings(worlds=2, randomise={"stop_share": (0.0, 0.5)})
-    with pytest.raises(ValueError, match="randomise: expected no field that decides what a world is, got 'extent_m'"):
-        settings(worlds=2, randomise={"extent_m": (300, 400)})
+def test_the_world_of_an_episode_follows_from_its_seed_alone() -> None:
+    assert [settings(worlds=3).world_of(seed) for seed in range(5)] == [0, 1, 2, 0, 1]
+    assert [settings().world_of(seed) for seed in (3, 16, 12_345)] == [3, 0, 9]
+    assert settings(worlds=0).world_of(3) == FollowSettings("fish-tank-v1", "hold").world_of(3) == OWN_WORLD
+
+
+def test_worlds_are_kept_where_that_is_possible() -> None:
     able = r"expected a scenario that keeps worlds \(road-town-v2, .*stereo-follow-v2\), got fish-tank-v1"
     with pytest.raises(ValueError, match=f"worlds: {able}"):
         FollowSettings("fish-tank-v1", "hold", worlds=1)
@@ -144,8 +146,10 @@ def test_worlds_are_kept_where_that_is_possible_and_are_alike() -> None:
         FollowSettings("fish-tank-v1", "hold").with_options({"episode_seed": 1, "world_seed": 1})
     with pytest.raises(ValueError, match="world_seed: expected an episode_seed beside it, got none"):
         settings().with_options({"world_seed": 1})
-    with pytest.raises(ValueError, match="world_seed: expected a whole number >= 0, got -1"):
-        settings().with_options({"episode_seed": 1, "world_seed": -1})
+    with pytest.raises(ValueError, match=r"world_seed: expected a whole number >= 0, or -1 .* got -2"):
+        settings().with_options({"episode_seed": 1, "world_seed": -2})
+    for of in (settings(), FollowSettings("fish-tank-v1", "hold")):
+        of.with_options({"episode_seed": 1, "world_seed": OWN_WORLD})
 
 
 def test_an_unknown_scenario_is_refused() -> None:

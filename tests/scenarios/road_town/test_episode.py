@@ -234,9 +234,9 @@ def test_a_deleted_version_names_its_successor(asked):
 
 def test_a_deleted_env_names_its_successor():
     for made in (gymnasium.make, gymnasium.make_vec):
-        with pytest.raises(gymnasium.error.DeprecatedEnv, match="Please use `frameout/RoadTownFollow-v2` instead"):
+        with pytest.raises(gymnasium.error.DeprecatedEnv, match="Please use `frameout/RoadTownFollow-v3` instead"):
             made("frameout/RoadTownFollow-v1")
-    told = "env: expected frameout/RoadTownFollow-v2, which took its place, got 'frameout/RoadTownFollow-v1'"
+    told = "env: expected frameout/RoadTownFollow-v3, which took its place, got 'frameout/RoadTownFollow-v1'"
     with pytest.raises(ValueError, match=told):
         Training(env="frameout/RoadTownFollow-v1")
     assert set(SUCCESSORS.values()) <= {*names(), *envs()}

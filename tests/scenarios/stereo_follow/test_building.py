@@ -233,7 +233,7 @@ def test_presets_refuse_nonsense(nonsense, message):
 def test_the_deleted_version_names_its_successor():
     with pytest.raises(ValueError, match="expected stereo-follow-v2, which took its place, got 'stereo-follow-v1'"):
         scenario("stereo-follow-v1")
-    with pytest.raises(gymnasium.error.DeprecatedEnv, match="Please use `frameout/StereoFollow-v2` instead"):
+    with pytest.raises(gymnasium.error.DeprecatedEnv, match="Please use `frameout/StereoFollow-v3` instead"):
         gymnasium.make("frameout/StereoFollow-v1")
 
 

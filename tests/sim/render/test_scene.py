@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Sequence
 
 import numpy as np
@@ -34,52 +35,60 @@ def add(world: World, meshes: Sequence[TexturedMesh], movable: bool) -> None:
         world.add(mesh, pose(2.0 * k - 2.0, k, 0.4 * k), name=str(k), category="thing", movable=movable)
 
 
-@pytest.mark.parametrize("renderer", ["raster", "pybullet"])
-def test_a_world_with_other_bodies_is_drawn_like_a_new_one(renderer: str) -> None:
-    kept = World()
-    add(kept, FIXED, movable=False)
-    for movers in (FEW, MORE, FEW, (), MORE):
-        kept.remove_after(len(FIXED))
-        add(kept, movers, movable=True)
-        new = World()
-        add(new, FIXED, movable=False)
-        add(new, movers, movable=True)
-        pictures = [create_renderer(renderer, world).gbuffer(CAMERA, VIEW) for world in (kept, new)]
-        for ours, theirs in zip(*pictures, strict=True):
-            np.testing.assert_array_equal(ours, theirs)
-        if renderer == "raster":
-            for ours, theirs in zip(pack_scene(kept), pack_scene(new), strict=True):
-                for part, other in zip(ours, theirs, strict=True):
-                    np.testing.assert_array_equal(part, other)
-                    assert part.dtype == other.dtype
-        assert (pictures[0].instance_id >= len(FIXED)).any() == bool(movers)
-
-
-def test_what_remains_is_not_packed_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    packed: list[int] = []
+def fixed_world() -> World:
     world = World()
     add(world, FIXED, movable=False)
-    add(world, MORE, movable=True)
+    return world
+
+
+@pytest.mark.parametrize("renderer", ["raster", "pybullet"])
+def test_a_copy_with_bodies_of_its_own_is_drawn_like_a_new_world(renderer: str) -> None:
+    original = fixed_world()
+    copies = []
+    for movers in (FEW, MORE, FEW, (), MORE):
+        copies.append(original.copy())
+        add(copies[-1], movers, movable=True)
+    drawn = [create_renderer(renderer, copy) for copy in copies]
+    # All are open at the same time.
+    pictures = [each.gbuffer(CAMERA, VIEW) for each in drawn]
+    for movers, copy, first, each in zip((FEW, MORE, FEW, (), MORE), copies, pictures, drawn, strict=True):
+        new = fixed_world()
+        add(new, movers, movable=True)
+        expected = create_renderer(renderer, new).gbuffer(CAMERA, VIEW)
+        for picture in (first, each.gbuffer(CAMERA, VIEW)):
+            for ours, theirs in zip(picture, expected, strict=True):
+                np.testing.assert_array_equal(ours, theirs)
+        assert (first.instance_id >= len(FIXED)).any() == bool(movers)
+        for ours, theirs in zip(pack_scene(copy)[0], pack_scene(new)[0], strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+            assert ours.dtype == theirs.dtype
+
+
+def test_what_copies_share_is_packed_once_and_held_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    packed: list[int] = []
+    world = fixed_world()
     shapes = pack_shapes(world)
     assert pack_shapes(world) is shapes
-    pack_scene(world)
+    texels = pack_scene(world)[1].texels
     write = textures._write_mip_chain
     monkeypatch.setattr(
         textures, "_write_mip_chain", lambda texture, *rest: packed.append(id(texture)) or write(texture, *rest)
     )
-    world.remove_after(len(FIXED))
-    add(world, FEW, movable=True)
-    pack_scene(world)
+    for _ in range(2):
+        copy = world.copy()
+        add(copy, FEW, movable=True)
+        assert np.shares_memory(pack_scene(copy)[1].texels, texels)
     assert packed == [id(FEW[0].texture)]
 
 
-def test_a_removed_body_is_gone_and_indices_go_on_from_the_others() -> None:
-    world = World()
-    add(world, FIXED, movable=False)
-    add(world, MORE, movable=True)
-    world.move_all(world.bodies[2:], np.tile(np.eye(4), (3, 1, 1)))
-    world.remove_after(len(FIXED))
-    assert world.poses.shape == (2, 4, 4)
-    add(world, FEW, movable=True)
-    assert [body.index for body in world.bodies] == [0, 1, 2]
-    np.testing.assert_array_equal(world.poses[2], pose(-2.0, 0.0))
+def test_textures_that_are_gone_make_room_for_others() -> None:
+    world = fixed_world()
+    sizes = set()
+    for k in range(20):
+        copy = world.copy()
+        # A cone has a palette of its own: as many texels as every other's.
+        add(copy, (cone(1.0, 2.0, noisy(8, k), 7),), movable=True)
+        sizes.add(len(pack_scene(copy)[1].texels))
+        del copy
+        gc.collect()
+    assert len(sizes) <= 2

@@ -39,7 +39,7 @@ def test_each_preset_has_a_picture_and_its_line() -> None:
         assert f"`{name}`: {preset.summary}" in town
     assert "A car in a town" in town
     assert "[frame-out](/docs/reference.md#metrics-of-suite-frame-out)" in town
-    assert "`frameout/RoadTownFollow-v2`." in town
+    assert "`frameout/RoadTownFollow-v3`." in town
     assert "Older version" not in town
 
 
