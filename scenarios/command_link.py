@@ -75,9 +75,7 @@ class LinkLimits(NamedTuple):
     noise: float
 
 
-def link_limits(
-    carrier: Carrier, rate_hz: float, link: Link, names: tuple[CommandName, ...] = BODY_COMMANDS
-) -> LinkLimits:
+def link_limits(carrier: Carrier, rate_hz: float, link: Link, names: tuple[CommandName, ...]) -> LinkLimits:
     """Return the limits of a link to a carrier, for the commands ``names`` in this order."""
     axes = {axis.name: axis for axis in carrier.axes}
     limits = [axes[name].limit if name in axes else 0.0 for name in names]

@@ -39,10 +39,12 @@ class Head:
     Attributes:
         pan_rad: counter-clockwise from straight ahead. tilt_rad: negative below the horizon. zoom: times the focal
             length.
+        mount: as it is installed. axes: (3, 3) unit vectors ahead at pan and tilt 0, left and up.
     """
 
     def __init__(self, mount: Mount, rate_hz: float) -> None:
-        self._mount, self._interval_s = mount, 1.0 / rate_hz
+        self.mount, self._interval_s = mount, 1.0 / rate_hz
+        self.axes = np.array([(*mount.ahead, 0.0), (*mount.left, 0.0), (0.0, 0.0, 1.0)])
         self._rates = np.zeros(len(mount.carrier.axes))
         away_m = np.subtract(mount.aim_m, mount.place_m)
         self.pan_rad = float(np.arctan2(away_m[:2] @ mount.left, away_m[:2] @ mount.ahead))
@@ -51,7 +53,7 @@ class Head:
 
     def obey(self, command: CameraCommand) -> None:
         """Obey ``pan_rad_s``, ``tilt_rad_s`` and ``zoom_per_s`` of a command for one frame."""
-        mount = self._mount
+        mount = self.mount
         for k, axis in enumerate(mount.carrier.axes):
             wanted = np.clip(getattr(command, axis.name), -axis.limit, axis.limit)
             step = axis.slew_per_s * self._interval_s
@@ -64,17 +66,17 @@ class Head:
     @property
     def camera(self) -> CameraModel:
         """The camera at the present zoom."""
-        lens = self._mount.lens
+        lens = self.mount.lens
         return replace(lens, focal_px=lens.focal_px * self.zoom)
 
     @property
     def T_world_camera(self) -> NDArray[np.float64]:
         """Pose (4, 4)."""
         c, s, ct, st = np.cos(self.pan_rad), np.sin(self.pan_rad), np.cos(self.tilt_rad), np.sin(self.tilt_rad)
-        ahead_xy, left_xy = np.array(self._mount.ahead), np.array(self._mount.left)
+        ahead_xy, left_xy = np.array(self.mount.ahead), np.array(self.mount.left)
         ahead = np.append((c * ahead_xy + s * left_xy) * ct, st)
         right = np.append(s * ahead_xy - c * left_xy, 0.0)
         T = np.eye(4)
         T[:3, :3] = np.stack([right, np.cross(ahead, right), ahead], axis=1)
-        T[:3, 3] = self._mount.place_m
+        T[:3, 3] = self.mount.place_m
         return T

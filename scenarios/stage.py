@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from scenarios.scenario import Frame, Setup
 from scenarios.truth import Truth, without_pixels, without_standing
 from scenarios.visibility import Exits, states_of
 from sim.checks import check, check_choice
+from sim.labels import SeenSurfaces
 from sim.render.pipeline import Capture, Sensor, Shader, capture
 from sim.render.protocol import Renderer, create_renderer
 from sim.sensors.camera_sensor import CameraSensor
@@ -73,6 +74,10 @@ class SceneCamera:
             others.setdefault("settings", CameraSettings(picture.settings.exposure_s, picture.settings.gain))
         return Observation(picture.image_rgb, time_s, self.model, ego=ego, **others)
 
+    def surfaces(self, T_world_camera: NDArray[np.float64]) -> SeenSurfaces:
+        """Return the visible surfaces, without taking a picture."""
+        return self._renderer.gbuffer(self.model, T_world_camera)
+
     def normals(self, T_world_camera: NDArray[np.float64]) -> NDArray[np.float32]:
         """Return the unit normals (H, W, 3) of the visible surfaces, world frame; 0 where there is none."""
         return self._renderer.normals(self.model, T_world_camera)
@@ -88,6 +93,30 @@ class SceneCamera:
         wide = replace(self.model, width_px=width_px, height_px=height_px)
         radiance = shader.shade(self._renderer.gbuffer(wide, T_world_camera), wide, T_world_camera)
         return self._sensor.develop(radiance, wide, self._frame, self._settings).image_rgb
+
+
+class Planned(NamedTuple):
+    """An episode without its pictures: T frames, N objects, a steered head beside a camera at rest.
+
+    Attributes:
+        T_world_object: (T, N, 4, 4) and present: (T, N), see ``SceneObjects``. size_m: (N, 3). target: its index.
+        visible_fraction: (T,) of the target in the camera's picture, see ``Truth``.
+        head_px: (T, 2) where the head's camera sees the target's centre, at its first pose and zoom.
+        camera: that trackers watch. T_world_camera: (4, 4) its pose, ``ego`` as measured.
+        head: at its first pose and zoom. head_ego: that pose as measured.
+    """
+
+    T_world_object: NDArray[np.float64]
+    present: NDArray[np.bool_]
+    size_m: NDArray[np.float64]
+    target: int
+    visible_fraction: NDArray[np.float64]
+    head_px: NDArray[np.float64]
+    camera: CameraModel
+    T_world_camera: NDArray[np.float64]
+    ego: EgoPose
+    head: Head
+    head_ego: EgoPose
 
 
 class Stage(ABC):
@@ -235,6 +264,41 @@ class Stage(ABC):
         steered = SteeredCamera(head.camera, self._measured(head.T_world_camera))
         observation = self._camera.observation(picture, time_s, ego, steered=steered)
         return Frame(observation, truth, steered=self._truth_of_head(head, truth))
+
+    def planned(self) -> Planned:
+        """Return all frames without taking a picture, before the first step."""
+        objects, camera, target, head, ego = self._objects, self._camera, self._target, self._head, self._ego()
+        assert head is not None
+        assert ego is not None
+        only = np.arange(len(objects.names)) == target
+        poses, present, visible, head_px = [], [], np.ones(self.frame_count), []
+        for frame in range(self.frame_count):
+            self._move_to(frame)
+            poses.append(objects.T_world_object.copy())
+            present.append(objects.present.copy())
+            head_px.append(objects.labels(head.camera, head.T_world_camera).position_px[target])
+            if self._may_be_hidden():
+                seen = camera.surfaces(self._T_world_camera)
+                objects.merge(seen.instance_id)
+                labels = objects.labels(camera.model, self._T_world_camera, seen, only)
+                visible[frame] = labels.visible_fraction[target]
+        return Planned(
+            np.array(poses),
+            np.array(present),
+            objects.size_m,
+            target,
+            visible,
+            np.array(head_px),
+            camera.model,
+            self._T_world_camera.copy(),
+            ego,
+            head,
+            self._measured(head.T_world_camera),
+        )
+
+    def _may_be_hidden(self) -> bool:
+        """Return False if nothing can stand before the target now."""
+        return True
 
     def _truth(self, capture: Capture[Any], labels: Labels) -> Truth:
         objects, camera, T_world_camera = self._objects, self._camera.model, self._T_world_camera

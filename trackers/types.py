@@ -272,6 +272,8 @@ CommandName = Literal[
 
 BODY_COMMANDS: tuple[CommandName, ...] = ("forward_mps", "right_mps", "climb_mps", "yaw_rate_rad_s")
 """Command axes of a carrier that moves as a whole; the others belong to a pan-tilt-zoom head."""
+HEAD_COMMANDS: tuple[CommandName, ...] = ("zoom_per_s", "right_mps", "tilt_rad_s", "pan_rad_s")
+"""Command axes of a head in the order of the body's that they stand for: ahead, right, up, and the turn to the left."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -303,6 +305,11 @@ class Carrier:
     name: str
     axes: tuple[CommandAxis, ...]
     looks: Looks
+
+    @property
+    def commands(self) -> tuple[CommandName, ...]:
+        """Names (4,) of the numbers of its commands in kernels: ``BODY_COMMANDS`` or ``HEAD_COMMANDS``."""
+        return BODY_COMMANDS if all(axis.name in BODY_COMMANDS for axis in self.axes) else HEAD_COMMANDS
 
 
 def _read_only(array: NDArray[Any]) -> NDArray[Any]:

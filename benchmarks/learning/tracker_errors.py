@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,7 @@ from scenarios.envs.pictureless.error_model import (
     ErrorModel,
     model_path,
 )
+from scenarios.envs.pictureless.poses import camera_numbers
 from scenarios.envs.settings import FollowSettings
 from scenarios.loop import Loop
 from scenarios.visibility import is_in_view
@@ -50,7 +52,6 @@ from trackers.types import CameraCommand, Carrier, Estimate, Observation
 
 _FARTHEST_M = 300.0
 _LEAST_SPREAD_M = 0.05
-_OFF_BORDER = 0.05
 
 
 ANSWERS = (
@@ -80,10 +81,8 @@ def errors_in(run: NDArray[np.void], carrier: Carrier, wrong_from_m: float) -> p
     """
     run = run[1:]
     sighting = run["sighting"]
-    focal_px, half_px = _camera(run, carrier)
-    place_m, depth_m = _places(run, carrier, focal_px, half_px)
-    known = (sighting["known"] > 0) & np.isfinite(place_m).all(axis=1)
-    error_m = place_m - run["place_m"]
+    error_m, depth_m = _errors(run, carrier)
+    known = (sighting["known"] > 0) & np.isfinite(error_m).all(axis=1)
     far = np.linalg.norm(error_m, axis=1)
     sure = known & (sighting["in_view_probability"] >= SEEN_PROBABILITY)
     mode = np.where(sure, np.where(far < wrong_from_m, TRACKING, WRONG), LOST)
@@ -91,14 +90,14 @@ def errors_in(run: NDArray[np.void], carrier: Carrier, wrong_from_m: float) -> p
     condition = np.where(visible >= PLAIN_SHARE, PLAIN, np.where(visible < UNSEEN_SHARE, UNSEEN, CUT))
     axis_rad = _axes(run, carrier, mode)
     longest_m = np.maximum(run["size_m"][:, 0], run["size_m"][:, 2])
-    unit_share = 0.5 * focal_px * longest_m / np.maximum(depth_m, 1e-3) / half_px[0]
+    unit_share = 0.5 * run["camera"][:, 0] * longest_m / np.maximum(depth_m, 1e-3) / run["camera"][:, 1]
     offset_m = np.column_stack([sighting["densest_x_m"] - sighting["x_m"], sighting["densest_y_m"] - sighting["y_m"]])
     # The measured frame differs from the true one by a shift and a fraction of a degree: directions are equal.
     densest = _turned(offset_m, axis_rad) / np.maximum(sighting["spread_m"], _LEAST_SPREAD_M)[:, None]
     if carrier.looks == "ahead":
         densest = np.zeros_like(densest)
     answers = (
-        np.clip(_turned(error_m, axis_rad), -_FARTHEST_M, _FARTHEST_M),
+        np.clip(error_m if carrier.looks == "around" else _turned(error_m, axis_rad), -_FARTHEST_M, _FARTHEST_M),
         sighting["spread_m"],
         densest,
         sighting["densest_share"],
@@ -118,39 +117,31 @@ def errors_in(run: NDArray[np.void], carrier: Carrier, wrong_from_m: float) -> p
     )
 
 
-def _camera(run: NDArray[np.void], carrier: Carrier) -> tuple[float, NDArray[np.float64]]:
-    """Return focal length and half the picture's size (2,), pixels, from sightings."""
-    sighting = run["sighting"]
-    # From the picture's corner, in halves of its width and height; near the border the quotient is undefined.
-    shares = 1.0 + np.column_stack([sighting["picture_x"], sighting["picture_y"]])
-    known = np.flatnonzero((sighting["known"] > 0) & (np.abs(shares) > _OFF_BORDER).all(axis=1))
-    check("run", len(known) > 0, "one with estimates of the tracker", "none")
-    half_px = np.median(run["estimate_px"][known] / shares[known], axis=0)
-    first = known[0]
-    reach_m = sighting["height_m"][first] if carrier.looks == "down" else 1.0
-    return float(half_px[0] * reach_m / sighting["half_right_m"][first]), half_px
-
-
-def _places(
-    run: NDArray[np.void], carrier: Carrier, focal_px: float, half_px: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the tracker's places in the true world (T, 2) and their depths (T,); NaN without one."""
+def _errors(run: NDArray[np.void], carrier: Carrier) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the errors of the tracker's places (T, 2), see ``ErrorModel``, NaN without one, and their depths (T,)."""
     R, camera_m = run["T_world_camera"][:, :, :3], run["T_world_camera"][:, :, 3]
+    focal_px, half_px = run["camera"][:, :1], run["camera"][:, 1:]
     tangents = (run["estimate_px"] - half_px) / focal_px
+    middle_m = run["place_m"] + [0.0, 0.0, 0.5] * run["size_m"]
+    if carrier.looks == "around":
+        right_m, down_m, depth_m = np.einsum("tij,ti->jt", R, middle_m - camera_m)
+        return depth_m[:, None] * tangents - np.column_stack([right_m, down_m]), depth_m
     rays = np.einsum("tij,tj->ti", R, np.column_stack([tangents, np.ones(len(run))]))
     if carrier.looks == "down":
-        drop_m = camera_m[:, 2] - 0.5 * run["size_m"][:, 2]
+        drop_m = camera_m[:, 2] - middle_m[:, 2]
         depth_m = drop_m / np.maximum(-rays[:, 2], drop_m / _FARTHEST_M)
     else:
         sighting = run["sighting"]
         c, s = np.cos(sighting["heading_rad"]), np.sin(sighting["heading_rad"])
         # The measured camera is level: distance ahead is depth.
         depth_m = c * (sighting["x_m"] - sighting["carrier_x_m"]) + s * (sighting["y_m"] - sighting["carrier_y_m"])
-    return camera_m[:, :2] + depth_m[:, None] * rays[:, :2], depth_m
+    return camera_m[:, :2] + depth_m[:, None] * rays[:, :2] - middle_m[:, :2], depth_m
 
 
 def _axes(run: NDArray[np.void], carrier: Carrier, mode: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return the axis (T,) of each frame: that of the latest frame on which the target was tracked."""
+    if carrier.looks == "around":
+        return np.zeros(len(run))
     axis_rad = run["heading_rad"]
     if carrier.looks == "ahead":
         sight_m = run["place_m"] - run["T_world_camera"][:, :2, 3]
@@ -301,13 +292,17 @@ def _looked_again(every: pd.DataFrame, jump_m: float) -> float:
 
 RUN = np.dtype(
     [
+        # Of the camera that the tracker watches, with focal length, half width and half height in pixels.
         ("T_world_camera", "f8", (3, 4)),
-        ("place_m", "f8", (2,)),
+        ("camera", "f8", (3,)),
+        # Of the target's underside.
+        ("place_m", "f8", (3,)),
         ("heading_rad", "f8"),
         ("size_m", "f8", (3,)),
         # NaN without an estimate.
         ("estimate_px", "f8", (2,)),
         ("visible_fraction", "f8"),
+        # In the steered camera's picture; out of the watched one's.
         ("in_view", "?"),
         ("out", "?"),
         ("sighting", SIGHTING),
@@ -401,19 +396,22 @@ def _file_name(settings: FollowSettings, controller: str) -> str:
 
 
 def _frame(carrier: Carrier, target_name: str, loop: Loop) -> NDArray[np.void]:
-    (truth, camera), estimate = loop.frame.judged, loop.estimate
-    target = truth.index_of(target_name)
+    truth, estimate = loop.frame.truth, loop.estimate
+    (judged, camera), target = loop.frame.judged, truth.index_of(target_name)
+    # As if the tracker's camera were the steered one.
+    observation = replace(loop.frame.observation, steered=None)
     row = np.zeros(1, RUN)
     values: dict[str, Any] = {
         "T_world_camera": truth.T_world_camera[:3],
-        "place_m": truth.T_world_object[target, :2, 3],
+        "camera": camera_numbers(observation.camera),
+        "place_m": truth.T_world_object[target, :3, 3],
         "heading_rad": np.arctan2(truth.T_world_object[target, 1, 0], truth.T_world_object[target, 0, 0]),
         "size_m": truth.size_m[target],
         "estimate_px": estimate.position_px,
         "visible_fraction": truth.visible_fraction[target],
-        "in_view": is_in_view(truth, target, camera),
+        "in_view": is_in_view(judged, target, camera),
         "out": truth.state[target] == "out",
-        "sighting": sighting_of(carrier.looks, loop.frame.observation, estimate),
+        "sighting": sighting_of(carrier.looks, observation, estimate),
     }
     for name, value in values.items():
         row[name][0] = value

@@ -95,6 +95,12 @@ class FishTankEpisode(Stage):
         self._surface.time_s = frame / self.rate_hz
         self._objects.move_to(frame)
 
+    def _may_be_hidden(self) -> bool:
+        """Only fish hide fish: where no other one's box reaches into the target's, it is seen as a whole."""
+        boxes = self._objects.labels(self._view, self._T_world_camera).box_xyxy
+        own, others = boxes[self._target], np.delete(boxes, self._target, axis=0)
+        return bool(((others[:, :2] < own[2:]) & (others[:, 2:] > own[:2])).all(axis=1).any())
+
     def _overview(self, setup: Setup, world: World, stream: str) -> SceneCamera:
         """Return the overview camera with a sensor of its own."""
         sensor = CameraSensor(_SENSOR, setup.rng(stream))

@@ -117,21 +117,12 @@ def _squashed(x: float) -> float:
     return x / (1.0 + abs(x))
 
 
-_COMMAND_SLOTS = (
-    ("forward_mps", "zoom_per_s"),
-    ("right_mps",),
-    ("climb_mps", "tilt_rad_s"),
-    ("yaw_rate_rad_s", "pan_rad_s"),
-)
-"""The four command features: axes of a carrier that moves as a whole, or of a pan-tilt-zoom head."""
-
-
 class FeatureFilter:
     """Computes the features from a tracker's estimates and the commands given."""
 
     def __init__(self, carrier: Carrier) -> None:
         limits: dict[str, float] = {axis.name: axis.limit for axis in carrier.axes}
-        self._names = [next((name for name in slot if name in limits), slot[0]) for slot in _COMMAND_SLOTS]
+        self._names = carrier.commands
         self._limits = np.array([limits.get(name, np.inf) for name in self._names])
         self._filter = BeliefFilter(carrier.looks)
 

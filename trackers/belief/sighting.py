@@ -118,6 +118,8 @@ def _set_carrier(record: Any, looks: Looks, own: _View) -> None:
             reach_m = float(np.hypot(np.hypot(*axis_m), own.height_m))
     else:
         record["axis_ahead_m"] = record["axis_depth_m"] = ASSUMED_DISTANCE_M
+        if looks == "around":
+            reach_m = ASSUMED_DISTANCE_M
     record["half_right_m"], record["half_ahead_m"] = reach_m * own.half_px / own.camera.focal_px
 
 

@@ -52,7 +52,7 @@ class Kernel(NamedTuple):
     Attributes:
         steer: called once a frame as ``steer(beliefs, parameters, memory, times_s, out)``: B beliefs (B,) of dtype
             ``BELIEF``, the parameters' record (1,), memory (B,), times (B,) in seconds; it writes commands to ``out``
-            (B, 4): forward, right, climb in m/s, yaw rate in rad/s.
+            (B, 4), the numbers of ``Carrier.commands``.
         parameters: dtype of the parameters' record, with their names.
         memory: dtype of what the kernel keeps from frame to frame, zeros at the start of an episode.
     """

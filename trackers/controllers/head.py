@@ -5,11 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from trackers.belief.sighting import BeliefFilter
-from trackers.controllers.catalogue import register_controller
+from trackers.controllers.catalogue import Kernel, register_controller
+from trackers.controllers.kernel_controller import KernelController, record_dtype
+from trackers.kernels.records import record_kernel
 from trackers.registry import tunable
-from trackers.types import CameraCommand, Estimate, Observation
+from trackers.types import HEAD_COMMANDS
+
+ZOOM, NOTHING, TILT, PAN = range(4)
+"""Numbers of a command, see ``HEAD_COMMANDS``."""
 
 
 @dataclass(frozen=True)
@@ -23,28 +28,42 @@ class CentreHeadParameters:
     gain_per_s: float = tunable(4.0, 0.5, 15.0, log=True)
 
 
+@record_kernel()
+def turn_to_estimate(
+    beliefs: NDArray[np.void],
+    parameters: NDArray[np.void],
+    memory: NDArray[np.void],
+    times_s: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Write the commands of B beliefs (B,), as ``CentreHeadController`` defines them; see ``catalogue.Kernel``.
+
+    Args:
+        parameters: (1,) record of ``CentreHeadParameters``.
+    """
+    gain = parameters[0].gain_per_s
+    for k in range(len(beliefs)):
+        b = beliefs[k]
+        out[k, ZOOM] = out[k, NOTHING] = out[k, TILT] = out[k, PAN] = 0.0
+        if b.known > 0.0:
+            reach_m = np.hypot(np.hypot(b.axis_ahead_m, b.axis_right_m), b.height_m)
+            out[k, TILT] = -gain * np.arctan(b.picture_y * b.half_ahead_m / reach_m)
+            out[k, PAN] = -gain * np.arctan(b.picture_x * b.half_right_m / reach_m)
+
+
 @register_controller("centre_as_written", role="variant", carrier="tank-head", summary="with its gain not tuned")
 @register_controller("centre", role="baseline", carrier="tank-head", summary="turns towards the estimate")
 @register_controller("centre_as_written", role="variant", carrier="harbour-head", summary="with its gain not tuned")
 @register_controller("centre", role="baseline", carrier="harbour-head", summary="turns towards the estimate")
-class CentreHeadController:
-    """Turns in proportion to the angle; does not zoom. Without an estimate (NaN) the head stays."""
+class CentreHeadController(KernelController):
+    """Turns in proportion to the estimate's angles from the optical axis, right and down; does not zoom.
+
+    Without an estimate (NaN) the head stays.
+    """
 
     Parameters = CentreHeadParameters
-
-    def __init__(self, parameters: CentreHeadParameters) -> None:
-        self.parameters = parameters
-        self._filter = BeliefFilter("around")
-
-    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command that turns the optical axis towards the estimate."""
-        belief, view = self._filter.update(observation, estimate)[0], observation.steered or observation
-        if belief["known"] == 0.0:
-            return CameraCommand()
-        camera, gain = view.camera, self.parameters.gain_per_s
-        right_rad = np.arctan(belief["picture_x"] * 0.5 * camera.width_px / camera.focal_px)
-        down_rad = np.arctan(belief["picture_y"] * 0.5 * camera.height_px / camera.focal_px)
-        return CameraCommand(pan_rad_s=-gain * float(right_rad), tilt_rad_s=-gain * float(down_rad))
+    LOOKS, COMMANDS = "around", HEAD_COMMANDS
+    KERNEL = Kernel(turn_to_estimate, record_dtype(CentreHeadParameters))
 
 
 @dataclass(frozen=True)
@@ -67,6 +86,45 @@ class LeadHeadParameters:
     zoom_gain_per_s: float = tunable(1.0, 0.0, 4.0)
 
 
+LEAD_MEMORY = np.dtype([("has_known", "f8")], align=True)
+"""1 once the tracker has answered."""
+
+
+@record_kernel()
+def turn_ahead(
+    beliefs: NDArray[np.void],
+    parameters: NDArray[np.void],
+    memory: NDArray[np.void],
+    times_s: NDArray[np.float64],
+    out: NDArray[np.float64],
+) -> None:
+    """Write the commands of B beliefs (B,), as ``LeadHeadController`` defines them; see ``catalogue.Kernel``.
+
+    Args:
+        parameters: (1,) record of ``LeadHeadParameters``. memory: (B,) records of ``LEAD_MEMORY``.
+    """
+    p = parameters[0]
+    for k in range(len(beliefs)):
+        b = beliefs[k]
+        out[k, ZOOM] = out[k, NOTHING] = out[k, TILT] = out[k, PAN] = 0.0
+        memory[k].has_known = max(memory[k].has_known, b.known)
+        if memory[k].has_known == 0.0:
+            continue
+        waited_s = 0.0 if b.known > 0.0 else b.seconds_since_seen
+        # The distance that the target covers while its velocity decays.
+        ahead_s = p.lead_s + p.patience_s * (1.0 - np.exp(-waited_s / p.patience_s))
+        goal_ahead_m = b.ahead_m + ahead_s * b.velocity_ahead_mps
+        goal_right_m = b.right_m + ahead_s * b.velocity_right_mps
+        axis_m, goal_m = np.hypot(b.axis_ahead_m, b.axis_right_m), np.hypot(goal_ahead_m, goal_right_m)
+        out[k, TILT] = p.gain_per_s * (np.arctan2(b.height_m, axis_m) - np.arctan2(b.height_m, goal_m))
+        out[k, PAN] = p.gain_per_s * np.arctan2(-goal_right_m, goal_ahead_m)
+        out[k, ZOOM] = -p.zoom_gain_per_s
+        if b.known > 0.0:
+            speed_mps = np.hypot(b.velocity_ahead_mps, b.velocity_right_mps)
+            wanted_m = p.margin * (b.spread_m + speed_mps * p.lead_s) + 1e-6
+            out[k, ZOOM] = p.zoom_gain_per_s * np.log(b.half_right_m / wanted_m)
+
+
 @register_controller(
     "lead", role="ours", carrier="tank-head", summary="turns to where the target will be, zooms out when it is unsure"
 )
@@ -76,7 +134,7 @@ class LeadHeadParameters:
     carrier="harbour-head",
     summary="turns to where the target will be, zooms out when it is unsure",
 )
-class LeadHeadController:
+class LeadHeadController(KernelController):
     """Turns towards the predicted place, by the belief's position and velocity on the ground.
 
     With the goal ``g = x + v lead_s`` ahead and right of the head at height ``h``::
@@ -89,31 +147,5 @@ class LeadHeadController:
     """
 
     Parameters = LeadHeadParameters
-
-    def __init__(self, parameters: LeadHeadParameters) -> None:
-        self.parameters = parameters
-        self._filter = BeliefFilter("around")
-        self._has_known = False
-
-    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
-        """Return the command towards the goal."""
-        p, belief = self.parameters, self._filter.update(observation, estimate)[0]
-        is_known = belief["known"] > 0.0
-        self._has_known |= bool(is_known)
-        if not self._has_known:
-            return CameraCommand()
-        waited_s = 0.0 if is_known else float(belief["seconds_since_seen"])
-        # The distance that the target covers while its velocity decays.
-        ahead_s = p.lead_s + p.patience_s * (1.0 - np.exp(-waited_s / p.patience_s))
-        goal_ahead_m = belief["ahead_m"] + ahead_s * belief["velocity_ahead_mps"]
-        goal_right_m = belief["right_m"] + ahead_s * belief["velocity_right_mps"]
-        height_m = belief["height_m"]
-        axis_m = np.hypot(belief["axis_ahead_m"], belief["axis_right_m"])
-        tilt_rad = np.arctan2(height_m, axis_m) - np.arctan2(height_m, np.hypot(goal_ahead_m, goal_right_m))
-        pan_rad = np.arctan2(-goal_right_m, goal_ahead_m)
-        speed_mps = np.hypot(belief["velocity_ahead_mps"], belief["velocity_right_mps"])
-        wanted_m = p.margin * (belief["spread_m"] + speed_mps * p.lead_s) + 1e-6
-        zoom = p.zoom_gain_per_s * np.log(belief["half_right_m"] / wanted_m) if is_known else -p.zoom_gain_per_s
-        return CameraCommand(
-            pan_rad_s=p.gain_per_s * float(pan_rad), tilt_rad_s=p.gain_per_s * float(tilt_rad), zoom_per_s=float(zoom)
-        )
+    LOOKS, COMMANDS = "around", HEAD_COMMANDS
+    KERNEL = Kernel(turn_ahead, record_dtype(LeadHeadParameters), LEAD_MEMORY)

@@ -10,7 +10,7 @@ import numpy as np
 from trackers.belief.sighting import BeliefFilter
 from trackers.controllers.catalogue import Kernel
 from trackers.kernels.records import record_kernel
-from trackers.types import CameraCommand, Estimate, Looks, Observation
+from trackers.types import BODY_COMMANDS, CameraCommand, CommandName, Estimate, Looks, Observation
 
 PID_FIELDS: list[Any] = [
     # 1 if the previous frame had an error, else 0; and the time of the last one that had.
@@ -62,11 +62,13 @@ class KernelController:
     """Updates the belief with each estimate and commands what the kernel computes from it.
 
     Attributes:
-        LOOKS: where the carrier's camera looks. KERNEL: see ``catalogue.Kernel``.
+        LOOKS: where the carrier's camera looks. COMMANDS: names (4,) of the kernel's numbers, see ``Carrier.commands``.
+        KERNEL: see ``catalogue.Kernel``.
         parameters: the settings; they may be replaced between two pictures.
     """
 
     LOOKS: ClassVar[Looks]
+    COMMANDS: ClassVar[tuple[CommandName, ...]] = BODY_COMMANDS
     KERNEL: ClassVar[Kernel]
 
     def __init__(self, parameters: Any) -> None:
@@ -78,4 +80,4 @@ class KernelController:
         """Return the command for the belief after this estimate."""
         belief, times_s = self._filter.update(observation, estimate), np.array([observation.time_s], dtype=float)
         self.KERNEL.steer(belief, self.KERNEL.record(self.parameters), self._memory, times_s, self._command)
-        return CameraCommand(*(float(number) for number in self._command[0]))
+        return CameraCommand(**dict(zip(self.COMMANDS, self._command[0].tolist(), strict=True)))

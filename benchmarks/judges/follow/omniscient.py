@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scenarios.command_link import Link
 from sim.checks import check
-from trackers.types import BODY_COMMANDS, CameraCommand, Estimate, Observation
+from trackers.types import CameraCommand, Estimate, Observation
 
 if TYPE_CHECKING:
     from benchmarks.judges.follow.planning import Planner
@@ -57,4 +57,4 @@ class OmniscientController:
         """Return the first command of the best plan."""
         check("controller", self._planner is not None, "an episode that it knows, in suite follow", "none")
         assert self._planner is not None
-        return CameraCommand(**dict(zip(BODY_COMMANDS, self._planner.command().tolist(), strict=True)))
+        return CameraCommand(**dict(zip(self._planner.commands, self._planner.command().tolist(), strict=True)))

@@ -14,7 +14,6 @@ from scenarios.envs.pictureless.error_kernel import ERRORS
 from scenarios.envs.pictureless.vector_env import terms_of, weights_of
 from scenarios.envs.reward import TERMS, Reward
 from trackers.belief.kernel import SIGHTING
-from trackers.types import BODY_COMMANDS
 
 _KNOT_FRAMES = 3
 _OUTSIDE = 0.05
@@ -22,19 +21,26 @@ _OUTSIDE = 0.05
 
 
 class Planner:
-    """Improves a plan on every picture, on a twin of the carrier, see ``OmniscientController``."""
+    """Improves a plan on every picture, on a twin of the carrier, see ``OmniscientController``.
+
+    Attributes:
+        commands: see ``Carrier``.
+        shares: (T, A) the plan, in shares of the limits.
+    """
 
     def __init__(self, parameters: Any, scenario: str, configuration: Any, seed: int, link: Link) -> None:
         """``parameters``: ``OmniscientParameters``. Raises ValueError for a scenario without such a world."""
         self._parameters, p = parameters, parameters
         self._rng = np.random.Generator(np.random.PCG64(0))
         bank = episode_bank(scenario, configuration, [seed])
-        limits = link_limits(catalog.scenario(scenario).carrier, configuration.rate_hz, link)
+        carrier = catalog.scenario(scenario).carrier
+        self.commands = carrier.commands
+        limits = link_limits(carrier, configuration.rate_hz, link, self.commands)
         # The tracker without pictures, whose answers nobody reads.
         self._world = pictureless_of(scenario).world(configuration, bank.arrays, limits, np.zeros(1, ERRORS))
         self._last, self._limits = bank.frame_count - 1, limits.limits
         self._steered = np.flatnonzero(limits.limits)
-        self._delayed = np.zeros((1, limits.delay_frames, len(BODY_COMMANDS)))
+        self._delayed = np.zeros((1, limits.delay_frames, len(self.commands)))
         self._twin, self._sightings = np.zeros(1, self._world.state_dtype), np.zeros(p.plans, SIGHTING)
         self._world.begin(self._twin, np.zeros(1, int), np.zeros(1, int), False, self._sightings, self._rng)
         self.shares = np.zeros((p.horizon_frames, len(self._steered)))
@@ -42,11 +48,11 @@ class Planner:
         self._given: NDArray[np.float64] | None = None
 
     def command(self) -> NDArray[np.float64]:
-        """Return the numbers (4,) of the next command, ``BODY_COMMANDS``."""
+        """Return the numbers (4,) of the next command, ``commands``."""
         if self._given is not None:
             self._move(self._twin, self._given[None], self._delayed)
         self.improve()
-        self._given = np.zeros(len(BODY_COMMANDS))
+        self._given = np.zeros(len(self.commands))
         self._given[self._steered] = self.shares[0] * self._limits[self._steered]
         self.shares = np.concatenate([self.shares[1:], self.shares[-1:]])
         return self._given
@@ -71,7 +77,7 @@ class Planner:
     def worth(self, plans: NDArray[np.float64], frames: int) -> NDArray[np.float64]:
         """Return the worth (K,) of plans (K, T, A) over so many frames."""
         states, delayed = np.repeat(self._twin, len(plans)), np.repeat(self._delayed, len(plans), axis=0)
-        wanted, worth = np.zeros((len(plans), len(BODY_COMMANDS))), np.zeros(len(plans))
+        wanted, worth = np.zeros((len(plans), len(self.commands))), np.zeros(len(plans))
         _, half_width_px, half_height_px = self._world.camera
         for t in range(frames):
             wanted[:, self._steered] = plans[:, t] * self._limits[self._steered]

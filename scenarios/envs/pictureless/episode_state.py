@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from scenarios.command_link import LINK_FIELDS, LinkLimits
 from trackers.kernels.records import record_kernel
+from trackers.types import CameraModel, EgoPose, SteeredCamera
 
 LATENTS = 8
 ALONG, ACROSS, SPREAD, DENSEST_ALONG, DENSEST_ACROSS, DENSEST_SHARE, PROBABILITY, LENGTH = range(LATENTS)
@@ -31,8 +32,8 @@ _FIELDS: list[Any] = [
     ("camera_m", "f8", (3,)),
     ("R_measured", "f8", (3, 3)),
     ("camera_measured_m", "f8", (3,)),
-    # The target's truth.
-    ("target_m", "f8", (2,)),
+    # The target's truth; the place is that of its underside.
+    ("target_m", "f8", (3,)),
     ("target_rad", "f8"),
     ("target_px", "f8", (2,)),
     ("length_px", "f8"),
@@ -59,6 +60,8 @@ _FIELDS: list[Any] = [
     ("spread_m", "f8"),
     ("densest_offset_m", "f8", (2,)),
     ("densest_share", "f8"),
+    # Distance of its place from the target's centre in the picture.
+    ("error_px", "f8"),
 ]
 
 
@@ -81,7 +84,7 @@ class KernelWorld:
 
     Attributes:
         state_dtype: see ``state_dtype``.
-        camera: focal length, half width, half height (3,), pixels. interval_s: between frames.
+        camera: that is steered, see ``camera_numbers``; of a head at zoom 1. interval_s: between frames.
         begin_kernel: called with the arguments of ``begin``, the data before the sightings.
         move_kernel: called with the arguments of ``move``, link and data before the sightings.
     """
@@ -96,6 +99,10 @@ class KernelWorld:
         self.interval_s: float = data.interval_s
         self._data, self._link = data, link
 
+    def cameras(self, state: Any) -> tuple[SteeredCamera, SteeredCamera | None]:
+        """Return the camera that the tracker watches in a state, and the steered one if that is another."""
+        return measured_camera(self.camera, state["R_measured"], state["camera_measured_m"]), None
+
     def begin(self, states: Any, which: Any, episodes: Any, at_frame_outs: bool, sightings: Any, rng: Any) -> None:
         """Begin ``episodes`` (K,) of the bank in the rows ``which`` (K,) of ``states``; write their first sightings."""
         self.begin_kernel(states, which, episodes, at_frame_outs, self._data, sightings, rng)
@@ -103,6 +110,14 @@ class KernelWorld:
     def move(self, states: Any, wanted: Any, waiting: Any, sightings: Any, rng: Any) -> None:
         """Advance all episodes by a frame under the commands ``wanted`` (B, 4); ``waiting`` (B, D, 4) are delayed."""
         self.move_kernel(states, wanted, waiting, self._link, self._data, sightings, rng)
+
+
+def measured_camera(camera: NDArray[np.float64], R: NDArray[np.float64], place_m: NDArray[np.float64]) -> SteeredCamera:
+    """Return a camera, ``camera_numbers`` (3,), with its measured orientation R_world_camera (3, 3) and place (3,)."""
+    T_world_camera = np.eye(4)
+    T_world_camera[:3, :3], T_world_camera[:3, 3] = R, place_m
+    width_px, height_px = (2 * camera[1:]).round().astype(int).tolist()
+    return SteeredCamera(CameraModel(width_px, height_px, float(camera[0])), EgoPose(T_world_camera))
 
 
 LEAD_FRAMES = (20, 40)

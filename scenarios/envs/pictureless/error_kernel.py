@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios import catalog
 from scenarios.envs.pictureless.episode_state import (
     ACROSS,
     ALONG,
@@ -40,10 +41,17 @@ from scenarios.envs.pictureless.poses import in_camera
 from trackers.kernels.records import record_kernel
 
 ERRORS = np.dtype(
-    [("looked_again", "f8"), ("fresh", "f8", SHAPES["kept"]), *((name, "f8", shape) for name, shape in SHAPES.items())],
+    [
+        ("looked_again", "f8"),
+        ("in_picture", "f8"),
+        ("fresh", "f8", SHAPES["kept"]),
+        *((name, "f8", shape) for name, shape in SHAPES.items()),
+    ],
     align=True,
 )
-"""A model's numbers; ``fresh`` are the standard deviations of the latent autoregressions' noise."""
+"""A model's numbers; ``fresh`` are the standard deviations of the latent autoregressions' noise, ``in_picture`` is 1 if
+errors lie in the plane of the picture, 0 if on the ground.
+"""
 _FIRST_Z, _Z_STEP, _QUANTILES = float(QUANTILE_Z[0]), float(QUANTILE_Z[1] - QUANTILE_Z[0]), len(QUANTILE_Z)
 _KNOTS = np.array(KNOT_FRAMES)
 _SINCE = np.array(CONDITION_FRAMES)
@@ -55,6 +63,7 @@ def error_record(model: ErrorModel) -> NDArray[np.void]:
     record = np.zeros(1, ERRORS)
     for name in ("looked_again", *SHAPES):
         record[name][0] = getattr(model, name)
+    record["in_picture"][0] = catalog.scenario(model.scenario).carrier.looks == "around"
     record["fresh"][0] = np.sqrt(1.0 - np.minimum(model.kept**2, 1.0))
     return record
 
@@ -70,10 +79,11 @@ def start_tracker(state: Any, rng: np.random.Generator) -> None:
 
 @record_kernel()
 def track(state: Any, errors: Any, size_m: Any, axis_rad: float, camera: Any, rng: np.random.Generator) -> None:
-    """Draw the tracker's answer on a frame whose truth is in ``state``.
+    """Draw the tracker's answer on a frame whose truth, in the picture that it watches, is in ``state``.
 
     Args:
-        axis_rad: axis of the errors: the target's heading, or the direction of the line of sight.
+        axis_rad: axis of the errors: the target's heading, or the direction of the line of sight; of a camera that
+            looks around no matter.
         camera: focal length, half width, half height, pixels.
     """
     _notice_condition(state)
@@ -100,6 +110,7 @@ def track(state: Any, errors: Any, size_m: Any, axis_rad: float, camera: Any, rn
         _answer(state, errors, size_m, camera, low, share)
         in_picture = _is_in_picture(state, camera)
     state.probability = _at(errors.probability[mode, 1 if in_picture else 0], state.latent[PROBABILITY])
+    state.error_px = np.hypot(state.estimate_px[0] - state.target_px[0], state.estimate_px[1] - state.target_px[1])
 
 
 @record_kernel()
@@ -163,8 +174,12 @@ def _answer(state: Any, errors: Any, size_m: Any, camera: Any, low: int, share: 
         x_m, y_m, followed, low, share = x_m + state.other_offset_m[0], y_m + state.other_offset_m[1], TRACKING, 0, 0.0
     along_m = _between(errors.error_m[0, followed], low, share, latent[ALONG])
     across_m = _between(errors.error_m[1, followed], low, share, latent[ACROSS])
-    x_m, y_m = x_m + c * along_m - s * across_m, y_m + s * along_m + c * across_m
-    right_m, down_m, depth_m = in_camera(state.R, state.camera_m, x_m, y_m, 0.5 * size_m[2])
+    if errors.in_picture == 0.0:
+        x_m, y_m = x_m + c * along_m - s * across_m, y_m + s * along_m + c * across_m
+    z_m = state.target_m[2] + 0.5 * size_m[2]
+    right_m, down_m, depth_m = in_camera(state.R, state.camera_m, x_m, y_m, z_m)
+    if errors.in_picture > 0.0:
+        right_m, down_m = right_m + along_m, down_m + across_m
     known_share = errors.known_share[mode, low]
     if share > 0.0:
         known_share += share * (errors.known_share[mode, low + 1] - known_share)

@@ -62,7 +62,8 @@ class ErrorModel:
             duration, and by whether the tracker was last tracking more than ``LONG_LOST_FRAMES`` ago.
         kept: (M, 8) coefficient of each latent autoregression.
         error_m: (2, M, K, Q) of the place, along and across the axis: the target's heading, or for a camera that looks
-            ahead the line of sight, both as when last tracked.
+            ahead the line of sight, both as when last tracked; for one that looks around right and down in the picture,
+            at the target's depth.
         spread_m, densest_share: (M, K, Q). densest_offset: (2, M, Q) over the spread.
         probability: (M, 2, Q) of being in view, for an estimate outside the picture and inside it.
         length: (M, Q) the box's length over the length of the target at the estimated place.

@@ -16,9 +16,11 @@ _NEAREST_M = 1e-6
 
 @record_kernel()
 def place_target(state: Any, target_m: Any, target_rad: Any) -> None:
-    """Set the target's place and heading from those of all episodes (E, T, 2) and (E, T)."""
+    """Set the target's place and heading from those of all episodes, (E, T, 2) on the ground or (E, T, 3), (E, T)."""
     episode, frame = state.episode, state.frame
-    state.target_m[0], state.target_m[1] = target_m[episode, frame, 0], target_m[episode, frame, 1]
+    state.target_m[2] = 0.0
+    for axis in range(target_m.shape[2]):
+        state.target_m[axis] = target_m[episode, frame, axis]
     state.target_rad = target_rad[episode, frame]
 
 
@@ -31,8 +33,8 @@ def look(state: Any, size_m: Any, camera: Any, covered: float) -> None:
         covered: share of the target that is hidden.
     """
     focal_px, half_right_px, half_down_px = camera[0], camera[1], camera[2]
-    x_m, y_m = state.target_m[0], state.target_m[1]
-    right, down, ahead = in_camera(state.R, state.camera_m, x_m, y_m, 0.5 * size_m[2])
+    x_m, y_m, z_m = state.target_m[0], state.target_m[1], state.target_m[2]
+    right, down, ahead = in_camera(state.R, state.camera_m, x_m, y_m, z_m + 0.5 * size_m[2])
     state.centring, state.length_px, state.visible, state.in_view = 0.0, 0.0, 0.0, 0.0
     state.target_px[0] = state.target_px[1] = np.nan
     if ahead > _NEAREST_M:
@@ -43,6 +45,11 @@ def look(state: Any, size_m: Any, camera: Any, covered: float) -> None:
         _box(state, size_m, camera, covered)
     if state.centring > 0.0 and state.length_px >= SHORTEST_LENGTH_PX:
         state.in_view = 1.0
+
+
+@record_kernel()
+def count_out(state: Any) -> None:
+    """Count the frames for which the target has been out of view."""
     state.frames_out = 0 if state.in_view > 0.0 else state.frames_out + 1
 
 
@@ -56,7 +63,8 @@ def _box(state: Any, size_m: Any, camera: Any, covered: float) -> None:
         along = (0.5 if corner & 1 else -0.5) * size_m[0]
         across = (0.5 if corner & 2 else -0.5) * size_m[1]
         x_m, y_m = state.target_m[0] + c * along - s * across, state.target_m[1] + s * along + c * across
-        x, y, z = in_camera(state.R, state.camera_m, x_m, y_m, size_m[2] if corner & 4 else 0.0)
+        z_m = state.target_m[2] + (size_m[2] if corner & 4 else 0.0)
+        x, y, z = in_camera(state.R, state.camera_m, x_m, y_m, z_m)
         if z <= _NEAREST_M:
             return
         x_px, y_px = half_right_px + focal_px * x / z, half_down_px + focal_px * y / z

@@ -28,7 +28,7 @@ from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, update_be
 from trackers.controllers.catalogue import Kernel, controller_entry
 from trackers.kernels.records import record_kernel
 from trackers.protocols import Controller
-from trackers.types import BODY_COMMANDS, CameraModel, Carrier, EgoPose, Estimate, Observation
+from trackers.types import Carrier, Estimate, Observation
 
 IN_VIEW, CENTRED, SIZE, EFFORT, LOSS, LENGTH_SHARE = range(6)
 
@@ -76,7 +76,7 @@ class VectorKernelController:
         self._memory[which] = np.zeros(1, self._memory.dtype)
 
     def command(self, states: NDArray[np.void], beliefs: NDArray[np.void], out: NDArray[np.float64]) -> None:
-        """Write commands (B, 4): forward, right, climb, yaw rate."""
+        """Write commands (B, 4), the numbers of ``Carrier.commands``."""
         self._steer(beliefs, self._parameters, self._memory, states["steps"] * self._interval_s, out)
 
 
@@ -87,9 +87,8 @@ class SeparateControllers:
     """
 
     def __init__(self, create: Callable[[], Controller], carrier: Carrier, world: KernelWorld, count: int) -> None:
-        self._create, self._world, self._down = create, world, carrier.looks == "down"
+        self._create, self._world, self._carrier = create, world, carrier
         self._controllers = [create() for _ in range(count)]
-        self._picture = np.zeros((*(2 * world.camera[:0:-1]).astype(int), 3), np.uint8)
 
     def begin(self, which: NDArray[np.int64]) -> None:
         """See ``VectorKernelController``."""
@@ -100,30 +99,29 @@ class SeparateControllers:
         """See ``VectorKernelController``."""
         for k, controller in enumerate(self._controllers):
             given = controller.command(self.observation(states[k]), self.estimate(states[k]))
-            out[k] = [getattr(given, name) for name in BODY_COMMANDS]
+            out[k] = [getattr(given, name) for name in self._carrier.commands]
 
     def observation(self, state: Any) -> Observation:
-        """Return what a controller is given of an env's state: time, camera and measured pose; the picture is black."""
-        focal_px, half_width_px, half_height_px = self._world.camera
-        T_world_camera = np.eye(4)
-        T_world_camera[:3, :3], T_world_camera[:3, 3] = state["R_measured"], state["camera_measured_m"]
-        camera = CameraModel(round(2 * half_width_px), round(2 * half_height_px), float(focal_px))
+        """Return what a controller is given of an env's state: time, cameras, measured poses; the picture is black."""
+        watched, steered = self._world.cameras(state)
+        picture = np.broadcast_to(np.uint8(0), (watched.camera.height_px, watched.camera.width_px, 3))
         time_s = float(state["steps"] * self._world.interval_s)
-        return Observation(self._picture, time_s, camera, ego=EgoPose(T_world_camera))
+        return Observation(picture, time_s, watched.camera, ego=watched.ego, steered=steered)
 
     def estimate(self, state: Any) -> Estimate:
         """Return the tracker's answer in an env's state."""
         if state["known"] == 0.0:
             return Estimate(np.full(2, np.nan), in_view_probability=0.0)
+        camera, looks = self._world.cameras(state)[0].camera, self._carrier.looks
         place_px = state["estimate_px"].copy()
-        half_px = float(state["length_share"] * self._world.camera[1])
-        spread_px = float(state["spread_m"]) * self._world.camera[0] / float(state["depth_m"])
+        half_px = 0.5 * float(state["length_share"]) * camera.width_px
+        spread_px = float(state["spread_m"]) * camera.focal_px / float(state["depth_m"])
         return Estimate(
             place_px,
             box_xyxy=np.concatenate([place_px - half_px, place_px + half_px]),
             in_view_probability=float(state["probability"]),
-            covariance_px=np.eye(2) * spread_px**2 if self._down else None,
-            depth_m=None if self._down else float(state["depth_m"]),
+            covariance_px=None if looks == "ahead" else np.eye(2) * spread_px**2,
+            depth_m=float(state["depth_m"]) if looks == "ahead" else None,
         )
 
 
@@ -233,13 +231,14 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         check("tracker", model.scenario == scenario, wanted, got)
         self._at_frame_outs = starts == "frame-outs"
         self._most_steps = max_episode_steps or bank.frame_count
-        link = link_limits(self.carrier, preset.rate_hz, self.settings.link_settings)
+        link = link_limits(self.carrier, preset.rate_hz, self.settings.link_settings, self.carrier.commands)
         self._world: KernelWorld = pictureless_of(scenario).world(preset, bank.arrays, link, error_record(model))
         self._limits = link.limits
         self._controller: VectorController | None = None
         if self.settings.action == "correction":
             self._controller = vector_controller(self.settings, self.carrier, self._world, num_envs)
-        self._obeyed = np.flatnonzero(self._limits)
+        # Actions have the order of the axes.
+        self._obeyed = np.array([self.carrier.commands.index(axis.name) for axis in self.carrier.axes])
         self.single_observation_space = gym.spaces.Box(-1.0, 1.0, (len(FEATURES),), np.float32)
         self.single_action_space = gym.spaces.Box(-1.0, 1.0, (len(self._obeyed),), np.float32)
         self.observation_space = gym.vector.utils.batch_space(self.single_observation_space, num_envs)
@@ -401,10 +400,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         """Return the truth as in ``truth_info``: arrays (B, ...)."""
         states, seen = self.states, self._pictures.states
         known = seen["known"] > 0.0
-        error_px = np.hypot(*(seen["estimate_px"] - seen["target_px"]).T)
-        # A carrier that moves as a whole has the first of these commands only.
         command = np.zeros((self.num_envs, len(COMMANDS)))
-        command[:, : states["obeyed"].shape[1]] = states["obeyed"]
+        command[:, [COMMANDS.index(name) for name in self.carrier.commands]] = states["obeyed"]
         return {
             "episode_seed": self.bank.seeds[states["episode"]],
             "frame": states["frame"].copy(),
@@ -413,7 +410,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             "centring": states["centring"].copy(),
             "length_px": states["length_px"].copy(),
             "position_px": states["target_px"].copy(),
-            "error_px": np.where(known, error_px, np.inf),
+            "error_px": np.where(known, seen["error_px"], np.inf),
             "command": command,
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
         }

@@ -11,7 +11,7 @@ from scenarios.command_link import LinkLimits, send
 from scenarios.envs.pictureless.episode_state import KernelWorld, begin_state, state_dtype
 from scenarios.envs.pictureless.error_kernel import start_tracker, track
 from scenarios.envs.pictureless.poses import camera_numbers, pitch_forward, turn_down, turned
-from scenarios.envs.pictureless.sight_kernel import look, place_target, write_sighting_down
+from scenarios.envs.pictureless.sight_kernel import count_out, look, place_target, write_sighting_down
 from scenarios.road_town.flight import (
     MAXIMUM_CLIMB_MPS,
     MAXIMUM_SPEED_MPS,
@@ -173,6 +173,7 @@ def _observe(state: Any, flights: Any, sighting: Any, rng: np.random.Generator, 
     mount_rad = flights.mount_rad[episode, 0]
     look_down(state, attitude_rad, mount_rad, noise.position_noise_m, noise.attitude_noise_rad, rng, scratch)
     look(state, flights.size_m[episode], camera, 0.0)
+    count_out(state)
     track(state, flights.errors[0], flights.size_m[episode], state.target_rad, camera, rng)
     write_sighting_down(state, camera, sighting)
 

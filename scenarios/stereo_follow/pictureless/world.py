@@ -12,7 +12,7 @@ from scenarios.envs.pictureless.episode_state import NO_OTHER, KernelWorld, begi
 from scenarios.envs.pictureless.error_kernel import start_tracker, track
 from scenarios.envs.pictureless.error_model import WRONG
 from scenarios.envs.pictureless.poses import camera_numbers, in_camera, turn_down
-from scenarios.envs.pictureless.sight_kernel import look, place_target, write_sighting_ahead
+from scenarios.envs.pictureless.sight_kernel import count_out, look, place_target, write_sighting_ahead
 from scenarios.stereo_follow.camera import CAMERA_HEIGHT_M, camera
 from scenarios.stereo_follow.presets import StereoFollow
 from scenarios.stereo_follow.rig import SCALE_ERROR, TURN_SCALE_ERROR, add_up
@@ -168,6 +168,7 @@ def _observe(
     people_m, doors_m = others_m[episode, state.frame], openings_m[episode]
     _notice_others(state, people_m, doors_m, camera)
     look(state, size_m[episode], camera, covered_share(state.place_m, state.target_m, people_m, doors_m))
+    count_out(state)
     sight_rad = np.arctan2(state.target_m[1] - state.camera_m[1], state.target_m[0] - state.camera_m[0])
     track(state, errors, size_m[episode], sight_rad, camera, rng)
     write_sighting_ahead(state, camera, sighting)

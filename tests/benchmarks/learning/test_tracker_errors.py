@@ -8,6 +8,7 @@ import pytest
 from benchmarks.learning.tracker_errors import RUN, errors_in, fit
 from scenarios.envs.pictureless.episode_state import ACROSS, ALONG
 from scenarios.envs.pictureless.error_model import CUT, LOST, PLAIN, TRACKING, UNSEEN, ErrorModel
+from scenarios.envs.pictureless.poses import camera_numbers
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.road_town.flight import HELICOPTER
 from tests.scenarios.envs.pictureless.hand_made import FRAMES, SETTINGS, bank, model
@@ -17,14 +18,14 @@ def runs_of(known: ErrorModel, count: int) -> list[np.ndarray]:
     """Return runs (T,) of a helicopter that hovers, as the rendered env would have logged them."""
     envs = PicturelessVectorEnv(count, **SETTINGS | {"bank": bank(), "model": known})
     envs.reset(seed=3)
-    runs = np.zeros((count, FRAMES - 1), RUN)
+    runs, camera = np.zeros((count, FRAMES - 1), RUN), camera_numbers(envs._world.cameras(envs.states[0])[0].camera)
     for frame in range(FRAMES - 1):
         if frame > 0:
             envs.step(np.zeros((count, 4)))
         states, row = envs.states, runs[:, frame]
         row["T_world_camera"] = np.concatenate([states["R"], states["camera_m"][:, :, None]], axis=2)
         row["place_m"], row["heading_rad"] = states["target_m"], states["target_rad"]
-        row["size_m"] = [4.6, 1.9, 1.5]
+        row["camera"], row["size_m"] = camera, [4.6, 1.9, 1.5]
         row["estimate_px"] = np.where(states["known"][:, None] > 0, states["estimate_px"], np.nan)
         row["visible_fraction"], row["out"] = states["visible"], states["visible"] == 0.0
         row["in_view"], row["sighting"] = states["in_view"] > 0, envs.sightings

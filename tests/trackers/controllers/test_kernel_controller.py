@@ -11,7 +11,7 @@ import pytest
 
 from sim.optics import look_down_pose
 from trackers.controllers.catalogue import controller_entry, controllers
-from trackers.types import CameraModel, EgoPose, Estimate, Observation
+from trackers.types import CameraCommand, CameraModel, EgoPose, Estimate, Observation, SteeredCamera
 
 RATE_HZ, FRAMES = 15.0, 80
 CAMERA = CameraModel(320, 240, 300.0)
@@ -171,10 +171,108 @@ def test_a_robot_that_searches_turns_for_a_second_and_then_drives_to_the_place_l
     assert drove or seed
 
 
-@pytest.mark.parametrize("carrier", ["helicopter", "robot"])
+HEADS = ("tank-head", "harbour-head")
+ZOOMED = CameraModel(160, 120, 900.0)
+
+
+def beside_a_head(seed: int) -> Iterator[tuple[Observation, Estimate]]:
+    """Yield pictures of a camera at rest and answers that stop and start, beside the camera of a head that turns."""
+    rng, is_known = np.random.default_rng(seed), True
+    above = look_down_pose(np.array([3.0, 2.0, 20.0]), 0.4, 0.2, 0.0)
+    for frame in range(FRAMES):
+        head = look_down_pose(np.array([-12.0, 0.0, 15.0]), 0.02 * frame - 1.6, rng.uniform(0.4, 1.2), 0.0)
+        steered = SteeredCamera(dataclasses.replace(ZOOMED, focal_px=rng.uniform(600, 2000)), EgoPose(head))
+        is_known ^= rng.random() < 0.1 and frame > 0
+        position_px = rng.normal([160, 120], [80, 60]) if is_known else np.full(2, np.nan)
+        estimate = Estimate(position_px, covariance_px=rng.uniform(0.1, 90.0) * np.eye(2))
+        picture = np.zeros((2, 2, 3), np.uint8)
+        yield Observation(picture, frame / RATE_HZ, CAMERA, ego=EgoPose(above), steered=steered), estimate
+
+
+def on_level_m(T: Any, tangents: Any) -> Any:
+    """Return where a ray meets the ground."""
+    ray = T[:3, :3] @ [*tangents, 1.0]
+    return T[:2, 3] + ray[:2] * T[2, 3] / -ray[2]
+
+
+@pytest.mark.parametrize("carrier", HEADS)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_head_turns_to_where_the_estimate_lies_on_the_ground(carrier: str, seed: int) -> None:
+    entry = controller_entry("centre", carrier)
+    controller, gain, turned = entry.create(), entry.parameters().gain_per_s, 0
+    for observation, estimate in beside_a_head(seed):
+        command = controller.command(observation, estimate)
+        if np.isnan(estimate.position_px).any():
+            assert command == CameraCommand()
+            continue
+        place_m = on_level_m(observation.ego.T_world_camera, (estimate.position_px - [160.0, 120.0]) / CAMERA.focal_px)
+        T = observation.steered.ego.T_world_camera
+        x, y, z = T[:3, :3].T @ ([*place_m, 0.0] - T[:3, 3])
+        if z > 0.0:
+            np.testing.assert_allclose(command.pan_rad_s, -gain * np.arctan2(x, z), rtol=1e-9)
+            np.testing.assert_allclose(command.tilt_rad_s, -gain * np.arctan2(y, z), rtol=1e-9)
+            turned += 1
+        assert command.zoom_per_s == 0.0
+    assert turned > 20
+
+
+@pytest.mark.parametrize("carrier", HEADS)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_head_leads_its_target_and_zooms_by_the_spread(carrier: str, seed: int) -> None:
+    entry = controller_entry("lead", carrier)
+    p, controller = entry.parameters(), entry.create()
+    place_m, velocity_mps, was_known, waited_s = np.zeros(2), np.zeros(2), False, 0.0
+    for frame, (observation, estimate) in enumerate(beside_a_head(seed)):
+        command, T = controller.command(observation, estimate), observation.ego.T_world_camera
+        is_known = bool(np.isfinite(estimate.position_px).all())
+        waited_s += 1.0 / RATE_HZ
+        if is_known:
+            # An alpha-beta filter, see ``trackers.belief.kernel``; a position in the picture says that it is in view.
+            now_m = on_level_m(T, (estimate.position_px - [160.0, 120.0]) / CAMERA.focal_px)
+            step_m = now_m - place_m - velocity_mps / RATE_HZ
+            if was_known and frame and np.linalg.norm(step_m) * RATE_HZ < 30.0:
+                velocity_mps = velocity_mps + 0.12 * RATE_HZ * step_m
+            place_m = now_m
+            seen = (np.abs(estimate.position_px - [160.0, 120.0]) <= [160.0, 120.0]).all()
+            waited_s = 0.0 if seen else waited_s
+        was_known = is_known
+        ahead_s = p.lead_s
+        if not is_known:
+            ahead_s += p.patience_s * (1.0 - np.exp(-waited_s / p.patience_s))
+        head = observation.steered.ego.T_world_camera
+        forward = head[:2, 2] + head[2, 2] * head[:2, 1]
+        forward /= np.linalg.norm(forward)
+        goal = complex(*(place_m + ahead_s * velocity_mps - head[:2, 3])) / complex(*forward)
+        axis_m = np.linalg.norm(on_level_m(head, (0.0, 0.0)) - head[:2, 3])
+        tilt_rad = np.arctan2(head[2, 3], axis_m) - np.arctan2(head[2, 3], abs(goal))
+        np.testing.assert_allclose(command.pan_rad_s, p.gain_per_s * np.angle(goal), rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(command.tilt_rad_s, p.gain_per_s * tilt_rad, rtol=1e-7, atol=1e-9)
+        zoom = -1.0
+        if is_known:
+            reach_m = np.hypot(np.linalg.norm(now_m - T[:2, 3]), T[2, 3])
+            spread_m = reach_m / CAMERA.focal_px * np.sqrt(estimate.covariance_px[0, 0])
+            half_m = np.hypot(axis_m, head[2, 3]) * 80.0 / observation.steered.camera.focal_px
+            zoom = np.log(half_m / (p.margin * (spread_m + np.linalg.norm(velocity_mps) * p.lead_s)))
+        np.testing.assert_allclose(command.zoom_per_s, p.zoom_gain_per_s * zoom, rtol=1e-5)
+
+
+def test_a_head_that_was_never_told_of_its_target_stays() -> None:
+    controller = controller_entry("lead", "tank-head").create()
+    for observation, _ in beside_a_head(0):
+        assert controller.command(observation, Estimate(np.full(2, np.nan))) == CameraCommand()
+
+
+def test_a_head_without_a_measured_pose_turns_by_the_picture() -> None:
+    controller = controller_entry("centre", "tank-head").create(gain_per_s=2.0)
+    observation = Observation(np.zeros((240, 320, 3), np.uint8), 0.0, CAMERA)
+    command = controller.command(observation, Estimate(np.array([220.0, 120.0])))
+    np.testing.assert_allclose(command.pan_rad_s, -2.0 * np.arctan(60.0 / CAMERA.focal_px), rtol=1e-9)
+
+
+@pytest.mark.parametrize("carrier", ["helicopter", "robot", *HEADS])
 def test_all_that_are_shipped_for_a_carrier_without_pictures_have_kernels(carrier: str) -> None:
     ours = [entry for entry in controllers(carrier).values() if entry.controller.__module__.startswith("trackers.")]
-    assert len(ours) >= 5
+    assert len(ours) >= 4
     for entry in ours:
         assert entry.kernel is not None, entry.name
         names = {field.name for field in dataclasses.fields(entry.parameters_class)}

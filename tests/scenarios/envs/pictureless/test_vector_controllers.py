@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from scenarios.envs.pictureless.episode_state import EPISODE_STATE
+from scenarios.envs.pictureless.episode_state import EPISODE_STATE, KernelWorld
 from scenarios.envs.pictureless.poses import camera_numbers
 from scenarios.envs.pictureless.vector_env import SeparateControllers, vector_controller
 from scenarios.road_town.flight import HELICOPTER
@@ -20,7 +20,7 @@ from trackers.controllers.catalogue import controller_entry
 from trackers.types import CameraModel, Carrier
 
 CAMERA = CameraModel(64, 48, 50.0)
-WORLD: Any = SimpleNamespace(camera=camera_numbers(CAMERA), interval_s=1.0 / 15.0)
+WORLD = KernelWorld(SimpleNamespace(camera=camera_numbers(CAMERA), interval_s=1.0 / 15.0), None)
 ENVS, FRAMES, AGAIN_AT = 3, 70, 40
 
 
