@@ -60,6 +60,10 @@ _ENTRIES: tuple[Entry, ...] = (
         "harbour_watch",
         preset="patrol",
     ),
+    Entry(
+        "fish-tank-ptz-v1", "scenarios.fish_tank.ptz:FISH_TANK_PTZ", "frameout/FishTankPtz-v1", "panorama_difference"
+    ),
+    Entry("harbour-ptz-v1", "scenarios.harbour.ptz:HARBOUR_PTZ", "frameout/HarbourPtz-v1", "panorama_difference"),
     Entry("paper-sheet-v1", "scenarios.paper_sheet.scenario:PAPER_SHEET"),
 )
 """In order of publication: a later version of a scenario stands after an earlier one. Add yours here."""

@@ -18,38 +18,48 @@ class Mount:
         carrier: with its command axes ``pan_rad_s``, ``tilt_rad_s`` and ``zoom_per_s``, in this order.
         lens: the camera at zoom 1.
         place_m: (3,) in the world. aim_m: (3,) where it looks at first.
-        ahead, left: (2,) unit vectors over the ground: where the camera looks at pan 0, and to the left of it.
-        widest_pan_rad: to either side. tilt_rad: lowest and highest, negative below the horizon. zoom: least and most.
+        ahead, left: (3,) unit vectors, normal to each other: where the camera looks at pan and tilt 0, and to the left
+            of it. The head pans about their cross product: upright, or as it hangs from a ceiling.
+        widest_pan_rad: to either side. tilt_rad: lowest and highest. zoom: least and most.
+        watches: whether trackers get the pictures of this camera; False: those of another one.
+        step_rad: of the encoders that measure pan and tilt: angles are known to half a step; 0: exactly.
     """
 
     carrier: Carrier
     lens: CameraModel
     place_m: tuple[float, float, float]
     aim_m: tuple[float, float, float]
-    ahead: tuple[float, float]
-    left: tuple[float, float]
+    ahead: tuple[float, float, float]
+    left: tuple[float, float, float]
     widest_pan_rad: float
     tilt_rad: tuple[float, float]
     zoom: tuple[float, float]
+    watches: bool = False
+    step_rad: float = 0.0
+
+    def zoom_for(self, width_m: float) -> float:
+        """Return the zoom at which a picture shows so much of what is at ``aim_m``."""
+        distance_m = float(np.linalg.norm(np.subtract(self.aim_m, self.place_m)))
+        return distance_m * self.lens.width_px / (width_m * self.lens.focal_px)
 
 
 class Head:
     """Turns and zooms as commanded, within its limits of angle, rate and change of rate.
 
     Attributes:
-        pan_rad: counter-clockwise from straight ahead. tilt_rad: negative below the horizon. zoom: times the focal
-            length.
+        pan_rad: counter-clockwise from straight ahead. tilt_rad: upwards. zoom: times the focal length.
         mount: as it is installed. axes: (3, 3) unit vectors ahead at pan and tilt 0, left and up.
     """
 
-    def __init__(self, mount: Mount, rate_hz: float) -> None:
+    def __init__(self, mount: Mount, rate_hz: float, zoom: float = 1.0) -> None:
+        """Look at the mount's ``aim_m`` with a zoom."""
         self.mount, self._interval_s = mount, 1.0 / rate_hz
-        self.axes = np.array([(*mount.ahead, 0.0), (*mount.left, 0.0), (0.0, 0.0, 1.0)])
+        self.axes = np.array([mount.ahead, mount.left, np.cross(mount.ahead, mount.left)])
         self._rates = np.zeros(len(mount.carrier.axes))
-        away_m = np.subtract(mount.aim_m, mount.place_m)
-        self.pan_rad = float(np.arctan2(away_m[:2] @ mount.left, away_m[:2] @ mount.ahead))
-        self.tilt_rad = float(np.arctan2(away_m[2], np.hypot(*away_m[:2])))
-        self.zoom = 1.0
+        ahead_m, left_m, up_m = self.axes @ np.subtract(mount.aim_m, mount.place_m)
+        self.pan_rad = float(np.arctan2(left_m, ahead_m))
+        self.tilt_rad = float(np.arctan2(up_m, np.hypot(ahead_m, left_m)))
+        self.zoom = float(np.clip(zoom, *mount.zoom))
 
     def obey(self, command: CameraCommand) -> None:
         """Obey ``pan_rad_s``, ``tilt_rad_s`` and ``zoom_per_s`` of a command for one frame."""
@@ -72,10 +82,22 @@ class Head:
     @property
     def T_world_camera(self) -> NDArray[np.float64]:
         """Pose (4, 4)."""
-        c, s, ct, st = np.cos(self.pan_rad), np.sin(self.pan_rad), np.cos(self.tilt_rad), np.sin(self.tilt_rad)
-        ahead_xy, left_xy = np.array(self.mount.ahead), np.array(self.mount.left)
-        ahead = np.append((c * ahead_xy + s * left_xy) * ct, st)
-        right = np.append(s * ahead_xy - c * left_xy, 0.0)
+        return self._pose(self.pan_rad, self.tilt_rad)
+
+    @property
+    def T_world_measured(self) -> NDArray[np.float64]:
+        """Pose (4, 4) by the encoders' angles."""
+        step_rad = self.mount.step_rad
+        if step_rad == 0.0:
+            return self.T_world_camera
+        return self._pose(*(step_rad * np.round(np.array([self.pan_rad, self.tilt_rad]) / step_rad)))
+
+    def _pose(self, pan_rad: float, tilt_rad: float) -> NDArray[np.float64]:
+        c, s, ct, st = np.cos(pan_rad), np.sin(pan_rad), np.cos(tilt_rad), np.sin(tilt_rad)
+        ahead_0, left_0, up = self.axes
+        ahead = (c * ahead_0 + s * left_0) * ct + st * up
+        # 0 has no sign here.
+        right = s * ahead_0 - c * left_0 + 0.0
         T = np.eye(4)
         T[:3, :3] = np.stack([right, np.cross(ahead, right), ahead], axis=1)
         T[:3, 3] = self.mount.place_m

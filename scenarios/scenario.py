@@ -191,6 +191,8 @@ class Scenario(Generic[_E]):
         carrier: the camera's carrier: all that a controller or an env needs for steering it.
         truth: the kind of truth of its frames.
         target: name of the object that a single-target tracker is started on, see ``Truth.names``.
+        widest_view_m: width of what the picture shows at the target's place, up to which the target counts as in view:
+            how near one must get, or how far zoom in.
         pictureless: its simulation without pictures; None if it has none.
         seeded_as: the id that seeds of episodes derive from, if it is not its own.
         new_world: builds the world of an episode, without the episode; None if its worlds cannot be kept.
@@ -206,6 +208,7 @@ class Scenario(Generic[_E]):
     carrier: Carrier
     truth: type[Truth] = Truth
     target: str = "target"
+    widest_view_m: float = np.inf
     pictureless: Pictureless | None = None
     seeded_as: str = ""
     new_world: Callable[[Setup], KeptWorld] | None = None

@@ -148,7 +148,7 @@ class Stage(ABC):
 
         Args:
             objects: that truth is about. standing: bodies of the same kinds that no question is about, see ``Truth``.
-            head: carries the steered camera where that is not the one that takes the pictures.
+            head: carries the steered camera, which takes the pictures itself or is a second one, see ``Mount``.
         """
         self.world, self.closed_loop = objects.world, setup.closed_loop
         self.frame_count: int = setup.preset.frame_count
@@ -164,9 +164,11 @@ class Stage(ABC):
         self._exits = Exits(camera.model, len(objects.names))
         if head is not None:
             self._head_exits = Exits(head.camera, len(objects.names))
+            self._look_through(head)
         self._frame = -1
         self._background: tuple[Observation, ...] | None = None
         self._move_to(0)
+        self._first_camera = camera.model
         self._first_box_xyxy = objects.labels(camera.model, self._T_world_camera).box_xyxy[self._target]
 
     @abstractmethod
@@ -193,14 +195,23 @@ class Stage(ABC):
         """Move the carrier by a command; a camera at rest stays."""
         if self._head is not None:
             self._head.obey(command)
+            self._look_through(self._head)
+
+    def _look_through(self, head: Head) -> None:
+        """Set the camera to the head's pose and zoom, if it is the one on the head."""
+        if head.mount.watches:
+            self._T_world_camera, self._camera.model = head.T_world_camera, head.camera
 
     def _capture(self, frame: int) -> Capture[Any]:
         """Take the picture of the current world."""
         return self._camera.take(self._shader, self._T_world_camera, frame)
 
     def _ego(self) -> EgoPose | None:
-        """Return the measured pose of the camera, which trackers receive; here the true one, without errors."""
-        return self._measured(self._T_world_camera)
+        """Return the measured pose of the camera, which trackers receive: as its head measures it, or the true one."""
+        head = self._head
+        if head is None or not head.mount.watches:
+            return self._measured(self._T_world_camera)
+        return self._measured(head.T_world_measured)
 
     def _measured(self, T_world_camera: NDArray[np.float64]) -> EgoPose:
         """Return a pose in the carrier's navigation frame."""
@@ -217,7 +228,7 @@ class Stage(ABC):
             self._background = tuple(self._empty_pictures())
             if self._background:
                 self._move_to(max(self._frame, 0))
-        return Start(self._camera.model, self._first_box_xyxy.copy(), self._background)
+        return Start(self._first_camera, self._first_box_xyxy.copy(), self._background)
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame; see ``Episode.step``.
@@ -259,7 +270,7 @@ class Stage(ABC):
         labels = self._objects.labels(self._camera.model, self._T_world_camera, capture, self._in_full)
         truth = self._truth(capture, labels)
         picture, time_s, ego, head = capture.picture, truth.time_s, self._ego(), self._head
-        if head is None or not self.closed_loop:
+        if head is None or head.mount.watches or not self.closed_loop:
             return Frame(self._camera.observation(picture, time_s, ego), truth)
         steered = SteeredCamera(head.camera, self._measured(head.T_world_camera))
         observation = self._camera.observation(picture, time_s, ego, steered=steered)

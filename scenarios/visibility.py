@@ -87,6 +87,18 @@ def centring(truth: Truth, target: int, camera: CameraModel) -> float:
     return float(1.0 - share) if share < 1.0 else 0.0
 
 
-def is_in_view(truth: Truth, target: int, camera: CameraModel) -> bool:
-    """Return whether the target's centre is inside the picture, hidden or not, and its box is long enough."""
-    return centring(truth, target, camera) > 0.0 and length_px(truth, target) >= SHORTEST_LENGTH_PX
+def view_width_m(truth: Truth, target: int, camera: CameraModel) -> float:
+    """Return the width of what the picture shows at the target's place, across the line of sight, in metres."""
+    T_world_camera = truth.T_world_camera
+    depth_m = float((truth.T_world_object[target, :3, 3] - T_world_camera[:3, 3]) @ T_world_camera[:3, 2])
+    return depth_m * camera.width_px / camera.focal_px
+
+
+def is_in_view(truth: Truth, target: int, camera: CameraModel, widest_view_m: float = np.inf) -> bool:
+    """Return whether the target's centre is inside the picture, hidden or not, and it is shown large enough.
+
+    Args:
+        widest_view_m: see ``Scenario``.
+    """
+    is_inside = centring(truth, target, camera) > 0.0 and length_px(truth, target) >= SHORTEST_LENGTH_PX
+    return is_inside and (widest_view_m == np.inf or view_width_m(truth, target, camera) <= widest_view_m)

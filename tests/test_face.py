@@ -83,8 +83,12 @@ def test_benching_one_tracker_enters_no_other_scene_reader_or_export(tmp_path: P
 def test_gymnasium_knows_the_ids_whichever_is_imported_first(imports: str) -> None:
     script = f"{imports}; import scenarios; print(*(name for name in gym.registry if name.startswith('frameout/')))"
     assert run(script).split() == [
-        f"frameout/{name}Follow-{version}"
-        for name, version in (("RoadTown", "v3"), ("Stereo", "v3"), ("FishTank", "v2"), ("Harbour", "v1"))
+        *(
+            f"frameout/{name}Follow-{version}"
+            for name, version in (("RoadTown", "v3"), ("Stereo", "v3"), ("FishTank", "v2"), ("Harbour", "v1"))
+        ),
+        "frameout/FishTankPtz-v1",
+        "frameout/HarbourPtz-v1",
     ]
 
 

@@ -41,6 +41,7 @@ _MODULES = {
     "trackers.baselines.single_target": ("hold", "constant_velocity", "opencv_mil"),
     "trackers.baselines.ground_followers": ("hold_ground", "constant_velocity_ground", "template_ground"),
     "trackers.baselines.opencv_contrib": ("opencv_csrt",),
+    "trackers.baselines.panorama_difference": ("panorama_difference",),
     "trackers.correlation_filter.tracker": ("correlation_filter",),
     "trackers.baselines.sort": ("sort",),
     "trackers.baselines.sort_appearance": ("sort_appearance",),

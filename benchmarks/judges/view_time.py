@@ -1,9 +1,9 @@
 """Time in view of the target, and losses: the same definitions in every suite.
 
 Frames are those of an episode, from frame 0. No command led to frame 0, so shares are over the steps, frames 1 to
-F - 1. *In view* is a frame with the target's centre in the picture and its amodal box at least 12 pixels
-long (``scenarios.visibility``), hidden or not; *seen* is a frame in view on which at least half of the target is
-visible (``MOSTLY_SEEN``).
+F - 1. *In view* is a frame with the target's centre in the picture, hidden or not, its amodal box at least 12 pixels
+long, and a view no wider than its scene allows (``scenarios.visibility``, ``Scenario.widest_view_m``); *seen* is a
+frame in view on which at least half of the target is visible (``MOSTLY_SEEN``).
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ def _metric(name: str, summary: str, unit: str, better: Better, high: float, *de
 
 _THIS_MODULE = sys.modules[__name__]
 _SEEN = f"time in view with at least {MOSTLY_SEEN:.0%} of the target visible"
-_IN_VIEW = "time with the target's centre in the picture, hidden or not, and its box at least 12 px long"
+_IN_VIEW = "time with the target's centre in the picture, hidden or not, as large as its scene asks (12 px or more)"
 _LOSSES = f"stretches out of view longer than {LOSS_S:g} s"
 TIME_SEEN = _metric("time_seen", _SEEN, "fraction", "higher", 1, _THIS_MODULE)
 TIME_IN_VIEW = _metric("time_in_view", _IN_VIEW, "fraction", "higher", 1, _THIS_MODULE)

@@ -216,9 +216,9 @@ class _Run:
         self._steering: Steering = steering(settings, carrier)
         self.loop = followed_episode(settings, seed, world_seed)
         self.ended = False
-        self._target = catalog.scenario(settings.scenario).target
+        self._scenario = catalog.scenario(settings.scenario)
         self._seeds, rate_hz = (seed, world_seed), self.loop.episode.rate_hz
-        self._rewarder = Rewarder(settings.reward, rate_hz)
+        self._rewarder = Rewarder(settings.reward, rate_hz, self._scenario.widest_view_m)
         lost_after_s = settings.lost_after_s
         self._lost_frames = None if lost_after_s is None else max(round(lost_after_s * rate_hz), 1)
         self._feature_filter = None if settings.tracker is None else FeatureFilter(carrier)
@@ -231,7 +231,7 @@ class _Run:
     @property
     def target(self) -> int:
         """Index of the object that is followed."""
-        return self.loop.frame.truth.index_of(self._target)
+        return self.loop.frame.truth.index_of(self._scenario.target)
 
     @property
     def is_lost(self) -> bool:
@@ -252,7 +252,8 @@ class _Run:
     def info(self, terms: dict[str, float]) -> dict[str, Any]:
         """Return the truth of the latest frame, see ``truth_info``."""
         answered = None if self._feature_filter is None else (self.loop.seen, self.loop.estimate)
-        return truth_info(self.loop.frame, self.target, answered, self._obeyed, terms, *self._seeds)
+        widest_view_m = self._scenario.widest_view_m
+        return truth_info(self.loop.frame, self.target, answered, self._obeyed, terms, *self._seeds, widest_view_m)
 
     def _move(self, command: CameraCommand | None = None) -> None:
         still = CameraCommand()

@@ -20,7 +20,8 @@ class Reward:
     """Weights of the reward's terms; each term is its weight times the value below.
 
     Attributes:
-        in_view: 1 while the target's centre is in the picture and it is at least 12 pixels long, else 0.
+        in_view: 1 while the target's centre is in the picture and it is shown as large as its scene asks (at least 12
+            pixels long), else 0.
         centred: tanh(4 p³), where p is 1 in the middle of the picture and 0 on its border and outside (the reward of
             DAT_Benchmark).
         size: while in view exp(-ln²(length / wanted length) / 2), which is 1 for a length of `length_share` of the
@@ -59,15 +60,16 @@ def reward_of(weights: Any) -> Reward:
 class Rewarder:
     """Rewards the steps of one episode."""
 
-    def __init__(self, reward: Reward, rate_hz: float) -> None:
-        self._reward = reward
+    def __init__(self, reward: Reward, rate_hz: float, widest_view_m: float = np.inf) -> None:
+        """``widest_view_m``: see ``scenarios.scenario.Scenario``."""
+        self._reward, self._widest_view_m = reward, widest_view_m
         self._loss_frames = max(round(reward.loss_after_s * rate_hz), 1)
         self.frames_out = 0
 
     def terms(self, frame: Frame, target: int, effort: float) -> dict[str, float]:
         """Add a frame and return its weighted terms for the object ``target``; ``effort`` is in [0, 1]."""
         reward, (truth, camera) = self._reward, frame.judged
-        seen = is_in_view(truth, target, camera)
+        seen = is_in_view(truth, target, camera, self._widest_view_m)
         self.frames_out = 0 if seen else self.frames_out + 1
         length = max(length_px(truth, target), SHORTEST_LENGTH_PX) / (reward.length_share * camera.width_px)
         return {

@@ -42,7 +42,11 @@ INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "world_seed": ("int64", (), "seed of the world in which the episode takes place; -1: its own, as in the catalogue"),
     **truth_keys(Truth),
     "state": ("int64", (), f"index of the target's state in {', '.join(_STATES)}"),
-    "in_view": ("bool", (), "target's centre in the picture, hidden or not, and its box at least 12 pixels long"),
+    "in_view": (
+        "bool",
+        (),
+        "target's centre in the picture, hidden or not, as large as its scene asks (12 px or more)",
+    ),
     "centring": ("float64", (), "1 with the target in the middle of the picture, 0 on its border and outside"),
     "length_px": ("float64", (), "longer side of the target's true box in pixels; 0 behind the camera"),
     "place_m": ("float64", (3,), "target's true place in the world, in metres"),
@@ -68,12 +72,14 @@ def truth_info(
     terms: Mapping[str, float],
     episode_seed: int,
     world_seed: int = OWN_WORLD,
+    widest_view_m: float = np.inf,
 ) -> dict[str, Any]:
     """Return the info of one step for the object ``target``, see ``INFO``.
 
     Args:
         answered: the frame that the tracker saw, and its estimate there; None without a tracker.
         terms: those of the reward.
+        widest_view_m: see ``Scenario``.
     """
     truth, camera = frame.judged
     kind: Any = type(truth)
@@ -89,7 +95,7 @@ def truth_info(
             for name, per_object in _is_per_object(kind).items()
         },
         "state": _STATES.index(truth.state[target]),
-        "in_view": is_in_view(truth, target, camera),
+        "in_view": is_in_view(truth, target, camera, widest_view_m),
         "centring": centring(truth, target, camera),
         "length_px": length_px(truth, target),
         "place_m": truth.T_world_object[target, :3, 3].copy(),

@@ -45,8 +45,8 @@ MOUNT = Mount(
     LENS,
     place_m=(0.0, -0.5, 0.85),
     aim_m=(0.0, 0.0, 0.0),
-    ahead=(0.0, 1.0),
-    left=(-1.0, 0.0),
+    ahead=(0.0, 1.0, 0.0),
+    left=(-1.0, 0.0, 0.0),
     widest_pan_rad=1.3,
     tilt_rad=(-1.4, -0.5),
     zoom=(1.0, 3.0),
@@ -85,7 +85,11 @@ class FishTankEpisode(Stage):
         lights = room_lights(setup.rng("light"), preset.glare, preset.lamp)
         self._shader = WaterShader(world, self._surface, preset.water, lights, _AMBIENT_LX)
         self._T_world_camera = look_down_pose(np.array([0.0, 0.0, _HEIGHT_M]), 0.5 * np.pi, 0.0, 0.0)
-        super().__init__(setup, fish, self._overview(setup, world, "sensor"), head=Head(MOUNT, preset.rate_hz))
+        super().__init__(setup, fish, self._overview(setup, world, "sensor"), head=self._head_over(setup, fish))
+
+    def _head_over(self, setup: Setup, fish: Fish) -> Head:
+        """Return the head of the steered camera."""
+        return Head(MOUNT, setup.preset.rate_hz)
 
     def map_of(self) -> tuple[float, float, float]:
         """Return length, width and depth of the water about (0, 0), in metres."""

@@ -59,8 +59,8 @@ MOUNT = Mount(
     LENS,
     place_m=(CAMERA_M[0], CAMERA_M[1] - 0.8, CAMERA_M[2] - 0.5),
     aim_m=AIM_M,
-    ahead=(1.0, 0.0),
-    left=(0.0, 1.0),
+    ahead=(1.0, 0.0, 0.0),
+    left=(0.0, 1.0, 0.0),
     widest_pan_rad=0.9,
     tilt_rad=(-0.9, 0.1),
     zoom=(0.5, 3.0),
@@ -115,8 +115,12 @@ class HarbourEpisode(Stage):
             intruders,
             self._overview(setup, world),
             standing=self._clutter.standing,
-            head=Head(MOUNT, preset.rate_hz),
+            head=self._head_before(setup, intruders),
         )
+
+    def _head_before(self, setup: Setup, intruders: Intruders) -> Head:
+        """Return the head of the steered camera."""
+        return Head(MOUNT, setup.preset.rate_hz)
 
     @property
     def start(self) -> Start:

@@ -35,6 +35,8 @@ _MODULES = {
     "robot": {"hold": "hold", "centre": "centring_robot", "search": "centring_robot", "reentry": "reentry_robot"},
     "tank-head": {"hold": "hold", "centre": "head", "lead": "head"},
     "harbour-head": {"hold": "hold", "centre": "head", "lead": "head"},
+    "tank-ptz": {"hold": "hold", "centre": "head", "lead": "ptz"},
+    "harbour-ptz": {"hold": "hold", "centre": "head", "lead": "ptz"},
 }
 """Carrier -> name of a controller -> module of this package that registers it, in the order of ``controllers``.
 

@@ -55,6 +55,8 @@ def turn_to_estimate(
 @register_controller("centre", role="baseline", carrier="tank-head", summary="turns towards the estimate")
 @register_controller("centre_as_written", role="variant", carrier="harbour-head", summary="with its gain not tuned")
 @register_controller("centre", role="baseline", carrier="harbour-head", summary="turns towards the estimate")
+@register_controller("centre", role="baseline", carrier="tank-ptz", summary="turns towards the estimate")
+@register_controller("centre", role="baseline", carrier="harbour-ptz", summary="turns towards the estimate")
 class CentreHeadController(KernelController):
     """Turns in proportion to the estimate's angles from the optical axis, right and down; does not zoom.
 

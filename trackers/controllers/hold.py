@@ -21,6 +21,8 @@ def stay(beliefs: Any, parameters: Any, memory: Any, times_s: Any, out: NDArray[
 @register_controller("hold", role="blind", carrier="robot", summary="stands where it is")
 @register_controller("hold", role="blind", carrier="tank-head", summary="looks at the middle of the tank")
 @register_controller("hold", role="blind", carrier="harbour-head", summary="looks at the middle of the quay")
+@register_controller("hold", role="blind", carrier="tank-ptz", summary="looks where it looked at first")
+@register_controller("hold", role="blind", carrier="harbour-ptz", summary="looks where it looked at first")
 class HoldController:
     """Commands zero on every axis."""
 

@@ -56,6 +56,7 @@ class FollowJudge:
 
     def __init__(self, episode: Episode, scenario: Scenario) -> None:
         self._rate_hz, self._carrier, self.target = episode.rate_hz, scenario.carrier, scenario.target
+        self._widest_view_m = scenario.widest_view_m
         self._size_px = (0, 0)
         self._seen: list[_Seen] = []
         self._shares: list[NDArray[np.float64]] = []
@@ -68,7 +69,7 @@ class FollowJudge:
         self._seen.append(
             _Seen(
                 position_px=truth.position_px[target],
-                is_in_view=is_in_view(truth, target, camera),
+                is_in_view=is_in_view(truth, target, camera, self._widest_view_m),
                 centring=centring(truth, target, camera),
                 visible=float(truth.visible_fraction[target]),
                 distance_m=float(np.hypot(*(truth.T_world_object[target, :2, 3] - truth.T_world_camera[:2, 3]))),

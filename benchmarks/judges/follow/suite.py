@@ -117,6 +117,8 @@ FOLLOW = Suite(
             preset="patrol",
             tuned_on=TuningEpisodes("patrol", range(300, 302)),
         ),
+        Scene("fish-tank-ptz", "frame-out", ("panorama_difference", "correlation_filter")),
+        Scene("harbour-ptz", "frame-out", ("panorama_difference", "correlation_filter")),
     ),
     preset="standard",
     quick_preset="quick",

@@ -94,7 +94,8 @@ class FrameOutJudge:
         """See ``Judge``."""
         self._truths.append(without_pixels(frame.truth))
         if self._closed_loop:
-            self._in_view.append(is_in_view(frame.truth, self.target, frame.camera))
+            widest_view_m = np.inf if self._scenario is None else self._scenario.widest_view_m
+            self._in_view.append(is_in_view(frame.truth, self.target, frame.camera, widest_view_m))
 
     def sheet(self) -> FrameOutSheet:
         """See ``Judge``."""

@@ -20,8 +20,8 @@ def charts(drawn: Mapping[str, Sequence[Row]]) -> list[Chart]:
     return [
         Chart(
             title="How long is the target seen?",
-            words="Seen: the target's centre is in the picture, its box at least 12 pixels long, and at least half of "
-            "it visible. A line for each tracker, a dot for each controller that steers by it.",
+            words="Seen: the target's centre is in the picture, large enough for its scene (at least 12 pixels long), "
+            "and at least half of it visible. A line for each tracker, a dot for each controller that steers by it.",
             lines=lines,
             x_label="time seen",
             x_scale="share",

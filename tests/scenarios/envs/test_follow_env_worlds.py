@@ -19,6 +19,8 @@ TRACKERS = {
     "frameout/StereoFollow-v3": "stereo_wb",
     "frameout/FishTankFollow-v2": "shoal_chain",
     "frameout/HarbourFollow-v1": "harbour_mog2",
+    "frameout/FishTankPtz-v1": "panorama_difference",
+    "frameout/HarbourPtz-v1": "panorama_difference",
 }
 NOT_STOOD_IN_FOR = ("frameout/FishTankFollow-v2", "frameout/HarbourFollow-v1")
 STEPS, SEED = 6, 21
