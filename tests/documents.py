@@ -53,7 +53,7 @@ def in_one_process(command: str) -> str:
     """Return a command so that it needs no workers, each of which imports all again, on cores that run other tests."""
     return (
         f"{command} --workers 0"
-        if command.startswith(("frameout bench ", "frameout generate ", "frameout score "))
+        if command.startswith(("frameout bench ", "frameout generate ", "frameout rollout ", "frameout score "))
         else command
     )
 

@@ -149,6 +149,14 @@ def test_python_about_envs_and_data_sets_in_contributing_runs(tmp_path: Path) ->
 
 
 @pytest.mark.heavy
+def test_rollouts_are_played_again_as_contributing_says(tmp_path: Path) -> None:
+    section = {each.language: each.text for each in blocks_of("CONTRIBUTING.md") if each.heading == "Rollouts as data"}
+    succeeds(in_one_process(section["bash"].strip()), tmp_path)
+    (tmp_path / "play_again.py").write_text(section["python"])
+    assert succeeds("python play_again.py", tmp_path) == "True\n"
+
+
+@pytest.mark.heavy
 def test_python_about_results_in_contributing_runs(tmp_path: Path) -> None:
     (text,) = [each.text for each in blocks_of("CONTRIBUTING.md") if each.heading == "From Python"]
     (tmp_path / "look.py").write_text(text)

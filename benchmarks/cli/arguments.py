@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -13,6 +14,7 @@ import tyro
 from tyro.constructors import PrimitiveConstructorSpec
 
 from benchmarks.contract.rows import FILE_NAME, TEST_SPLIT, read
+from sim.checks import check
 
 # The help texts of these name the default themselves.
 COUNT = tyro.conf.arg(metavar="N", help_behavior_hint="")
@@ -60,6 +62,16 @@ def development_seeds(text: str) -> range:
 def seeds_text(seeds: range) -> str:
     """Return seeds as ``A:B``."""
     return f"{seeds.start}:{seeds.stop}"
+
+
+def keywords_of(text: str) -> dict[str, Any]:
+    """Return the keywords of ``--env-kwargs``. Raises ValueError for a text that is no object of JSON."""
+    try:
+        keywords = json.loads(text)
+    except json.JSONDecodeError:
+        keywords = None
+    check("env_kwargs", isinstance(keywords, dict), "an object of JSON", repr(text))
+    return dict(keywords)
 
 
 def _kind(read_words: Callable[[list[str]], Any], metavar: str, nargs: Any, shown: Callable[[Any], list[str]]) -> Any:

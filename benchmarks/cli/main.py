@@ -54,6 +54,7 @@ FRAMEOUT = Program(
         "play": ("benchmarks.cli.play:Play", "steer a camera by hand, scored like a controller"),
         "render": ("benchmarks.cli.render:Render", "write an episode as an MP4"),
         "report": ("benchmarks.cli.report:Report", "make the report of a result folder again from its rows"),
+        "rollout": ("benchmarks.cli.rollout:Rollout", "make a data set of what a controller does in an env"),
         "track": ("benchmarks.cli.track:Track", "run a tracker on your own video, write an overlay and estimates"),
         "train": ("benchmarks.cli.train:Train", "train a policy that steers by a tracker's estimate"),
         "tune": ("benchmarks.cli.tune:Tune", "search parameters of trackers and controllers"),

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import tyro
 
@@ -22,6 +21,7 @@ from benchmarks.cli.arguments import (
     UsualDevelopmentSeeds,
     UsualSeeds,
     WithModules,
+    keywords_of,
     seeds_text,
 )
 from benchmarks.contract.text import counted
@@ -120,7 +120,7 @@ class Train(WithModules):
     def training(self) -> Training:
         """Everything that the training depends on."""
         given = {each.name: getattr(self, each.name) for each in dataclasses.fields(Training)}
-        return Training(**given | {"env_kwargs": _keywords(self.env_kwargs)})
+        return Training(**given | {"env_kwargs": keywords_of(self.env_kwargs)})
 
     def run(self) -> int:
         """Train; return the exit status."""
@@ -162,15 +162,6 @@ class Train(WithModules):
             path = train(training, out, _Lines(progress))
         print(f"policy: {path}\njudge it beside a controller, with pictures:\n{judging_command(training, path)}")
         return 0
-
-
-def _keywords(text: str) -> dict[str, Any]:
-    try:
-        keywords = json.loads(text)
-    except json.JSONDecodeError:
-        keywords = None
-    check("env_kwargs", isinstance(keywords, dict), "an object of JSON", repr(text))
-    return dict(keywords)
 
 
 class _Lines:

@@ -24,7 +24,6 @@ from scenarios.loop import FromPictures, Loop, tracker_stream
 from scenarios.scenario import Frame
 from scenarios.worlds import POOL
 from sim.checks import check, check_choice
-from sim.rng import generator
 from trackers import registry
 from trackers.belief.features import FeatureFilter, shares_of
 from trackers.estimate_check import check_estimate
@@ -44,9 +43,7 @@ def followed_episode(settings: FollowSettings, seed: int, world_seed: int = OWN_
         world_seed: of the world of this process's pool that it takes place in.
     """
     scenario = catalog.scenario(settings.scenario)
-    rng = generator(seed, "randomise")
-    drawn = {name: float(rng.uniform(*limits)) for name, limits in settings.randomise.items()}
-    preset = settings.configuration(drawn)
+    preset = settings.configuration_of(seed)
     kept = None if world_seed == OWN_WORLD else POOL.world(scenario, preset, world_seed)
     episode = scenario.episode(preset, seed, renderer=settings.renderer, closed_loop=True, truth="target", kept=kept)
     try:

@@ -14,6 +14,7 @@ from scenarios.command_link import LINKS, Link
 from scenarios.envs.reward import Reward, reward_of
 from scenarios.scenario import RendererName, Scenario
 from sim.checks import check, check_choice
+from sim.rng import generator
 from trackers import registry
 
 CHANNELS = ("track", "pixels", "depth", "segmentation")
@@ -222,6 +223,11 @@ class FollowSettings:
         values = {name: _without_lists(getattr(preset, name), value) for name, value in self.changes.items()}
         values |= {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
         return dataclasses.replace(preset, **values)
+
+    def configuration_of(self, seed: int) -> Any:
+        """Return the ``configuration`` of the episode with a seed, which draws the fields in ``randomise``."""
+        rng = generator(seed, "randomise")
+        return self.configuration({name: float(rng.uniform(*limits)) for name, limits in self.randomise.items()})
 
 
 KEYWORDS = tuple(each.name for each in dataclasses.fields(FollowSettings) if each.name != "scenario")

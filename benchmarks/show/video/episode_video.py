@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
+from types import MappingProxyType
 from typing import cast
 
 import av
@@ -178,7 +179,12 @@ class Caption:
 
 
 def write_mp4(
-    path: Path, pictures: Iterable[tuple[NDArray[np.uint8], float]], rate_hz: float, *, is_even: bool = True
+    path: Path,
+    pictures: Iterable[tuple[NDArray[np.uint8], float]],
+    rate_hz: float,
+    *,
+    is_even: bool = True,
+    options: Mapping[str, str] = MappingProxyType({"crf": "20", "preset": "veryfast", "tune": "animation"}),
 ) -> None:
     """Write pictures, at least one, as H.264 in MP4.
 
@@ -190,15 +196,15 @@ def write_mp4(
         pictures: (H, W, 3), all of one size, with their times in seconds, which increase.
         rate_hz: frames a second, > 0.
         is_even: whether they come at this rate; else each is shown at its own time, the first one at once.
+        options: of the encoder, libx264.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(path.name + ".part")
     try:
         with av.open(str(part), "w", format="mp4", options={"movflags": "+faststart"}) as file:
             file.flags |= cast(int, av.container.Flags.bitexact.value)
-            options = {"crf": "20", "preset": "veryfast", "threads": "1", "tune": "animation"}
             rate = max(Fraction(rate_hz).limit_denominator(1001), Fraction(1, 1001))
-            stream = file.add_stream("libx264", rate=rate, options=options)
+            stream = file.add_stream("libx264", rate=rate, options={**options, "threads": "1"})
             stream.pix_fmt = "yuv420p"
             ticks_hz = rate if is_even else Fraction(_TICKS_HZ)
             stream.codec_context.time_base = 1 / ticks_hz
