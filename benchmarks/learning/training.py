@@ -8,7 +8,7 @@ import io
 import json
 import signal
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -210,31 +210,21 @@ def _error_model_hash(training: Training) -> str | None:
 def _envs(training: Training, seed: int) -> Any:
     """Return the envs as stable-baselines3 takes them."""
     import gymnasium as gym
-    from gymnasium.vector import AutoresetMode, SyncVectorEnv, VectorEnv
+    from gymnasium.vector import AutoresetMode
     from stable_baselines3.common.vec_env import VecNormalize
 
     from benchmarks.learning.vector_adapter import GymnasiumVecEnv
-    from scenarios.envs.processes import EnvProcesses
 
     keywords = training.env_keywords | {"max_episode_steps": training.episode_steps}
     if training.pictures:
-        make = [partial(_env, training.modules, training.env, keywords)] * training.env_count
-        kind = EnvProcesses if len(make) > 1 else SyncVectorEnv
-        envs: VectorEnv[Any, Any, Any] = kind(make, autoreset_mode=AutoresetMode.SAME_STEP)
+        begin = partial(load_modules, training.modules)
+        own: dict[str, Any] = {"autoreset_mode": AutoresetMode.SAME_STEP, "initializer": begin}
     else:
-        own: dict[str, Any] = {"starts": training.starts, "seeds": range(training.episodes), "cache": EPISODES}
-        envs = gym.make_vec(training.env, training.env_count, pictures=False, **own, **keywords)
+        own = {"starts": training.starts, "seeds": range(training.episodes), "cache": EPISODES}
+    envs = gym.make_vec(training.env, training.env_count, pictures=training.pictures, **own, **keywords)
     adapted = GymnasiumVecEnv(envs, seed, _DISCOUNT, training.history, training.action_repeat)
     # Features vary by several times more in one scene than in another.
     return VecNormalize(adapted, norm_reward=False, clip_obs=LARGEST_INPUT, epsilon=_SMALLEST_DEVIATION**2)
-
-
-def _env(modules: Sequence[str], name: str, keywords: dict[str, Any]) -> Any:
-    """Return one env, in a process that may be new: it imports ``scenarios``, which registers envs, and ``modules``."""
-    import gymnasium as gym
-
-    load_modules(modules)
-    return gym.make(f"scenarios:{name}", **keywords)
 
 
 def _model(training: Training, envs: Any, out: Path, seed: int) -> Any:

@@ -33,6 +33,7 @@ from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.reward import TERMS, Reward
 from scenarios.envs.settings import RESET_OPTIONS, FollowSettings, changeable, is_number
 from scenarios.envs.truth_info import INFO, truth_keys
+from scenarios.envs.vectors import FollowVectorEnv
 from scenarios.scenario import Scenario
 from scenarios.truth import Truth, dtype_of, meanings
 from trackers.belief import features
@@ -145,6 +146,7 @@ def envs_page() -> str:
         rows=rows,
         env=FollowEnv,
         vector_env=PicturelessVectorEnv,
+        rendered_vector_env=FollowVectorEnv,
         keywords=[field for field in keywords if field.name != "scenario"],
         options=RESET_OPTIONS,
         configurations=[(alike, fields_of_preset(alike[-1].preset)) for alike in kinds],

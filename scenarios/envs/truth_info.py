@@ -64,6 +64,12 @@ that a scene's own kind of ``Truth`` has besides are in the ``info`` of its env 
 """
 
 
+def info_dtype(kind: Any, has_tracker: bool) -> np.dtype[Any]:
+    """Return the record of an info with a kind of ``Truth``."""
+    keys = {name: key for name, key in (INFO | truth_keys(kind)).items() if has_tracker or name != "error_px"}
+    return np.dtype([(name, dtype, shape) for name, (dtype, shape, _) in keys.items()], align=True)
+
+
 def truth_info(
     frame: Frame,
     target: int,

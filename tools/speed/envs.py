@@ -4,9 +4,8 @@ A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v3`` with pictures of 
 to command, everything moved, picture with shadows, light and noise, ``colour_pf`` with 500 particles, belief, truth of
 the target and reward. Step and *bare call*, ``getCameraImage`` of TinyRenderer with shadows, are timed in one run,
 alternately, on the same view, in CPU time of the working thread, after a rehearsal. *Process scaling* is the wall-clock
-speed of four envs in separate processes with two at a time over that with one at a time; *arithmetic scaling* is the
-same for processes that only count, without memory access or our code, and synchronise as often: the limit of the
-machine.
+speed of a vector env, eight envs in two processes, over that of a single env; *arithmetic scaling* is the same for
+processes that only count, without memory access or our code, and synchronise as often: the limit of the machine.
 """
 
 from __future__ import annotations
@@ -26,14 +25,14 @@ import numpy as np
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
-from scenarios.envs.processes import EnvProcesses
+from scenarios.envs.vectors import FollowVectorEnv
 from sim.bullet import TinyRenderer
 from sim.checks import check
 from tools.speed.figures import UNTIMED_FRAMES, Figure, bare_calls, bare_cpu_s, cpu_s, rate, seconds, timed
 
 SCENARIO = catalog.envs()[catalog.DEFAULT_ENV][0]
 SIDE_PX = 84
-_ENVS, _WORKERS = 4, 2
+_ENVS, _WORKERS = 8, 2
 _TURN_STEPS = 10
 _COUNTED = 40_000
 """Counting to this number takes about two thirds of the time of a step of one env."""
@@ -95,11 +94,10 @@ def step_times(preset: str, seed: int, steps: int) -> tuple[float, float, float]
 
 
 def scaling_times(preset: str, seed: int, steps: int) -> list[float]:
-    """Return wall seconds of an episode: of envs' steps, one and two at a time, and of counting likewise."""
-    make = [partial(FollowEnv, **env_keywords(preset))] * _ENVS
+    """Return wall seconds of as many steps of a single env and of a vector env, and of counting likewise."""
     with (
-        closing(EnvProcesses(make, max_concurrency=1)) as alone,
-        closing(EnvProcesses(make, max_concurrency=_WORKERS)) as shared,
+        closing(FollowEnv(**env_keywords(preset))) as single,
+        closing(FollowVectorEnv(_ENVS, workers=_WORKERS, **env_keywords(preset))) as envs,
         ProcessPoolExecutor(_WORKERS, multiprocessing.get_context("spawn")) as counters,
     ):
 
@@ -108,9 +106,10 @@ def scaling_times(preset: str, seed: int, steps: int) -> list[float]:
 
         # The first episode loads kernels.
         for _ in range(2):
-            actors = (_under_way(alone, seed), _under_way(shared, seed), counting(1), counting(_WORKERS))
-            taken_s = seconds_in_turns(actors, steps)
-    return taken_s
+            step, together = _under_way(single, seed), _under_way(envs, seed)
+            actors = (step, together, counting(1), counting(_WORKERS))
+            single_s, envs_s, *counted_s = seconds_in_turns(actors, steps)
+    return [_ENVS * single_s, envs_s, *counted_s]
 
 
 def seconds_in_turns(actors: Sequence[Callable[[], object]], times: int) -> list[float]:
@@ -128,10 +127,10 @@ def seconds_in_turns(actors: Sequence[Callable[[], object]], times: int) -> list
     return taken_s
 
 
-def _under_way(envs: EnvProcesses, seed: int) -> Callable[[], object]:
-    """Begin the same episode in each of the envs and return a function that steps all."""
-    envs.reset(options={"episode_seed": seed})
-    step = partial(envs.step, np.zeros(envs.action_space.shape or (), dtype=np.float32))
+def _under_way(env: FollowEnv | FollowVectorEnv, seed: int) -> Callable[[], object]:
+    """Begin the same episode in an env, or in each of several, and return a function that steps."""
+    env.reset(options={"episode_seed": seed})
+    step = partial(env.step, np.zeros(env.action_space.shape or (), dtype=np.float32))
     for _ in range(UNTIMED_FRAMES):
         step()
     return step

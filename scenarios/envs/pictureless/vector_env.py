@@ -21,6 +21,7 @@ from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.reward import TERMS, Reward
 from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import COMMANDS
+from scenarios.envs.vector_results import check_open, checked_mask, final_infos, masked
 from scenarios.visibility import SHORTEST_LENGTH_PX
 from sim.checks import check, check_choice
 from trackers.belief.features import FEATURES, features_of
@@ -268,11 +269,11 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             options: ``episode_seed``: the bank's episode for all envs, or for each (B,), from frame 0 on.
                 ``reset_mask``: (B,) bool, the envs to reset; the others go on.
         """
-        self._check_open()
+        check_open(self)
         wanted = options or {}
         for name in wanted:
             check("options", name in _OPTIONS, f"keys among {', '.join(_OPTIONS)}", repr(name))
-        mask = self._checked_mask(wanted.get("reset_mask"))
+        mask = checked_mask(wanted.get("reset_mask"), self.num_envs, self._begun)
         which, at_frame_outs = np.flatnonzero(mask), self._at_frame_outs
         self._seed(seed)
         if "episode_seed" in wanted:
@@ -282,18 +283,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             episodes = self._drawn(len(which))
         self._begin(which, episodes, at_frame_outs)
         self._begun = True
-        return self._observed(), _masked(self._infos(), mask)
-
-    def _checked_mask(self, mask: Any) -> NDArray[np.bool_]:
-        """Return the option ``reset_mask``, every env without it. Raises ValueError for no mask of some envs."""
-        if mask is None:
-            return np.ones(self.num_envs, dtype=bool)
-        good = isinstance(mask, np.ndarray) and (mask.dtype, mask.shape) == (np.dtype(bool), (self.num_envs,))
-        check(
-            "reset_mask", good and mask.any(), f"an array ({self.num_envs},) of bool, True for one or more", repr(mask)
-        )
-        check("reset_mask", self._begun or mask.all(), "every env in the first reset", repr(mask))
-        return mask.copy()
+        return self._observed(), masked(self._infos(), mask)
 
     def _seed(self, seed: Any) -> None:
         """Seed all random draws by a number, or by those of a list, one for each env."""
@@ -314,7 +304,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             ClosedEnvironmentError: after closing.
             ValueError: for actions of another shape, not finite, or outside [-1, 1] unless these are clipped.
         """
-        self._check_open()
+        check_open(self)
         if not self._begun:
             raise gym.error.ResetNeeded("step: expected reset() before it, got episodes not begun")
         again = self._over.copy()
@@ -341,25 +331,17 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         same_step = self._mode == AutoresetMode.SAME_STEP
         final = self._begun_again(ended, observed, infos) if same_step and ended.any() else {}
         self._over |= ended & (not same_step)
-        infos = _masked(self._infos() if final else infos, np.ones(self.num_envs, dtype=bool))
+        infos = masked(self._infos() if final else infos, np.ones(self.num_envs, dtype=bool))
         return observed, rewards, terminated, truncated, infos | final
-
-    def _check_open(self) -> None:
-        if self.closed:
-            raise gym.error.ClosedEnvironmentError("vector env: expected it to be open, got a closed one")
 
     def _begun_again(
         self, ended: NDArray[np.bool_], observed: NDArray[np.float32], infos: dict[str, Any]
     ) -> dict[str, Any]:
         """Begin new episodes where others have ended; return ``final_obs`` and ``final_info``."""
-        which = np.flatnonzero(ended)
-        last = np.full(self.num_envs, None, dtype=object)
-        for k in which:
-            last[k] = observed[k].copy()
+        which, last = np.flatnonzero(ended), observed.copy()
         self._begin(which, self._drawn(len(which)), self._at_frame_outs)
         observed[which] = self._observed()[which]
-        final = {"final_obs": last, "final_info": _masked(infos, ended)}
-        return final | {f"_{name}": ended.copy() for name in final}
+        return final_infos(last, infos, ended)
 
     def _drawn(self, count: int) -> NDArray[np.int64]:
         return self.np_random.integers(len(self.bank.seeds), size=count)
@@ -414,15 +396,6 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             "command": command,
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
         }
-
-
-def _masked(infos: dict[str, NDArray[Any]], mask: NDArray[np.bool_]) -> dict[str, Any]:
-    """Return an array for each key, 0 outside the mask (B,), and the mask as ``_key``."""
-    masked: dict[str, Any] = {}
-    for name, array in infos.items():
-        array[~mask] = 0
-        masked[name], masked[f"_{name}"] = array, mask.copy()
-    return masked
 
 
 def _checked(settings: FollowSettings) -> FollowSettings:

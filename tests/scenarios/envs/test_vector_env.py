@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,15 +15,17 @@ from typing import Any
 import gymnasium as gym
 import numpy as np
 import pytest
+from gymnasium.vector import AutoresetMode
 
 from benchmarks.cli import main as cli
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.processes import EnvProcesses
 from scenarios.envs.truth_info import INFO, truth_keys
+from scenarios.envs.vectors import FollowVectorEnv
 from tests.fakes_trackers import NoParameters, Still
 from tests.scenarios.envs.compared import assert_same
 from tests.scenarios.envs.stand_in import IDS, stand_in
 from tests.scenarios.envs.stand_in import keywords as of_ids
+from trackers.types import Estimate, Observation
 
 __all__ = ["stand_in"]
 
@@ -37,8 +40,8 @@ def keywords() -> dict[str, Any]:
     return {"scenario": "fake-town-v1", "preset": "tiny", "tracker": tracker, "changes": changes, "observation": "both"}
 
 
-def processes() -> EnvProcesses:
-    return EnvProcesses([partial(FollowEnv, **keywords())] * COUNT)
+def side_by_side(workers: int = 2, count: int = COUNT, **others: Any) -> FollowVectorEnv:
+    return FollowVectorEnv(count, workers=workers, **keywords() | others)
 
 
 def assert_episodes_of_single_envs(envs: gym.vector.VectorEnv, single: list[gym.Env]) -> None:
@@ -67,7 +70,7 @@ def assert_episodes_of_single_envs(envs: gym.vector.VectorEnv, single: list[gym.
 
 @pytest.mark.usefixtures("stand_in")
 @pytest.mark.parametrize("env_id", IDS)
-@pytest.mark.parametrize("mode", [{}, {"vectorization_mode": "sync"}])
+@pytest.mark.parametrize("mode", [{"workers": 0}, {"vectorization_mode": "sync"}])
 def test_gymnasium_s_vector_envs_take_the_ids(env_id, mode):
     single = [gym.make(env_id, **of_ids()) for _ in range(COUNT)]
     with contextlib.closing(gym.make_vec(env_id, COUNT, **mode, **of_ids())) as envs:
@@ -76,7 +79,7 @@ def test_gymnasium_s_vector_envs_take_the_ids(env_id, mode):
 
 @pytest.mark.usefixtures("stand_in")
 def test_rendered_envs_side_by_side_take_a_limit_of_steps_and_refuse_what_single_ones_do():
-    with contextlib.closing(gym.make_vec(IDS[0], COUNT, max_episode_steps=2, **of_ids())) as envs:
+    with contextlib.closing(gym.make_vec(IDS[0], COUNT, max_episode_steps=2, workers=0, **of_ids())) as envs:
         envs.reset(seed=0)
         assert [envs.step(envs.action_space.sample())[3].all() for _ in range(2)] == [False, True]
     with pytest.raises(ValueError, match=r"keywords: expected one of tracker, preset, .*; got 'weather'"):
@@ -86,9 +89,124 @@ def test_rendered_envs_side_by_side_take_a_limit_of_steps_and_refuse_what_single
 
 
 @pytest.mark.heavy
-def test_processes_live_as_single_envs_do():
-    with contextlib.closing(processes()) as envs:
+@pytest.mark.parametrize("workers", [1, 2])
+def test_processes_live_as_single_envs_do(workers):
+    with contextlib.closing(side_by_side(workers)) as envs:
+        assert len(envs.worker_ids) == workers
         assert_episodes_of_single_envs(envs, [FollowEnv(**keywords()) for _ in range(COUNT)])
+    assert not any(is_alive(each) for each in envs.worker_ids)
+
+
+def test_in_one_process_they_live_as_single_envs_do():
+    with contextlib.closing(side_by_side(0, 3)) as envs:
+        assert envs.worker_ids == []
+        assert_episodes_of_single_envs(envs, [FollowEnv(**keywords()) for _ in range(3)])
+
+
+def rollout(envs: gym.vector.VectorEnv, steps: int = 2 * LAST_FRAME + 5) -> list[Any]:
+    rng = np.random.default_rng(1)
+    results: list[Any] = [envs.reset(seed=[5, None, 2][: envs.num_envs])]
+    for _ in range(steps):
+        results.append(envs.step(rng.uniform(-1, 1, envs.action_space.shape).astype(np.float32)))
+    return results
+
+
+def assert_alike(ours: Any, theirs: Any) -> None:
+    """Compare results as Gymnasium's own vector envs have them; order of keys and dtypes may differ."""
+    if isinstance(theirs, dict):
+        assert ours.keys() == theirs.keys()
+        for key in theirs:
+            assert_alike(ours[key], theirs[key])
+    elif isinstance(theirs, tuple | list) or np.asarray(theirs).dtype.hasobject:
+        for mine, other in zip(ours, theirs, strict=True):
+            assert_alike(mine, other)
+    else:
+        np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("observation", ["both", "pixels", ("depth", "track")])
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_results_are_those_of_gymnasium_s_own_vector_env(mode, observation):
+    others: dict[str, Any] = {"observation": observation, "lost_after_s": 0.3}
+    theirs = gym.vector.SyncVectorEnv([partial(FollowEnv, **keywords() | others)] * 2, autoreset_mode=mode)
+    with contextlib.closing(side_by_side(0, autoreset_mode=mode, **others)) as envs:
+        assert envs.single_observation_space == theirs.single_observation_space
+        assert envs.observation_space == theirs.observation_space
+        assert envs.action_space == theirs.action_space
+        assert {**theirs.metadata} == envs.metadata
+        for made in (envs, theirs):
+            made.reset(seed=[1, 2])
+        ours = rollout(envs)
+        assert_alike(ours, rollout(theirs))
+        assert all(observed in envs.observation_space for observed, *_ in ours)
+    ends = [result[-1].get("final_info") for result in ours[1:]]
+    assert any(ends) == (mode == AutoresetMode.SAME_STEP)
+
+
+def test_without_autoreset_a_mask_chooses_who_begins_anew():
+    with contextlib.closing(side_by_side(0, autoreset_mode="Disabled")) as envs:
+        with pytest.raises(ValueError, match="reset_mask: expected every env in the first reset"):
+            envs.reset(options={"reset_mask": np.array([True, False])})
+        with pytest.raises(gym.error.ResetNeeded):
+            envs.step(np.zeros((COUNT, 4)))
+        envs.reset(options={"episode_seed": [7, 8]})
+        for _ in range(LAST_FRAME):
+            *_, truncated, infos = envs.step(np.zeros((COUNT, 4)))
+        assert truncated.all()
+        np.testing.assert_array_equal(infos["episode_seed"], [7, 8])
+        mask = np.array([False, True])
+        _, infos = envs.reset(options={"episode_seed": 9, "reset_mask": mask})
+        np.testing.assert_array_equal(infos["_frame"], mask)
+        assert infos["episode_seed"][1] == 9
+        with pytest.raises(gym.error.ResetNeeded, match="step: expected an episode that runs"):
+            envs.step(np.zeros((COUNT, 4)))
+
+
+def test_attributes_and_methods_are_those_of_every_env():
+    with contextlib.closing(side_by_side(0, 3, render_mode="rgb_array")) as envs:
+        envs.reset(seed=1)
+        assert [view.ndim for view in envs.render()] == [3, 3, 3]
+        envs.set_attr("colour", [1, 2, 3])
+        assert envs.get_attr("colour") == (1, 2, 3)
+        envs.set_attr("colour", 4)
+        assert envs.call("colour") == (4, 4, 4)
+        with pytest.raises(ValueError, match="values: expected one value, or a list of 3, got 2"):
+            envs.set_attr("colour", [1, 2])
+    for refused in (envs.reset, lambda: envs.step(np.zeros((3, 4)))):
+        with pytest.raises(gym.error.ClosedEnvironmentError, match="vector env: expected it to be open"):
+            refused()
+
+
+@pytest.mark.parametrize("wrapper", ["NormalizeObservation", "NormalizeReward", "RecordEpisodeStatistics"])
+def test_gymnasium_s_wrappers_take_it(wrapper):
+    with contextlib.closing(getattr(gym.wrappers.vector, wrapper)(side_by_side(0, observation="track"))) as envs:
+        rollout(envs)
+
+
+FAILS_AT = 4
+
+
+class FailsSoon(Still):
+    """Has a bug."""
+
+    def misbehave(self, observation: Observation) -> Estimate:
+        if self._frame == FAILS_AT:
+            raise ZeroDivisionError("nothing")
+        return super().misbehave(observation)
+
+
+@pytest.mark.heavy
+def test_an_error_of_one_env_is_told_and_a_reset_mends_it():
+    failing = keywords() | {"tracker": FailsSoon(NoParameters(), np.random.default_rng(0))}
+    with contextlib.closing(FollowVectorEnv(2, workers=2, **failing)) as envs:
+        envs.reset(seed=1)
+        for _ in range(FAILS_AT - 1):
+            envs.step(np.zeros((2, 4)))
+        with pytest.raises(RuntimeError, match=r"tracker: expected an estimate of FailsSoon .*nothing"):
+            envs.step(np.zeros((2, 4)))
+        with pytest.raises(ValueError, match="options: expected keys among"):
+            envs.reset(options={"weather": 1})
+        assert envs.reset(seed=1)[1]["frame"].tolist() == [0, 0]
 
 
 def test_info_says_what_is_declared():
@@ -101,8 +219,8 @@ def test_info_says_what_is_declared():
 
 @pytest.mark.heavy
 def test_a_process_that_is_killed_is_told_in_one_line_and_the_others_are_ended(monkeypatch, capsys):
-    with contextlib.closing(processes()) as envs:
-        ids = [process.pid for process in envs.processes]
+    with contextlib.closing(side_by_side()) as envs:
+        ids = envs.worker_ids
         envs.reset(seed=0)
         os.kill(ids[0], signal.SIGKILL)
 
@@ -120,16 +238,84 @@ def test_a_process_that_is_killed_is_told_in_one_line_and_the_others_are_ended(m
     assert not any(is_alive(each) for each in ids)
 
 
+OF_ITS_OWN = """
+from tests.fakes_trackers import NoParameters, Still, register
+import tests.fakes_scenario
+
+@register("of_a_script", role="external", summary="of a script")
+class OfAScript(Still):
+    Parameters = NoParameters
+"""
+MAKES = """
+import gymnasium as gym
+import numpy as np
+
+envs = gym.make_vec(
+    "frameout/RoadTownFollow", 2, scenario="fake-town-v1", preset="tiny", tracker={tracker}, workers=2
+)
+observed, _ = envs.reset(seed=1)
+print(observed.shape, *envs.worker_ids)
+"""
+
+
+def indented(text: str) -> str:
+    return 'if __name__ == "__main__":\n' + "".join(f"    {line}\n" for line in text.splitlines())
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize(
+    ("script", "tracker"),
+    [
+        (MAKES, '"fake_still"'),
+        (OF_ITS_OWN + MAKES, "OfAScript(NoParameters(), np.random.default_rng(0))"),
+        (OF_ITS_OWN + indented(MAKES), '"of_a_script"'),
+    ],
+)
+def test_a_script_needs_a_guard_only_if_workers_must_run_it(script, tracker, tmp_path):
+    file = tmp_path / "script.py"
+    start = "import scenarios\nimport tests.fakes_scenario\n"
+    file.write_text(start + script.replace("{tracker}", tracker).replace("RoadTownFollow", "RoadTownFollow-v3"))
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, file], cwd=tmp_path, env=environment, **pipes) as process:
+        printed, complaints = output_of(process)
+    assert complaints == ""
+    *shape, first, second = printed.replace("(", "").replace(")", "").replace(",", "").split()
+    assert shape[0] == "2"
+    # It did not close them.
+    wait_until_gone(int(first), int(second))
+
+
+@pytest.mark.heavy
+def test_a_script_that_workers_must_run_and_that_has_no_guard_is_told(tmp_path):
+    file = tmp_path / "script.py"
+    file.write_text(OF_ITS_OWN + MAKES.replace("{tracker}", '"of_a_script"').replace("Follow", "Follow-v3"))
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+    pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, file], cwd=tmp_path, env=environment, **pipes) as process:
+        complaints = output_of(process)[1]
+    assert complaints.count("Traceback") == 1
+    wanted = 'ValueError: script: expected envs made below `if __name__ == "__main__":` only'
+    assert complaints.splitlines()[-1].startswith(wanted)
+
+
+def wait_until_gone(*ids: int) -> None:
+    deadline = time.monotonic() + 20
+    while any(is_alive(each) for each in ids):
+        assert time.monotonic() < deadline, "a process is left behind"
+        time.sleep(0.05)
+
+
 SCRIPT = """
 import contextlib, signal
 import numpy as np
-from tests.scenarios.envs.test_vector_env import COUNT, processes
+from tests.scenarios.envs.test_vector_env import COUNT, side_by_side
 
 # A shell that started the tests in the background made all of them deaf to Ctrl-C.
 signal.signal(signal.SIGINT, signal.default_int_handler)
-with contextlib.closing(processes()) as envs:
+with contextlib.closing(side_by_side()) as envs:
     envs.reset(seed=0)
-    print(*(process.pid for process in envs.processes), flush=True)
+    print(*envs.worker_ids, flush=True)
     while True:
         envs.step(np.zeros((COUNT, 4), np.float32))
 """

@@ -12,7 +12,7 @@ from gymnasium.utils.env_checker import check_env
 
 from scenarios.envs import follow_env
 from scenarios.envs.follow_env import FollowEnv
-from scenarios.envs.processes import EnvProcesses
+from scenarios.envs.vectors import FollowVectorEnv
 from tests.fakes_scenario import FAKE_TOWN
 from tests.scenarios.envs.compared import assert_same
 from tests.scenarios.envs.stand_in import FRAMES, IDS, keywords, make, stand_in
@@ -64,16 +64,12 @@ def test_what_needs_a_tracker_is_refused(others: dict[str, Any], told: str) -> N
         gym.make(IDS[0], **{"tracker": None, "preset": "quick"} | others)
 
 
-def alone_in_the_fake_town() -> FollowEnv:
-    """Return an env in the world without a renderer, also in a new process, which imports that world with this."""
-    return FollowEnv(FAKE_TOWN.id, **keywords(**ALONE))
-
-
 @pytest.mark.heavy
-@pytest.mark.parametrize(("kind", "count"), [(gym.vector.SyncVectorEnv, 2), (EnvProcesses, 1)])
-def test_they_run_side_by_side_and_in_processes_of_their_own(kind: Any, count: int) -> None:
-    single = [alone_in_the_fake_town() for _ in range(count)]
-    with contextlib.closing(kind([alone_in_the_fake_town] * count)) as envs:
+@pytest.mark.parametrize(("workers", "count"), [(0, 2), (1, 1)])
+def test_they_run_side_by_side_and_in_processes_of_their_own(workers: int, count: int) -> None:
+    single = [FollowEnv(FAKE_TOWN.id, **keywords(**ALONE)) for _ in range(count)]
+    made = FollowVectorEnv(count, workers=workers, scenario=FAKE_TOWN.id, **keywords(**ALONE))
+    with contextlib.closing(made) as envs:
         pictures, _ = envs.reset(seed=3)
         for k, env in enumerate(single):
             np.testing.assert_array_equal(pictures[k], env.reset(seed=3 + k)[0])

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gymnasium.vector import SyncVectorEnv
 
+from scenarios.envs.vectors import FollowVectorEnv
 from tests.fakes_scenario import FakeEpisode
 from tests.fakes_trackers import NoParameters, Still
 from tests.tools.speed.conftest import BARE_S, FakeWorld, work
@@ -92,19 +92,20 @@ def test_resets_do_not_count_as_steps_of_processes(monkeypatch: pytest.MonkeyPat
         work(0.1)
         reset(self, *arguments, **options)
 
-    at_a_time: list[int] = []
+    counts: list[tuple[int, int]] = []
 
-    def in_this_process(made: list[Any], max_concurrency: int) -> SyncVectorEnv:
-        at_a_time.append(max_concurrency)
-        return SyncVectorEnv(made)
+    def in_this_process(num_envs: int, workers: int, **keywords: Any) -> FollowVectorEnv:
+        counts.append((num_envs, workers))
+        return FollowVectorEnv(num_envs, workers=0, **keywords)
 
     monkeypatch.setattr(FakeEpisode, "__init__", slow)
-    monkeypatch.setattr(envs, "EnvProcesses", in_this_process)
+    monkeypatch.setattr(envs, "FollowVectorEnv", in_this_process)
     monkeypatch.setattr(envs, "_COUNTED", 10)
     figures = measure_env("tiny", 8, 0)
-    assert at_a_time == [1, 2]
+    assert counts == [(8, 2)]
     scaling = figures["env_process_scaling"]
-    assert all(0.0 < seconds < 4 * 0.1 for seconds in scaling[:2])
+    assert all(0.0 < seconds < 8 * 0.1 for seconds in scaling[:2])
+    assert scaling.above == pytest.approx(scaling.below, rel=0.5), "eight steps of one, a step of eight"
     assert figures["env_reset_cpu_s"].above >= 0.1
     ratios = {name: each.above / each.below for name, each in figures.items()}
     assert ratios["env_speedup_over_tinyrenderer"] == pytest.approx(BARE_S * ratios["env_steps_per_s"], rel=0.3)
