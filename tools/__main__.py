@@ -13,6 +13,7 @@ TOOLS = Program(
         "speed": ("tools.time_speed:Speed", "time rendering against TinyRenderer, and steps of the envs"),
         "learn-colours": ("tools.learn.colours:LearnColours", "learn colour models of road and other ground"),
         "learn-swims": ("tools.learn.swims:LearnSwims", "learn from simulated swims what gap methods ship"),
+        "learn-swings": ("tools.learn.swings:LearnSwings", "learn how swings of a camera in gusts go on"),
         "learn-alarms": ("tools.learn.alarms:LearnAlarms", "learn from episodes what baselines of alarms ship"),
     },
     "Tools of the project itself, which users of the package do not need.",

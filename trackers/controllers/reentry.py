@@ -39,7 +39,7 @@ def steer(
     p = parameters[0]
     for k in range(len(beliefs)):
         b = beliefs[k]
-        aim_ahead_m, aim_right_m, moving = _aim(b, p)
+        aim_ahead_m, aim_right_m, moving = aim_point(b, p)
         velocity_ahead_mps, velocity_right_mps = moving * b.velocity_ahead_mps, moving * b.velocity_right_mps
         pull_ahead_mps, pull_right_mps = _pull(b, p, aim_ahead_m, aim_right_m, velocity_ahead_mps, velocity_right_mps)
         ahead_mps, right_mps = velocity_ahead_mps + pull_ahead_mps, velocity_right_mps + pull_right_mps
@@ -47,11 +47,9 @@ def steer(
         ahead_mps += p.push_s * (ahead_mps - b.own_ahead_mps)
         right_mps += p.push_s * (right_mps - b.own_right_mps)
         slower = min(1.0, p.fastest_mps / max(np.hypot(ahead_mps, right_mps), 1e-9))
-        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = slower * ahead_mps, slower * right_mps, _climb(b, p), 0.0
+        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = slower * ahead_mps, slower * right_mps, climb_rate(b, p), 0.0
         if b.mount_slope > 0.0:
-            # Under a pitched camera the nose turns to the target; one nearly below has no bearing.
-            nearest_m = 0.5 * b.mount_slope * b.height_m
-            out[k, 3] = -p.turn_per_s * np.arctan2(aim_right_m, max(aim_ahead_m, nearest_m))
+            out[k, 3] = turn_rate(b, p, aim_ahead_m, aim_right_m)
 
 
 @record_kernel()
@@ -63,7 +61,7 @@ def _is_lost(b: Any, p: Any) -> bool:
 
 
 @record_kernel()
-def _aim(b: Any, p: Any) -> tuple[float, float, float]:
+def aim_point(b: Any, p: Any) -> tuple[float, float, float]:
     """Return the point to bring into view (ahead, right) and the share of the target's velocity at which it moves."""
     if not _is_lost(b, p):
         return b.ahead_m, b.right_m, 1.0
@@ -124,7 +122,7 @@ def _axis_soon(b: Any, p: Any, height_m: float) -> tuple[float, float]:
 
 
 @record_kernel()
-def _climb(b: Any, p: Any) -> float:
+def climb_rate(b: Any, p: Any) -> float:
     """Return the climb rate to ``height_m``, or to the height at which the picture covers a lost target's posterior."""
     wanted_m = p.height_m
     if _is_lost(b, p):
@@ -136,6 +134,13 @@ def _climb(b: Any, p: Any) -> float:
 
 
 @record_kernel()
+def turn_rate(b: Any, p: Any, ahead_m: float, right_m: float) -> float:
+    """Return the turn rate of the nose to a point on the ground, under a camera that is pitched forward."""
+    # A point nearly below has no bearing.
+    return -p.turn_per_s * np.arctan2(right_m, max(ahead_m, 0.5 * b.mount_slope * b.height_m))
+
+
+@record_kernel()
 def nearest_seen(
     ahead: float, right: float, axis_ahead: float, axis_right: float, half_ahead: float, half_right: float
 ) -> tuple[float, float]:
@@ -144,18 +149,28 @@ def nearest_seen(
     All lengths are over the height. ``axis_*``: where the optical axis meets the ground; ``half_*``: tangents of half
     the fields of view.
     """
-    pitch_rad = np.arctan(axis_ahead)
-    cp, sp = np.cos(pitch_rad), np.sin(pitch_rad)
-    roll_rad = np.arctan(-axis_right * cp)
-    cr, sr = np.cos(roll_rad), np.sin(roll_rad)
-    # The point in the camera's axes: along the optical axis, up and right in the picture.
-    depth = max(ahead * sp * cr - right * sr + cp * cr, _SHALLOWEST)
-    up = (ahead * cp - sp) / depth
-    aside = (ahead * sp * sr + right * cr + cp * sr) / depth
+    cp, sp, cr, sr = tilted_axes(axis_ahead, axis_right)
+    _, up, aside = in_picture(ahead, right, cp, sp, cr, sr)
     up, aside = min(max(up, -half_ahead), half_ahead), min(max(aside, -half_right), half_right)
     # Back to the ground along the ray of the clipped pixel.
     down = max(cp * cr - up * sp + aside * cp * sr, _SHALLOWEST)
     return (sp * cr + up * cp + aside * sp * sr) / down, (aside * cr - sr) / down
+
+
+@record_kernel()
+def tilted_axes(axis_ahead: float, axis_right: float) -> tuple[float, float, float, float]:
+    """Return cosine and sine of the pitch, and of the roll, of a camera whose optical axis meets the ground there."""
+    pitch_rad = np.arctan(axis_ahead)
+    cp, sp = np.cos(pitch_rad), np.sin(pitch_rad)
+    roll_rad = np.arctan(-axis_right * cp)
+    return cp, sp, np.cos(roll_rad), np.sin(roll_rad)
+
+
+@record_kernel()
+def in_picture(ahead: float, right: float, cp: float, sp: float, cr: float, sr: float) -> tuple[float, float, float]:
+    """Return a point on the ground in the camera's axes: along the optical axis, and over that up and right."""
+    depth = max(ahead * sp * cr - right * sr + cp * cr, _SHALLOWEST)
+    return depth, (ahead * cp - sp) / depth, (ahead * sp * sr + right * cr + cp * sr) / depth
 
 
 @dataclass(frozen=True)
