@@ -116,11 +116,13 @@ class Pictureless(ABC):
         version: of the contents of ``arrays``; increment it with every change of them.
         runs: the runs that error models of trackers are fitted to.
         world_place: ``module:name`` of its ``KernelWorld``, whose kernels take seconds to import.
+        fixed_fields: fields of a preset that its ``KernelWorld`` reads, the same for all episodes.
     """
 
     version: int
     runs: TrackerRuns
     world_place: str
+    fixed_fields: tuple[str, ...] = ("frame_count", "rate_hz", "width_px", "height_px")
 
     @abstractmethod
     def is_playable(self, preset: Any) -> bool:

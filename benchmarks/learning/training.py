@@ -311,6 +311,7 @@ def _callback(
 
         learnt_steps = behind
         stopped = False
+        progress = 0.0
         to_come = tuple(steps for steps in due if steps > behind)
 
         def stop(self, *_: object) -> None:
@@ -322,6 +323,10 @@ def _callback(
 
         def _on_rollout_start(self) -> None:
             self.learnt_steps = self.num_timesteps
+            progress = round(min(self.num_timesteps / (behind + left), 1.0), 2)
+            if progress != self.progress:
+                self.training_env.set_attr("progress", progress)
+                self.progress = progress
             report(self.standing())
             if time.monotonic() - self.saved_s > _CHECKPOINT_S:
                 save_checkpoint(self.model, out, settings)

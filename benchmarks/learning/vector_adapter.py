@@ -101,8 +101,8 @@ class GymnasiumVecEnv(VecEnv):
         return [getattr(self._envs, attr_name, None)] * len(list(self._get_indices(indices)))
 
     def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:
-        """Raise NotImplementedError: single envs have no attributes."""
-        raise NotImplementedError("set_attr: the envs run together")
+        """Set an attribute of the vector env, which is one for all, e.g. ``progress``."""
+        setattr(self._envs, attr_name, value)
 
     def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:
         """Raise NotImplementedError: single envs have no methods."""

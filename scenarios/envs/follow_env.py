@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -173,6 +174,15 @@ class FollowEnv(gym.Env, EzPickle):
         if self._run is None:
             raise gym.error.ResetNeeded("render: expected reset() before it, got an episode that has not begun")
         return draw_view(self._run.loop, self._run.target) if self.render_mode == "rgb_array" else None
+
+    @property
+    def progress(self) -> float:
+        """Of the training, see ``FollowSettings``; set it for later episodes."""
+        return self.settings.progress
+
+    @progress.setter
+    def progress(self, progress: float) -> None:
+        self.settings = dataclasses.replace(self.settings, progress=progress)
 
     @property
     def episode(self) -> Loop:

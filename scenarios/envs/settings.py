@@ -20,6 +20,7 @@ from trackers import registry
 CHANNELS = ("track", "pixels", "depth", "segmentation")
 ActionMode = Literal["command", "correction", "parameters"]
 OutOfRange = Literal["refuse", "clip"]
+Range = tuple[float, float]
 _NOT_CHANGED = ("summary", "closed_loop")
 _OF_ACTIONS: Mapping[str, tuple[ActionMode, ...]] = {
     "controller": ("correction", "parameters"),
@@ -29,7 +30,7 @@ _OF_ACTIONS: Mapping[str, tuple[ActionMode, ...]] = {
 }
 """Settings that some kinds of actions alone use."""
 _MAPPINGS = ("changes", "randomise", "controller_values")
-EPISODE_OPTIONS = ("preset", "changes", "randomise", "difficulty", "link")
+EPISODE_OPTIONS = ("preset", "changes", "randomise", "progress", "difficulty", "link")
 """Settings that ``reset(options=...)`` may change for one episode."""
 _WORLDS = 16
 OWN_WORLD = -1
@@ -48,7 +49,9 @@ class FollowSettings:
         preset: name of one of the scenario's presets; None: the env's own (``standard``, or as ``frameout list`` says),
             unless ``difficulty`` is given.
         changes: fields of the preset -> other values, e.g. ``{"width_px": 84, "height_px": 84}``.
-        randomise: numeric fields of the preset -> (low, high), drawn anew for every episode.
+        randomise: numeric fields of the preset -> (low, high), drawn anew for every episode; or -> two such ranges,
+            at the beginning of a training and at its end: a curriculum, which lies between them by ``progress``.
+        progress: of the training, from 0 to 1; the envs' attribute of this name sets it for later episodes.
         difficulty: None, or 0 (preset ``standard``) to 1 (``hard``), which interpolates these presets' numbers; given
             in place of ``preset``, never beside it.
         link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``, ``late``), or a ``Link``.
@@ -78,7 +81,8 @@ class FollowSettings:
     tracker: Any
     preset: str | None = None
     changes: Mapping[str, Any] = field(default_factory=dict)
-    randomise: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    randomise: Mapping[str, Range | tuple[Range, Range]] = field(default_factory=dict)
+    progress: float = 0.0
     difficulty: float | None = None
     link: str | Link = "prompt"
     controller: Any = "centre"
@@ -110,6 +114,7 @@ class FollowSettings:
             ("lost_after_s", lost is None or (is_number(lost) and lost > 0), "None or a number > 0"),
             ("tracker", _is_tracker(self.tracker), tracker),
             ("link", isinstance(self.link, Link) or self.link in tuple(LINKS), f"one of {links} or a Link"),
+            ("progress", is_number(self.progress) and 0 <= self.progress <= 1, "a number from 0 to 1"),
             ("worlds", worlds is None or (_is_whole(worlds) and worlds >= 0), "None or a whole number >= 0"),
             *((name, isinstance(getattr(self, name), Mapping), "a dictionary") for name in _MAPPINGS),
         ):
@@ -136,8 +141,10 @@ class FollowSettings:
         check("difficulty", alone, wanted, f"preset={self.preset!r} and difficulty={self.difficulty!r}")
         if worlds:
             check_keeps_worlds("worlds", scenario)
-        for end in (0, 1):
-            self.configuration({name: limits[end] for name, limits in self._checked_ranges().items()})
+        ranges = self._checked_ranges()
+        for progress in (0, 1):
+            for end in (0, 1):
+                self.configuration({name: both[progress][end] for name, both in ranges.items()})
 
     def with_options(self, options: Mapping[str, Any]) -> FollowSettings:
         """Return these settings, changed by ``options`` of ``reset``."""
@@ -157,16 +164,27 @@ class FollowSettings:
             changes = {"preset": None, "difficulty": None} | changes
         return dataclasses.replace(self, **changes) if changes else self
 
-    def _checked_ranges(self) -> Mapping[str, tuple[float, float]]:
-        """Return ``randomise``. Raises ValueError for an invalid range, or a field that must not vary by episode."""
+    def _checked_ranges(self) -> dict[str, tuple[Range, Range]]:
+        """Return the ranges of ``randomise`` at the beginning and at the end of a training.
+
+        Raises:
+            ValueError: for an invalid range, or a field that must not vary by episode.
+        """
         preset = self.configuration({})
         for name, limits in self.randomise.items():
             check("randomise", is_number(getattr(preset, name)), "fields that are numbers", repr(name))
             same = self.observes_pictures and name in ("width_px", "height_px")
             check("randomise", not same, "no size of the picture where that is observed", repr(name))
-            good = isinstance(limits, Sequence) and len(limits) == 2 and all(map(is_number, limits))
-            check(f"randomise.{name}", good and limits[0] <= limits[1], "two numbers in ascending order", limits)
-        return self.randomise
+            good = _is_range(limits) or (
+                isinstance(limits, Sequence) and len(limits) == 2 and all(map(_is_range, limits))
+            )
+            check(f"randomise.{name}", good, "two numbers in ascending order, or two ranges of them", limits)
+        return {name: _ends(limits) for name, limits in self.randomise.items()}
+
+    @property
+    def is_curriculum(self) -> bool:
+        """Whether a range of ``randomise`` changes with the progress of a training."""
+        return any(first != last for first, last in map(_ends, self.randomise.values()))
 
     def world_of(self, seed: int) -> int:
         """Return the seed of the world in which an episode takes place, ``OWN_WORLD`` for its own."""
@@ -224,10 +242,20 @@ class FollowSettings:
         values |= {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
         return dataclasses.replace(preset, **values)
 
-    def configuration_of(self, seed: int) -> Any:
-        """Return the ``configuration`` of the episode with a seed, which draws the fields in ``randomise``."""
-        rng = generator(seed, "randomise")
-        return self.configuration({name: float(rng.uniform(*limits)) for name, limits in self.randomise.items()})
+    def configuration_of(self, seed: int, progress: float | None = None) -> Any:
+        """Return the ``configuration`` of the episode with a seed, which draws the fields in ``randomise``.
+
+        Args:
+            progress: of the training; None: that of the settings.
+        """
+        rng, share, drawn = generator(seed, "randomise"), self.progress if progress is None else progress, {}
+        for name, limits in self.randomise.items():
+            first, last = _ends(limits)
+            low, high = (
+                first if first == last else ((1.0 - share) * a + share * b for a, b in zip(first, last, strict=True))
+            )
+            drawn[name] = float(rng.uniform(low, high))
+        return self.configuration(drawn)
 
 
 KEYWORDS = tuple(each.name for each in dataclasses.fields(FollowSettings) if each.name != "scenario")
@@ -275,6 +303,17 @@ def _without_lists(example: Any, value: Any) -> Any:
 def is_number(value: Any) -> bool:
     """Return whether a value is a number, which ``True`` is not."""
     return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _is_range(limits: Any) -> bool:
+    is_pair = isinstance(limits, Sequence) and len(limits) == 2 and all(map(is_number, limits))
+    return is_pair and limits[0] <= limits[1]
+
+
+def _ends(limits: Any) -> tuple[Range, Range]:
+    """Return a checked range at the beginning and at the end of a training."""
+    first, last = (limits, limits) if _is_range(limits) else limits
+    return tuple(first), tuple(last)
 
 
 def _is_whole(value: Any) -> bool:

@@ -6,6 +6,7 @@ memory, a row for each env, so that a step costs every process one call, whateve
 
 from __future__ import annotations
 
+import dataclasses
 import mmap
 import os
 import tempfile
@@ -158,6 +159,16 @@ class FollowVectorEnv(gym.vector.VectorEnv):
             last = self._of(rows["final_observed"])
             infos |= final_infos(last, self._of_infos("final_info"), ended)
         return self._of(rows["observed"]), rows["reward"].copy(), terminated, truncated, infos
+
+    @property
+    def progress(self) -> float:
+        """Of the training, see ``FollowSettings``; set it for later episodes of all envs."""
+        return self.settings.progress
+
+    @progress.setter
+    def progress(self, progress: float) -> None:
+        self.settings = dataclasses.replace(self.settings, progress=progress)
+        self.set_attr("progress", progress)
 
     def render(self) -> tuple[Any, ...]:
         """Return each env's larger view, see ``FollowEnv.render``."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,7 +24,7 @@ class EpisodeBank:
     """E episodes of T frames of one configuration of a scenario.
 
     Attributes:
-        scenario: catalogue id. preset: its configuration.
+        scenario: catalogue id. preset: its configuration, but for what each episode has of its own.
         seeds: (E,) episode seeds.
         arrays: the plans by name, E first; see the scenario's ``Pictureless``.
     """
@@ -47,11 +47,14 @@ class EpisodeBank:
         return int(found[0])
 
 
-def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path | None = None) -> EpisodeBank:
+def episode_bank(
+    scenario: str, preset: Any, seeds: Iterable[int], cache: Path | None = None, *, own: Sequence[Any] = ()
+) -> EpisodeBank:
     """Plan episodes, or read the plans of an earlier call from a folder; planning one takes about a second.
 
     Args:
         preset: configuration. cache: folder, created if missing; None: plans are not stored.
+        own: the configuration of each episode, where they differ in other than ``Pictureless.fixed_fields``.
 
     Raises:
         ValueError: for a scenario or a preset without envs without pictures.
@@ -61,22 +64,22 @@ def episode_bank(scenario: str, preset: Any, seeds: Iterable[int], cache: Path |
     wanted = np.array(list(seeds))
     good = len(wanted) > 0 and wanted.dtype.kind == "i" and (wanted >= 0).all()
     check("seeds", bool(good), "whole numbers >= 0, e.g. range(256)", wanted.tolist())
-    settings = {k: v for k, v in dataclasses.asdict(preset).items() if k not in ("summary", "closed_loop")}
-    key = hashlib.sha256(repr((scenario, pictureless.version, sorted(settings.items()))).encode()).hexdigest()[:16]
     planned: list[dict[str, NDArray[np.float64]]] = []
-    for seed in wanted:
+    for seed, each in zip(wanted, own or [preset] * len(wanted), strict=True):
+        settings = {k: v for k, v in dataclasses.asdict(each).items() if k not in ("summary", "closed_loop")}
+        key = hashlib.sha256(repr((scenario, pictureless.version, sorted(settings.items()))).encode()).hexdigest()[:16]
         path = None if cache is None else cache / f"{scenario}-{key}" / f"{seed}.npz"
         if path is not None and path.is_file():
             with np.load(path, allow_pickle=False) as stored:
                 planned.append(dict(stored))
             continue
-        planned.append(pictureless.arrays(preset, episode_seed(int(seed), scenario, 0)))
+        planned.append(pictureless.arrays(each, episode_seed(int(seed), scenario, 0)))
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
             # Atomic: an interrupted run leaves no partial file, and several processes may plan the same episode.
             with atomic_file(path) as file:
                 np.savez(file, **planned[-1])  # type: ignore[arg-type]
-    arrays = {name: np.ascontiguousarray(np.stack([each[name] for each in planned])) for name in planned[0]}
+    arrays = {name: np.ascontiguousarray(np.stack([plan[name] for plan in planned])) for name in planned[0]}
     return EpisodeBank(scenario, preset, wanted.astype(np.int64), arrays)
 
 

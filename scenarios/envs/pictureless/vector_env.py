@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -224,9 +225,13 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self.carrier = catalog.scenario(scenario).carrier
         preset = self.settings.configuration({})
         if bank is None:
-            bank = episode_bank(scenario, preset, seeds, None if cache is None else Path(cache))
+            bank = _varied_bank(self.settings, [*seeds], None if cache is None else Path(cache))
+        else:
+            none = "nothing with a bank, whose episodes are planned"
+            check("randomise", not self.settings.randomise, none, self.settings.randomise)
         check("bank", bank.preset == preset, f"episodes of the configuration {preset}", bank.preset)
         self.bank, self.num_envs = bank, num_envs
+        self.progress = self.settings.progress
         model = error_model(scenario, tracker) if model is None else model
         wanted, got = f"one with an error model for {scenario}", f"one for {model.scenario}"
         check("tracker", model.scenario == scenario, wanted, got)
@@ -343,8 +348,25 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         observed[which] = self._observed()[which]
         return final_infos(last, infos, ended)
 
+    @property
+    def progress(self) -> float:
+        """Of the training, see ``FollowSettings``; set it for later episodes.
+
+        Where ``randomise`` is a curriculum, the first of the bank's episodes is planned for its beginning and the last
+        one for its end; those that begin are drawn from the quarter that is nearest the progress.
+        """
+        return self.settings.progress
+
+    @progress.setter
+    def progress(self, progress: float) -> None:
+        self.settings = replace(self.settings, progress=progress)
+        self._playable = np.arange(len(self.bank.seeds))
+        if self.settings.is_curriculum:
+            away = np.abs(_progress_of(len(self.bank.seeds)) - progress)
+            self._playable = np.argsort(away, kind="stable")[: max(len(away) // 4, 1)]
+
     def _drawn(self, count: int) -> NDArray[np.int64]:
-        return self.np_random.integers(len(self.bank.seeds), size=count)
+        return self._playable[self.np_random.integers(len(self._playable), size=count)]
 
     def _begin(self, which: NDArray[np.int64], episodes: NDArray[np.int64], at_frame_outs: bool) -> None:
         self._waiting[which] = self._wanted[which] = self._terms[which] = 0.0
@@ -398,6 +420,20 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         }
 
 
+def _progress_of(count: int) -> NDArray[np.float64]:
+    """Return the progress (E,) for which each of E episodes is planned."""
+    return np.linspace(0.0, 1.0, count)
+
+
+def _varied_bank(settings: FollowSettings, seeds: list[int], cache: Path | None) -> EpisodeBank:
+    """Return episodes of which each has its own values of the fields in ``randomise``."""
+    own = []
+    if settings.randomise:
+        progress = _progress_of(len(seeds)).tolist() if settings.is_curriculum else [None] * len(seeds)
+        own = [settings.configuration_of(*each) for each in zip(seeds, progress, strict=True)]
+    return episode_bank(settings.scenario, settings.configuration({}), seeds, cache, own=own)
+
+
 def _checked(settings: FollowSettings) -> FollowSettings:
     """Return settings that need no picture, or raise ValueError."""
     check("tracker", isinstance(settings.tracker, str), "the name of one with an error model", repr(settings.tracker))
@@ -405,6 +441,7 @@ def _checked(settings: FollowSettings) -> FollowSettings:
     known = ("command", "correction")
     check("action", settings.action in known, f"one of {', '.join(known)} without pictures", repr(settings.action))
     check("controller", isinstance(settings.controller, str), "the name of one", repr(settings.controller))
-    check("randomise", not settings.randomise, "nothing without pictures", settings.randomise)
+    for name in pictureless_of(settings.scenario).fixed_fields:
+        check("randomise", name not in settings.randomise, "fields that plans alone depend on", repr(name))
     check("worlds", not settings.worlds, "0 without pictures, where there are none", settings.worlds)
     return settings

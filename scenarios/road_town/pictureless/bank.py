@@ -19,6 +19,7 @@ class RoadPictureless(Pictureless):
 
     version = 4
     world_place = "scenarios.road_town.pictureless.world:RoadWorld"
+    fixed_fields = (*Pictureless.fixed_fields, "field_of_view_deg")
     runs = TrackerRuns(
         ("centre", "disturbed:centre", "centre", "disturbed:centre", "hold"), wrong_from_m=3.0, jump_m=4.0
     )

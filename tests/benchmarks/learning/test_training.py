@@ -241,6 +241,12 @@ def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_
     assert (tmp_path / "a folder" / "judged" / "comparisons.json").is_file()
 
 
+def test_a_training_tells_its_envs_how_far_it_is() -> None:
+    envs = gym.make_vec(TINY.env, 3, pictures=False, seeds=range(2), preset="quick", max_episode_steps=40)
+    GymnasiumVecEnv(envs, 4, 0.99).set_attr("progress", 0.25)
+    assert envs.progress == 0.25
+
+
 def test_an_episode_s_reward_and_time_in_view_are_its_own_steps() -> None:
     """Summed here from a second env with the same seed; the step that ends an episode begins the next.
 

@@ -64,7 +64,7 @@ def test_changes_and_randomise_take_what_the_page_says(entry: catalog.Entry) -> 
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("text", EXAMPLES, ids=["changes", "pixels", "video"])
+@pytest.mark.parametrize("text", EXAMPLES, ids=["changes", "curriculum", "pixels", "video"])
 def test_the_examples_run(
     text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

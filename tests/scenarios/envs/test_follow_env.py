@@ -277,3 +277,22 @@ def test_checkers_are_content_with_a_tracker_that_never_answers():
     env.reset(seed=0)
     *_, info = env.step(env.action_space.sample())
     assert info["error_px"] == np.inf
+
+
+LONGER = {"frame_count": ((5, 5), (25, 25))}
+
+
+def test_the_training_s_progress_leads_through_a_curriculum():
+    env = gym.make(IDS[0], **keywords(randomise=LONGER))
+    lengths = []
+    for progress in (None, 0.5, 1):
+        if progress is not None:
+            env.set_wrapper_attr("progress", progress)
+        env.reset(seed=1)
+        lengths.append(env.unwrapped.episode.episode.frame_count)
+    assert lengths == [5, 15, 25]
+    env.reset(options={"progress": 0.0})
+    assert env.unwrapped.episode.episode.frame_count == 5
+    assert env.get_wrapper_attr("progress") == 1
+    with pytest.raises(ValueError, match="progress: expected a number from 0 to 1, got 2"):
+        env.set_wrapper_attr("progress", 2)

@@ -67,7 +67,7 @@ def settings(**changes: Any) -> FollowSettings:
         ("worlds", True, "worlds: expected None or a whole number >= 0, got True"),
         ("changes", 3, "changes: expected a dictionary, got 3"),
         ("randomise", {"ego": (0, 1)}, "randomise: expected fields that are numbers, got 'ego'"),
-        ("randomise", {"width_px": 3}, "randomise.width_px: expected two numbers in ascending order, got 3"),
+        ("randomise", {"width_px": 3}, "randomise.width_px: expected two numbers in ascending order, or two .*, got 3"),
         (
             "randomise",
             {"frame_count": (-5, 300)},
@@ -254,3 +254,32 @@ def test_drawn_values_take_their_fields_kind() -> None:
     )
     assert preset.traffic_cars == 5
     assert preset.attitude_noise_deg == 1.25
+
+
+def test_a_curriculum_goes_from_range_to_range_with_the_progress() -> None:
+    plain, grows = (settings(randomise={"traffic_cars": limits}) for limits in ((2, 30), [[0, 0], (10, 30)]))
+    assert (plain.is_curriculum, grows.is_curriculum) == (False, True)
+    assert settings(randomise={"traffic_cars": ((2, 30), (2, 30))}).configuration_of(4) == plain.configuration_of(4)
+    assert plain.configuration_of(4) == plain.configuration_of(4, 0.7)
+    drawn = {share: [grows.configuration_of(seed, share).traffic_cars for seed in range(300)] for share in (0, 0.5, 1)}
+    assert {share: (min(cars), max(cars)) for share, cars in drawn.items()} == {0: (0, 0), 0.5: (5, 15), 1: (10, 30)}
+    assert grows.with_options({"progress": 0.5}).configuration_of(3).traffic_cars == drawn[0.5][3]
+
+
+@pytest.mark.parametrize(
+    "limits", [((0, 4), (4,)), ((4, 0), (0, 4)), ((0, 4), (0, 4), (0, 4)), ((0, "a"), (0, 4)), "ab"]
+)
+def test_what_is_no_curriculum_is_refused(limits: Any) -> None:
+    with pytest.raises(ValueError, match=r"randomise.traffic_cars: expected two numbers in ascending order, or two"):
+        settings(randomise={"traffic_cars": limits})
+
+
+@pytest.mark.parametrize("progress", [-0.1, 1.1, "all", float("nan"), True])
+def test_progress_is_a_share(progress: Any) -> None:
+    with pytest.raises(ValueError, match="progress: expected a number from 0 to 1"):
+        settings(progress=progress)
+
+
+def test_both_ends_of_a_curriculum_are_tried() -> None:
+    with pytest.raises(ValueError, match="traffic_cars"):
+        settings(randomise={"traffic_cars": ((0, 4), (-9, 4))})

@@ -177,6 +177,18 @@ def test_attributes_and_methods_are_those_of_every_env():
             refused()
 
 
+def test_all_envs_make_the_same_progress_in_a_curriculum():
+    grows = {"randomise": {"frame_count": ((5, 5), (25, 25))}, "changes": {}}
+    theirs = gym.vector.SyncVectorEnv([partial(FollowEnv, **keywords() | grows)] * 2)
+    with contextlib.closing(side_by_side(0, **grows)) as envs:
+        envs.progress = 0.5
+        theirs.set_attr("progress", 0.5)
+        for made in (envs, theirs):
+            made.reset(seed=1)
+            assert [loop.episode.frame_count for loop in made.get_attr("episode")] == [15, 15]
+        assert envs.progress == 0.5
+
+
 @pytest.mark.parametrize("wrapper", ["NormalizeObservation", "NormalizeReward", "RecordEpisodeStatistics"])
 def test_gymnasium_s_wrappers_take_it(wrapper):
     with contextlib.closing(getattr(gym.wrappers.vector, wrapper)(side_by_side(0, observation="track"))) as envs:

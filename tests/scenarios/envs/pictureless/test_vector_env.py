@@ -223,6 +223,8 @@ def test_controllers_of_many_envs_steer_by_late_pictures_as_one_of_a_single_env(
         ({"seeds": [3, -1], "bank": None}, r"seeds: expected whole numbers >= 0, .*, got \[3, -1\]"),
         ({"seeds": [0.5], "bank": None}, r"seeds: expected whole numbers >= 0, .*, got \[0.5\]"),
         ({"observation": "pixels"}, "observation: expected 'track'"),
+        ({"randomise": {"traffic_cars": (1, 3)}}, "randomise: expected nothing with a bank"),
+        ({"randomise": {"rate_hz": (10, 15)}}, "randomise: expected fields that plans alone depend on, got 'rate_hz'"),
         ({"action": "parameters", "controller": "centre"}, "action: expected one of"),
         ({"preset": "hard"}, "bank: expected episodes of"),
         ({"model": None, "tracker": "hold"}, "tracker: expected one with a model of its errors in "),
@@ -265,6 +267,31 @@ def test_actions_out_of_range_are_clipped_if_so_asked_and_those_not_finite_refus
     np.testing.assert_array_equal(clipping.step(actions)[0], other.step(np.clip(actions, -1.0, 1.0))[0])
     with pytest.raises(ValueError, match=r"action: expected finite numbers of shape \(2, 4\), .* of env 1"):
         clipping.step(np.array([[0.0] * 4, [np.inf] * 4]))
+
+
+def test_episodes_are_planned_along_a_curriculum_and_those_near_the_progress_are_played(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    planned: list[Any] = []
+
+    def arrays(self: Any, preset: Any, seed: int) -> dict[str, np.ndarray]:
+        planned.append(preset)
+        return {name: each[0] for name, each in bank().arrays.items()}
+
+    monkeypatch.setattr("scenarios.road_town.pictureless.bank.RoadPictureless.arrays", arrays)
+    limits = ((0.0, 1.0), (20.0, 30.0))
+    made = envs(64, bank=None, seeds=range(40, 80), randomise={"attitude_noise_deg": limits})
+    assert planned == [made.settings.configuration_of(40 + k, share) for k, share in enumerate(np.linspace(0, 1, 40))]
+    for progress, first in ((0.0, 0), (0.5, 15), (1.0, 30)):
+        made.progress = progress
+        _, infos = made.reset(seed=3)
+        assert set(infos["episode_seed"] - 40) <= {*range(first, first + 10)}
+        assert len(set(infos["episode_seed"])) > 8
+    planned.clear()
+    plain = envs(64, bank=None, seeds=range(40, 80), randomise={"attitude_noise_deg": (0.0, 1.0)})
+    assert planned == [plain.settings.configuration_of(seed) for seed in range(40, 80)]
+    plain.progress = 1.0
+    assert len(set(plain.reset(seed=3)[1]["episode_seed"])) > 20
 
 
 def test_steps_are_checked() -> None:
