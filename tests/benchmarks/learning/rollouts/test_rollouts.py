@@ -86,9 +86,9 @@ def test_an_episode_that_terminates_ends_there(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("env_id", "controller", "keywords"),
     [
-        ("frameout/RoadTownFollow-v2", "omniscient", {"link": "delayed"}),
-        ("frameout/RoadTownFollow-v2", "", {"randomise": {"rate_hz": (10.0, 20.0)}}),
-        ("frameout/StereoFollow-v2", "omniscient", {}),
+        ("frameout/RoadTownFollow-v3", "omniscient", {"link": "delayed"}),
+        ("frameout/RoadTownFollow-v3", "", {"randomise": {"rate_hz": (10.0, 20.0)}}),
+        ("frameout/StereoFollow-v3", "omniscient", {}),
         *((env_id, "", {}) for env_id in OURS),
     ],
 )
