@@ -75,7 +75,7 @@ class Train(WithModules):
         reward: weights of the reward's terms, see `frameout list --envs`.
         pictures: train with pictures.
         envs: number of envs (default: 256 without pictures; with them one per core, each in a process of its own).
-        episodes: number of episodes planned for training without pictures, about a second each; they are stored in
+        episodes: number of episodes planned for training without pictures, a second to a few each; they are stored in
             results/episodes (default: 256).
         starts: first frame of episodes without pictures: episodes (frame 0), or frame-outs (shortly before the target
             is likely to be lost).
@@ -155,7 +155,7 @@ class Train(WithModules):
             return 0
         if not training.pictures:
             print(
-                f"planning {counted(training.episodes, 'episode')}, about a second for each that {EPISODES} lacks …",
+                f"planning {counted(training.episodes, 'episode')}, a second to a few for each that {EPISODES} lacks …",
                 file=sys.stderr,
             )
         with progress_bar(f"{self.env}, {self.algorithm}") as progress:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.fish_tank.fish import Fish, FishLabels
+from scenarios.fish_tank.pictureless.bank import TankPictureless
 from scenarios.fish_tank.presets import PRESETS
 from scenarios.fish_tank.shoal import swim
 from scenarios.fish_tank.tank import VOLUME_M, build_tank, room_lights
@@ -157,4 +158,5 @@ FISH_TANK = Scenario(
     carrier=HEAD,
     truth=FishTruth,
     target="fish-0",
+    pictureless=TankPictureless(),
 )

@@ -31,6 +31,7 @@ from scenarios.harbour.layout import (
     is_watched,
     overview_pose,
 )
+from scenarios.harbour.pictureless.bank import HarbourPictureless
 from scenarios.harbour.plan import draw_plan
 from scenarios.harbour.presets import PRESETS
 from scenarios.harbour.scenery import SPAN_M, build_scenery
@@ -207,4 +208,5 @@ HARBOUR = Scenario(
     carrier=HEAD,
     truth=HarbourTruth,
     target="person-0",
+    pictureless=HarbourPictureless(),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from math import inf
 from typing import Any
 
@@ -31,7 +32,8 @@ def _describe(losses: Sequence[dict[str, Any]]) -> str:
 
 _WITHOUT_PICTURES = TuningEpisodes(seeds=range(256), fresh=64)
 """Without pictures episodes are cheap; those that check the best setting have pictures."""
-
+_OF_HEADS = replace(_WITHOUT_PICTURES, fresh=40)
+"""Theirs take a minute or two each: their trackers watch the whole site."""
 
 LONGEST_SEARCH_FRAMES = 150
 """Horizon of the restricted mean of the time to find the target again (10 s at 15 frames a second)."""
@@ -109,13 +111,13 @@ FOLLOW = Suite(
     scenes=(
         Scene("road-town", "frame-out", ("mosaic_graph_pf", "colour_pf"), tuned_on=_WITHOUT_PICTURES),
         Scene("stereo-follow", "stereo", ("stereo_people", "stereo_wb_shutter_gain"), tuned_on=_WITHOUT_PICTURES),
-        Scene("fish-tank", "fish", ("shoal_chain", "ca_kalman"), tuned_on=TuningEpisodes("quick")),
+        Scene("fish-tank", "fish", ("shoal_chain", "ca_kalman"), tuned_on=_OF_HEADS),
         Scene(
             "harbour",
             "harbour",
             ("harbour_watch", "eigen_swarm"),
             preset="patrol",
-            tuned_on=TuningEpisodes("patrol", range(300, 302)),
+            tuned_on=replace(_OF_HEADS, preset="patrol"),
         ),
         Scene("fish-tank-ptz", "frame-out", ("panorama_difference", "correlation_filter")),
         Scene("harbour-ptz", "frame-out", ("panorama_difference", "correlation_filter")),

@@ -50,7 +50,7 @@ class EpisodeBank:
 def episode_bank(
     scenario: str, preset: Any, seeds: Iterable[int], cache: Path | None = None, *, own: Sequence[Any] = ()
 ) -> EpisodeBank:
-    """Plan episodes, or read the plans of an earlier call from a folder; planning one takes about a second.
+    """Plan episodes, or read the plans of an earlier call from a folder; planning one takes a second to a few.
 
     Args:
         preset: configuration. cache: folder, created if missing; None: plans are not stored.

@@ -240,18 +240,24 @@ def _observe(state: Any, heads: Any, sighting: Any, rng: np.random.Generator) ->
     write_sighting_around(state, heads.surveyed_pose[episode], watched, heads.measured_m[episode], sighting)
 
 
+_NEAR_M = 1000.0
+"""Objects that are farther away are absent, see ``HeadPictureless.arrays``."""
+
+
 @record_kernel()
 def _notice_others(state: Any, others_m: NDArray[np.float64]) -> None:
     """Note which object the tracker confuses, or would confuse, with the target: the nearest one."""
     if state.mode != WRONG:
-        state.other, nearest_m = NO_OTHER, np.inf
+        state.other, nearest_m = NO_OTHER, _NEAR_M
         for n in range(len(others_m)):
             away_m = np.hypot(others_m[n, 0] - state.target_m[0], others_m[n, 1] - state.target_m[1])
             if away_m < nearest_m:
                 state.other, nearest_m = n, away_m
     if state.other >= 0:
-        state.other_offset_m[0] = others_m[state.other, 0] - state.target_m[0]
-        state.other_offset_m[1] = others_m[state.other, 1] - state.target_m[1]
+        for axis in range(2):
+            state.other_offset_m[axis] = others_m[state.other, axis] - state.target_m[axis]
+        if np.hypot(state.other_offset_m[0], state.other_offset_m[1]) >= _NEAR_M:
+            state.other = NO_OTHER
 
 
 class HeadWorld(KernelWorld):

@@ -208,7 +208,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             max_episode_steps: longer episodes are truncated; None: at their last frame.
             autoreset_mode: ``SameStep``, ``NextStep`` or ``Disabled``; most of Gymnasium's wrappers take the last two.
             starts: ``episodes``: on frame 0, as in the rendered env; ``frame-outs``: shortly before a likely loss.
-            seeds: episodes of the bank; those that are not stored yet are planned first, about a second each. cache:
+            seeds: episodes of the bank; those that are not stored yet are planned first, a second to a few each. cache:
                 folder that stores planned episodes.
             bank: replaces ``seeds``; its configuration must be that of the settings.
             model: replaces the tracker's own error model.

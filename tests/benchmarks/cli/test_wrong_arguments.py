@@ -58,7 +58,7 @@ def test_help_says_something_of_every_option(
         (["render", "--out", "x.avi"], "out: expected a file that ends in .mp4, got 'x.avi'"),
         (["tune", "opencv_mil"], "tracker: expected one with tunable parameters, got 'opencv_mil', which has none"),
         (["tune", "--trials", "0"], "trials: expected a whole number >= 1, got 0"),
-        (["train", "frameout/FishTankFollow-v2"], "pictures: expected --pictures, since fish-tank-v1 has no env .*"),
+        (["train", "--preset", "paper-a3"], "pictures: expected --pictures, since road-town-.* has no env .*"),
         (
             ["train", "--controller", "none", "--controller-values", "a", "1"],
             "controller_values: expected none with controller none, got .*",

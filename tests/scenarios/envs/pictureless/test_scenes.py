@@ -7,13 +7,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
 from scenarios import catalog, envs
 from scenarios.envs.pictureless.bank import episode_bank, is_playable
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
+from scenarios.envs.vectors import follow_vector_env
 from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.pictureless.world import RoadWorld
 from scenarios.road_town.scenario import ROAD_TOWN
@@ -81,6 +81,7 @@ def test_envs_name_no_scenario_and_no_carrier() -> None:
             assert not words & SCENE_WORDS, f"{path}:{getattr(node, 'lineno', 0)}: {names}"
 
 
+@pytest.mark.usefixtures("_known")
 def test_an_env_with_pictures_only_names_the_keyword_that_it_refuses() -> None:
-    with pytest.raises(ValueError, match=r"pictures: expected True, since fish-tank-v1 has no dynamics .*, got False"):
-        gym.make_vec("scenarios:frameout/FishTankFollow-v2", 2, pictures=False)
+    with pytest.raises(ValueError, match=r"pictures: expected True, since seen-alone-v1 has no dynamics .*, got False"):
+        follow_vector_env(2, scenario=SEEN_ALONE.id, tracker="mosaic_graph_pf", pictures=False)
