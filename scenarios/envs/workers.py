@@ -80,10 +80,13 @@ class Workers:
             arguments: of each parameter, a value for each object.
 
         Raises:
-            ChildProcessError: if a process has died; the others are ended.
+            ChildProcessError: if a process has died; the others are ended, as they are by Ctrl-C meanwhile.
             Exception: the first one that a method raised.
         """
-        with self._naming_deaths():
+        if not self._processes:
+            wanted = "envs: expected processes that run, got none: one died before, or a call was interrupted"
+            raise ChildProcessError(wanted)
+        with self._whole():
             for connection, *given in zip(self._connections, *arguments, strict=True):
                 connection.send_bytes(cloudpickle.dumps((method, given)))
         return self._answers()
@@ -100,7 +103,7 @@ class Workers:
         self._connections.clear()
 
     def _answers(self) -> list[Any]:
-        with self._naming_deaths():
+        with self._whole():
             answers = [connection.recv() for connection in self._connections]
         for _, error in answers:
             if error is not None:
@@ -109,11 +112,14 @@ class Workers:
         return [answer for answer, _ in answers]
 
     @contextlib.contextmanager
-    def _naming_deaths(self) -> Iterator[None]:
+    def _whole(self) -> Iterator[None]:
+        """End all processes if one dies, or Ctrl-C leaves answers unread, which the next call would take for its."""
         try:
             yield
-        except (EOFError, ConnectionError):
+        except BaseException as error:
             self.close()
+            if not isinstance(error, EOFError | ConnectionError):
+                raise
             wanted = "envs: expected every process to answer, got the end of one (out of memory?)"
             raise ChildProcessError(wanted) from None
 

@@ -250,6 +250,23 @@ def test_a_process_that_is_killed_is_told_in_one_line_and_the_others_are_ended(m
     assert not any(is_alive(each) for each in ids)
 
 
+@pytest.mark.heavy
+def test_an_interrupted_call_leaves_no_answers_to_the_next(monkeypatch):
+    with contextlib.closing(side_by_side()) as envs:
+        envs.reset(seed=0)
+        ids = envs.worker_ids
+
+        def interrupted(self: Any) -> Any:
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr("scenarios.envs.workers.Connection.recv", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            envs.step(np.zeros((COUNT, 4)))
+        assert not any(is_alive(each) for each in ids)
+        with pytest.raises(ChildProcessError, match="envs: expected processes that run, got none"):
+            envs.step(np.zeros((COUNT, 4)))
+
+
 OF_ITS_OWN = """
 from tests.fakes_trackers import NoParameters, Still, register
 import tests.fakes_scenario
