@@ -80,6 +80,7 @@ class Rollout(WithModules):
             keywords_of(self.env_kwargs),
             self.modules,
         )
+        # After the check of packages, which it imports.
         from benchmarks.learning.rollouts.making import bytes_of, forecast, make
 
         if self.dry_run:

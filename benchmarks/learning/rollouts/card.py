@@ -50,7 +50,7 @@ def card_text(rollouts: Rollouts, first: EpisodeFile, made: Made) -> str:
     env.close()
     kind: Any = scenario.truth
     info = {**INFO, **truth_keys(kind)}
-    names = [name.removeprefix(PRIVILEGED) for name in first.table.column_names if name.startswith(PRIVILEGED)]
+    names = [name.removeprefix(PRIVILEGED) for name in first.names if name.startswith(PRIVILEGED)]
     features = [[str(place), f"`{name}`", meaning] for place, (name, meaning) in enumerate(MEANINGS.items())]
     axes = [
         [str(place), f"`{axis.name}`", f"{axis.limit:g}"]

@@ -97,7 +97,7 @@ class _Writer:
         count = episode.step_count
         index = np.arange(count)
         ended = {name: episode.numbers(name) for name in ("terminated", "truncated")}
-        names = [name for name in episode.table.column_names if name.startswith(PRIVILEGED)]
+        names = [name for name in episode.names if name.startswith(PRIVILEGED)]
         return {
             "observation.state": episode.numbers("observation.track")[:-1],
             "action": episode.numbers("action"),

@@ -23,7 +23,6 @@ from benchmarks.learning.rollouts.recording import IN_VIEW, EpisodeFile, record
 from benchmarks.learning.rollouts.request import Rollouts
 from benchmarks.run.experiment import Progress
 from benchmarks.run.own_modules import load_modules
-from benchmarks.run.packages import check_packages
 from benchmarks.run.result_folder import alone_in, make_folder
 from benchmarks.run.workers import in_processes
 from sim.checks import check
@@ -45,7 +44,6 @@ def make(rollouts: Rollouts, out: Path, workers: int, progress: Progress) -> Mad
             in which the tracker or the controller fails.
         ChildProcessError: if a worker died.
     """
-    needs(rollouts)
     target, asked = out.resolve(), rollouts.as_json()
     unfinished = target.with_name(f"{target.name}.unfinished")
     if not _is_made(target, asked):
@@ -67,11 +65,6 @@ def make(rollouts: Rollouts, out: Path, workers: int, progress: Progress) -> Mad
     if unfinished.exists():
         shutil.rmtree(unfinished)
     return Made(**json.loads((target / REQUEST).read_text())["made"])
-
-
-def needs(rollouts: Rollouts) -> None:
-    """Raise ValueError unless the packages of a format are installed."""
-    check_packages(("fsspec", "pyarrow", *(("h5py", "minari") if rollouts.format == "minari" else ())), "data")
 
 
 def _is_made(target: Path, asked: str) -> bool:
@@ -153,7 +146,6 @@ def bytes_of(folder: Path) -> int:
 
 def forecast(rollouts: Rollouts) -> tuple[float, float]:
     """Return about how many bytes a set takes, and how many seconds of one worker, by a set of its first episode."""
-    needs(rollouts)
     first = replace(rollouts, seeds=(rollouts.seeds[0], rollouts.seeds[0] + 1))
     began = time.perf_counter()
     with TemporaryDirectory(prefix="frameout-") as scratch:

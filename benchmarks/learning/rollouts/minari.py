@@ -39,7 +39,7 @@ def _buffers(rollouts: Rollouts, episodes: Sequence[EpisodeFile]) -> Iterator[Ep
         observations: Any = episode.numbers("observation.track")
         if rollouts.pictures != "none":
             observations = {"pixels": episode.pictures(), "track": observations}
-        names = [name for name in episode.table.column_names if name.startswith(PRIVILEGED)]
+        names = [name for name in episode.names if name.startswith(PRIVILEGED)]
         yield EpisodeBuffer(
             options=options_of(episode.seed),
             observations=observations,

@@ -16,7 +16,6 @@ import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -71,21 +70,20 @@ class EpisodeFile:
         """The film, if the set has one: a picture a step."""
         return self.folder / f"{self.seed:06d}.mp4"
 
-    @cached_property
-    def table(self) -> pa.Table:
-        """The table without the pictures."""
-        names = [name for name in pq.read_schema(self.table_file).names if name != PIXELS]
-        return pq.read_table(self.table_file, columns=names)
+    @property
+    def names(self) -> list[str]:
+        """Names of the columns."""
+        return list(pq.read_schema(self.table_file).names)
 
     @property
     def step_count(self) -> int:
         """Number of steps T."""
-        return len(self.table) - 1
+        return int(pq.read_metadata(self.table_file).num_rows) - 1
 
     def numbers(self, name: str) -> NDArray[Any]:
         """Return a column as (T + 1, …), of the parts of a step as (T, …)."""
-        rows = self.table.slice(0, self.step_count) if name in _STEP else self.table
-        field = rows.schema.field(name)
+        table = pq.read_table(self.table_file, columns=[name])
+        rows, field = table.slice(0, len(table) - 1) if name in _STEP else table, table.schema.field(name)
         is_list = pa.types.is_fixed_size_list(field.type)
         dtype = np.dtype((field.type.value_type if is_list else field.type).to_pandas_dtype())
         return array_of(rows[name], dtype, tuple(json.loads(field.metadata[b"shape"])) if is_list else ())

@@ -15,6 +15,7 @@ import gymnasium as gym
 from benchmarks.contract.rows import TEST_SPLIT
 from benchmarks.contract.suite import controllers_suite
 from benchmarks.run.editions import Editions, controller_edition, package_versions, scene_edition, tracker_edition
+from benchmarks.run.packages import check_packages
 from benchmarks.run.selection import tracker_named
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
@@ -62,13 +63,14 @@ class Rollouts:
     modules: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Fill in what is empty. Raises ValueError for a value that is not possible."""
+        """Fill in what is empty. Raises ValueError for a value that is not possible, and for missing packages."""
         catalog.check_env(self.env)
         check("seeds", 0 <= self.seeds[0] < self.seeds[1], "A:B with 0 <= A < B", ":".join(map(str, self.seeds)))
         of_test = {seed in TEST_SPLIT for seed in range(*self.seeds)}
         wanted = f"all of the test split, which is {TEST_SPLIT.start}:{TEST_SPLIT.stop}, or none"
         check("seeds", len(of_test) == 1, wanted, ":".join(map(str, self.seeds)))
         check_choice("format", self.format, PICTURES)
+        check_packages(("fsspec", "pyarrow", *_WRITERS[self.format]), "data")
         scenario, usual = catalog.envs()[self.env]
         filled = {
             "controller": self.controller or our_controller(catalog.scenario(scenario).carrier.name),

@@ -26,8 +26,11 @@ from benchmarks.learning.rollouts.recording import EpisodeFile, options_of
 from benchmarks.learning.rollouts.request import Rollouts
 from benchmarks.run.result_folder import alone_in
 from scenarios import catalog
+from scenarios.road_town.flight import HELICOPTER
 from tests.benchmarks.learning.rollouts.painted_town import ENV, FRAMES, MODULES, made, painted, rollouts
 from tests.benchmarks.no_room import no_room
+from tests.fakes_policy import random_policy
+from trackers.controllers.policy import save_policy
 
 OURS = [each.env_id for each in catalog.entries() if each.env_id and each.place.startswith("scenarios.")]
 FORMATS = ("lerobot", "minari", "parquet")
@@ -70,6 +73,17 @@ def test_what_is_stored_replays_although_the_controller_wants_more_than_it_may(t
         assert 0 < episode.numbers("action")[5, 0] < 1
         pictures = np.array([painted(frame, episode.seed) for frame in range(FRAMES)])
         np.testing.assert_array_equal(episode.pictures(), pictures)
+
+
+def test_a_policy_of_a_file_steers(tmp_path: Path) -> None:
+    path = save_policy(random_policy(HELICOPTER, history=2, action_repeat=3), tmp_path / "policy.json")
+    out = made(tmp_path / "set", controller=f"policy:{path}", pictures="none")
+    episode = EpisodeFile(out / "data", 3)
+    check_replay(gym.make(ENV, changes={"frame_count": FRAMES}), episode)
+    actions = episode.numbers("action")
+    np.testing.assert_array_equal(actions[:9], np.repeat(actions[:9:3], 3, axis=0))
+    assert len(np.unique(actions, axis=0)) == 4
+    assert f"{ENV}, steered by policy:{path}" in (out / "README.md").read_text()
 
 
 def test_an_episode_that_terminates_ends_there(tmp_path: Path) -> None:
@@ -268,6 +282,20 @@ def test_what_fails_is_one_line(
     assert line.startswith("error: ")
     assert re.match(message, line.removeprefix("error: ")), line
     assert not (tmp_path / "set").exists()
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_missing_packages_are_named_with_the_command_that_installs_them(
+    form: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("benchmarks.run.packages.find_spec", lambda name: None)
+    # Its import would fail without them.
+    monkeypatch.setitem(sys.modules, making.__name__, None)
+    assert main([*COMMAND, "--format", form, "--out", str(tmp_path / "set")]) == 2
+    said = capsys.readouterr().err
+    assert "error: packages: expected fsspec, pyarrow" in said
+    assert "(pip install 'frameout[data]')" in said
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_forecast_makes_nothing_and_is_near(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
