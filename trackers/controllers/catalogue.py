@@ -31,7 +31,13 @@ ControllerRole = Literal["ours", "policy", "baseline", "blind", "variant", "orac
 POLICY = "policy:"
 """Prefix of a trained policy's name; a file follows."""
 _MODULES = {
-    "helicopter": {"hold": "hold", "centre": "centring", "search": "centring", "reentry": "reentry"},
+    "helicopter": {
+        "hold": "hold",
+        "centre": "centring",
+        "search": "centring",
+        "reentry": "reentry",
+        "predictive": "predictive",
+    },
     "robot": {"hold": "hold", "centre": "centring_robot", "search": "centring_robot", "reentry": "reentry_robot"},
     "tank-head": {"hold": "hold", "centre": "head", "lead": "head"},
     "harbour-head": {"hold": "hold", "centre": "head", "lead": "head"},

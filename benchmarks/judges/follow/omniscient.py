@@ -35,9 +35,10 @@ class OmniscientController:
     """Plans with the episode's own dynamics by the cross-entropy method, and replans on every picture.
 
     It moves a twin of the carrier in the world without pictures, whose paths are those of the rendered one, and never
-    looks at an estimate. A plan is worth the env's reward without ``loss``, less a cost of a target outside the picture
-    that grows with its distance; the best plan of a picture is the first guess on the next one (Kobilarov,
-    Cross-entropy motion planning, 2012).
+    looks at an estimate. A plan is worth the env's reward without ``loss``, and the time for which the target is seen,
+    so that it looks round those who hide it; less a cost of a target outside the picture, and of one far ahead, that
+    grows with its distance. The best plan of a picture is the first guess on the next one (Kobilarov, Cross-entropy
+    motion planning, 2012).
     """
 
     Parameters = OmniscientParameters

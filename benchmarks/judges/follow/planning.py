@@ -13,11 +13,16 @@ from scenarios.envs.pictureless.bank import episode_bank, pictureless_of
 from scenarios.envs.pictureless.error_kernel import ERRORS
 from scenarios.envs.pictureless.vector_env import terms_of, weights_of
 from scenarios.envs.reward import TERMS, Reward
+from scenarios.visibility import MOSTLY_SEEN
 from trackers.belief.kernel import SIGHTING
 
 _KNOT_FRAMES = 3
 _OUTSIDE = 0.05
 """Cost of a target outside the picture, for each half of the picture to its border; at most three count."""
+_VISIBLE = 0.3
+"""Worth of the target's visible share, beside that of its being seen: plans that show more of it are nearer to that."""
+_FAR, _NEAR_M = 0.1, 2.5
+"""Cost of each metre of distance beyond the second, under a camera that looks ahead: walls and people fit between."""
 
 
 class Planner:
@@ -38,6 +43,7 @@ class Planner:
         limits = link_limits(carrier, configuration.rate_hz, link, self.commands)
         # The tracker without pictures, whose answers nobody reads.
         self._world = pictureless_of(scenario).world(configuration, bank.arrays, limits, np.zeros(1, ERRORS))
+        self._looks_ahead = carrier.looks == "ahead"
         self._last, self._limits = bank.frame_count - 1, limits.limits
         self._steered = np.flatnonzero(limits.limits)
         self._delayed = np.zeros((1, limits.delay_frames, len(self.commands)))
@@ -85,4 +91,8 @@ class Planner:
             terms_of(states, self._weights, 0, 2.0 * half_width_px, self._limits, self._terms)
             off = np.abs(states["target_px"] / (half_width_px, half_height_px) - 1.0).max(axis=1) - 1.0
             worth += self._terms.sum(axis=1) - _OUTSIDE * np.clip(np.nan_to_num(off, nan=3.0), 0.0, 3.0)
+            worth += (states["visible"] >= MOSTLY_SEEN) + _VISIBLE * states["visible"]
+            if self._looks_ahead:
+                far_m = np.linalg.norm(states["target_m"][:, :2] - states["camera_m"][:, :2], axis=1) - _NEAR_M
+                worth -= _FAR * np.maximum(far_m, 0.0)
         return worth

@@ -184,4 +184,5 @@ for _carrier in ("helicopter", "robot"):
         role="oracle",
         carrier=_carrier,
         summary="knows the target's path and all that moves the camera: what a controller could do at best",
+        edition=2,
     )(OmniscientController)

@@ -16,6 +16,7 @@ from scenarios import catalog
 from scenarios.command_link import LINKS
 from scenarios.envs.actions import action_count
 from scenarios.envs.settings import FollowSettings
+from scenarios.visibility import MOSTLY_SEEN
 
 
 def seen(scenario: str, seed: int, controller: str) -> float:
@@ -33,6 +34,18 @@ def test_it_never_loses_a_car_in_gusts() -> None:
 @pytest.mark.heavy
 def test_it_never_loses_a_person() -> None:
     assert seen("stereo-follow", 3, "omniscient") == 1.0 > seen("stereo-follow", 3, "hold")
+
+
+@pytest.mark.heavy
+def test_it_looks_round_those_who_hide_a_person() -> None:
+    """In an episode without pictures in which a plan that only centres the person sees him half of the time."""
+    scene = catalog.scenario("stereo-follow")
+    preset = scene.presets["standard"]
+    planner, visible = Planner(OmniscientParameters(), scene.id, preset, 1002, LINKS["prompt"]), []
+    for _ in range(preset.frame_count - 1):
+        planner.command()
+        visible.append(float(planner._twin["visible"][0]))
+    assert np.mean(np.array(visible) >= MOSTLY_SEEN) > 0.85
 
 
 def test_its_plans_are_worth_more_after_each_round() -> None:
