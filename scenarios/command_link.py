@@ -105,7 +105,10 @@ class CommandLink:
         """
         wanted = np.array([getattr(command, name) for name in self._names], dtype=float)
         check("command", bool(np.isfinite(wanted).all()), "finite numbers", command)
-        _send_one(self._state, wanted, self._link, self._waiting, self._rng)
+        _send_one(self._state, wanted, self._link, self._waiting)
+        # A generator takes a tenth of a millisecond on its way to a kernel.
+        if self._link.noise > 0.0:
+            _disturb_one(self._state, self._link, self._rng)
         obeyed = self._state["obeyed"][0]
         return CameraCommand(**{name: float(number) for name, number in zip(self._names, obeyed, strict=True)})
 
@@ -125,7 +128,14 @@ def send(
         wanted: (A,) the command.
         waiting: (D, A) delayed commands, a ring buffer indexed by ``steps % D``.
     """
-    limits, steps, delay, noise = link.limits, link.steps, len(waiting), link.noise
+    _limit_and_delay(state, wanted, link, waiting)
+    if link.noise > 0.0:
+        _add_noise(state, link, rng)
+
+
+@record_kernel()
+def _limit_and_delay(state: Any, wanted: NDArray[np.float64], link: LinkLimits, waiting: NDArray[np.float64]) -> None:
+    limits, steps, delay = link.limits, link.steps, len(waiting)
     for axis in range(len(limits)):
         value = min(max(wanted[axis], -limits[axis]), limits[axis])
         value = min(max(value, state.command[axis] - steps[axis]), state.command[axis] + steps[axis])
@@ -133,16 +143,27 @@ def send(
         if delay > 0:
             place = state.steps % delay
             value, waiting[place, axis] = waiting[place, axis], value
-        if noise > 0.0 and limits[axis] > 0.0:
-            value += noise * limits[axis] * rng.standard_normal()
-            value = min(max(value, -limits[axis]), limits[axis])
         state.obeyed[axis] = value
 
 
 @record_kernel()
-def _send_one(states: Any, wanted: Any, link: LinkLimits, waiting: Any, rng: np.random.Generator) -> None:
-    send(states[0], wanted, link, waiting, rng)
+def _add_noise(state: Any, link: LinkLimits, rng: np.random.Generator) -> None:
+    for axis in range(len(link.limits)):
+        limit = link.limits[axis]
+        if limit > 0.0:
+            value = state.obeyed[axis] + link.noise * limit * rng.standard_normal()
+            state.obeyed[axis] = min(max(value, -limit), limit)
+
+
+@record_kernel()
+def _send_one(states: Any, wanted: Any, link: LinkLimits, waiting: Any) -> None:
+    _limit_and_delay(states[0], wanted, link, waiting)
     states[0].steps += 1
+
+
+@record_kernel()
+def _disturb_one(states: Any, link: LinkLimits, rng: np.random.Generator) -> None:
+    _add_noise(states[0], link, rng)
 
 
 def episode_link(carrier: Carrier, rate_hz: float, link: Link, seed: int) -> CommandLink:

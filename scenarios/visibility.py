@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from scenarios.truth import Side, Truth
 from sim.optics import project
 from trackers.types import CameraModel
 
+_STATES = np.array(["out", "partial", "occluded", "in"])
 MOSTLY_SEEN = 0.5
 """An object inside the picture is ``occluded`` if its visible share is less."""
 _SIDES: tuple[Side, ...] = ("left", "right", "top", "bottom")
@@ -39,12 +41,21 @@ def states_of(
     camera: CameraModel, box_xyxy: NDArray[np.float64], visible_fraction: NDArray[np.float64]
 ) -> NDArray[np.str_]:
     """Return the states (N,) of objects from their amodal boxes (N, 4) and visible shares (N,)."""
-    left, top, right, bottom = box_xyxy.T
-    width, height = camera.width_px, camera.height_px
-    # Comparisons with NaN are false.
-    touches = (right > 0) & (bottom > 0) & (left < width) & (top < height)
-    is_cut = (left < 0) | (top < 0) | (right > width) | (bottom > height)
-    return np.select([~touches, is_cut, visible_fraction < MOSTLY_SEEN], ["out", "partial", "occluded"], "in")
+    return _STATES[_states(box_xyxy, camera.width_px, camera.height_px, visible_fraction)]
+
+
+@njit(cache=True)
+def _states(
+    box_xyxy: NDArray[np.float64], width: int, height: int, visible_fraction: NDArray[np.float64]
+) -> NDArray[np.int64]:
+    """Return the numbers (N,) of states in ``_STATES``. Comparisons with NaN are false."""
+    states = np.zeros(len(box_xyxy), np.int64)
+    for n in range(len(box_xyxy)):
+        left, top, right, bottom = box_xyxy[n]
+        if right > 0 and bottom > 0 and left < width and top < height:
+            is_cut = left < 0 or top < 0 or right > width or bottom > height
+            states[n] = 1 if is_cut else 2 if visible_fraction[n] < MOSTLY_SEEN else 3
+    return states
 
 
 def centres_px(

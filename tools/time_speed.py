@@ -39,7 +39,8 @@ class Speed:
     Measured on one core, in CPU time of the thread; then frames a second, and the rate of two processes over that of
     one. If its scenario is chosen, the same for steps of frameout/RoadTownFollow-v3 with a tracker and pictures of 84 ×
     84: also the rate of four envs, two at a time over one at a time, beside two processes that only count, as the limit
-    of the machine, and the time of a reset to another episode. Then steps a second of the envs without pictures. Run
+    of the machine, steps a second with resets to new episodes counted, and the time of such a reset and of building a
+    world. Then steps a second of the envs without pictures. Run
     nothing else meanwhile: other processes on the same cores change the figures.
 
     Attributes:

@@ -32,7 +32,8 @@ _OF_ACTIONS: Mapping[str, tuple[ActionMode, ...]] = {
 _MAPPINGS = ("changes", "randomise", "controller_values")
 EPISODE_OPTIONS = ("preset", "changes", "randomise", "progress", "difficulty", "link")
 """Settings that ``reset(options=...)`` may change for one episode."""
-_WORLDS = 16
+WORLDS = 16
+"""Default number of worlds that episodes take place in."""
 OWN_WORLD = -1
 """``world_seed`` of an episode that has its own world."""
 RESET_OPTIONS = ("episode_seed", "world_seed", *EPISODE_OPTIONS)
@@ -190,7 +191,7 @@ class FollowSettings:
         """Return the seed of the world in which an episode takes place, ``OWN_WORLD`` for its own."""
         worlds = self.worlds
         if worlds is None:
-            worlds = _WORLDS if catalog.scenario(self.scenario).new_world else 0
+            worlds = WORLDS if catalog.scenario(self.scenario).new_world else 0
         return seed % worlds if worlds else OWN_WORLD
 
     @property

@@ -82,6 +82,12 @@ class Plan:
         return any(p.is_turn and p.enter_m <= arc <= p.leave_m for p in self.routes[TARGET].passages)
 
 
+def camera_of(preset: RoadTown) -> CameraModel:
+    """Return the camera of a configuration."""
+    field_of_view_rad = float(np.deg2rad(preset.field_of_view_deg))
+    return CameraModel.from_field_of_view(preset.width_px, preset.height_px, field_of_view_rad)
+
+
 def draw_layout(preset: RoadTown, seed: int) -> Layout:
     """Draw the town of an episode."""
     rng = generator(seed, "streets")
@@ -106,9 +112,7 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | 
     looks = _draw_looks(preset, len(drivers) - 1, streams["looks"])
     sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
     motion = simulate(drivers, preset.frame_count, preset.rate_hz, preset.driver)
-    camera = CameraModel.from_field_of_view(
-        preset.width_px, preset.height_px, float(np.deg2rad(preset.field_of_view_deg))
-    )
+    camera = camera_of(preset)
     events = _events(target.route, excursions, motion)
     drive = Drive(
         motion.position_m[:, TARGET],

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from scenarios.objects import Labels, Objects
-from scenarios.road_town.flight import HELICOPTER, Helicopter, Instruments
+from scenarios.road_town.flight import ALTITUDE_RANGE_M, HELICOPTER, Helicopter, Instruments
+from scenarios.road_town.ground import TEXTURE_PX
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.pictureless.bank import RoadPictureless
-from scenarios.road_town.plan import TARGET, Plan, draw_layout, make_plan
+from scenarios.road_town.plan import TARGET, Plan, camera_of, draw_layout, make_plan
 from scenarios.road_town.presets import ABLATIONS, PRESETS, RoadTown
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import add_vehicle, build_town, parked_cars, town_of
@@ -22,13 +25,48 @@ from sim.labels import backward_flow, ground_homography
 from sim.meshes.vehicle import VEHICLES
 from sim.optics import CameraMotion
 from sim.render.pipeline import Capture
-from sim.shaders.daylight import DaylightShader, Sun
+from sim.shaders.daylight import SHADOW_TEXELS, DaylightShader, Sun
 from trackers.types import CameraCommand, EgoPose
 
 SUN_ILLUMINANCE_LX = 90_000.0
 SKY_ILLUMINANCE_LX = 18_000.0
+_SHADOW_TEXELS_A_PIXEL = 3
 _NO_POSES = np.empty((0, 4, 4))
 _NO_FLOW = np.empty((0, 0, 2), np.float32)
+
+
+@dataclass(frozen=True)
+class Detail:
+    """How finely a town is drawn.
+
+    Attributes:
+        ground_px: side of the picture of its ground. shadow_texels: see ``DaylightShader``.
+    """
+
+    ground_px: int = TEXTURE_PX
+    shadow_texels: int = SHADOW_TEXELS
+
+
+@dataclass(frozen=True, eq=False)
+class KeptTown:
+    """What a kept town was built from."""
+
+    layout: Layout
+    detail: Detail = Detail()
+
+
+def detail_for(preset: RoadTown) -> Detail:
+    """Return the coarsest detail that pictures of a configuration do not show, seen from the lowest height."""
+    camera = camera_of(preset)
+    pixels_m = ALTITUDE_RANGE_M[0] / camera.focal_px
+    wanted_texels = _SHADOW_TEXELS_A_PIXEL * max(camera.width_px, camera.height_px)
+    return Detail(
+        min(TEXTURE_PX, _power_of_2(preset.extent_m / pixels_m)), min(SHADOW_TEXELS, _power_of_2(wanted_texels))
+    )
+
+
+def _power_of_2(least: float) -> int:
+    return 2 ** max(math.ceil(math.log2(least)), 6)
 
 
 class RoadTownEpisode(Stage):
@@ -39,7 +77,7 @@ class RoadTownEpisode(Stage):
     def __init__(self, setup: Setup) -> None:
         kept = setup.kept
         plan = make_plan(
-            setup.preset, setup.seed, closed_loop=setup.closed_loop, kept=None if kept is None else kept.content
+            setup.preset, setup.seed, closed_loop=setup.closed_loop, kept=None if kept is None else kept.content.layout
         )
         world = town_of(plan.seed, plan.layout) if kept is None else kept.world.copy()
         cars = [
@@ -48,7 +86,12 @@ class RoadTownEpisode(Stage):
         ]
         self.plan = plan
         self._light = _light(plan)
-        self._shader = DaylightShader(world, Sun(self._light.sun_direction, SUN_ILLUMINANCE_LX), SKY_ILLUMINANCE_LX)
+        self._shader = DaylightShader(
+            world,
+            Sun(self._light.sun_direction, SUN_ILLUMINANCE_LX),
+            SKY_ILLUMINANCE_LX,
+            shadow_texels=SHADOW_TEXELS if kept is None else kept.content.detail.shadow_texels,
+        )
         self._on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
         ego, self._set_path = plan.preset.ego, plan.camera_poses
         self._instruments = None if ego is None else Instruments(ego, setup.rng("instruments"))
@@ -121,15 +164,14 @@ def _light(plan: Plan) -> Light:
 
 
 def keep_town(setup: Setup) -> KeptWorld:
-    """Build the town of an episode. Excursions of others there lead only where nothing stands."""
-    layout = draw_layout(setup.preset, setup.seed)
-    world = build_town(layout, setup.rng("town"))
-    return KeptWorld(world, layout)
+    """Build the town of an episode as its picture needs it. Excursions of others there lead where nothing stands."""
+    layout, detail = draw_layout(setup.preset, setup.seed), detail_for(setup.preset)
+    return KeptWorld(build_town(layout, setup.rng("town"), detail.ground_px), KeptTown(layout, detail))
 
 
 def kind_of_town(preset: RoadTown) -> Hashable:
     """Return what of a configuration decides what a kept town is."""
-    return preset.street_patterns, preset.extent_m, preset.traffic_side, tuple(VEHICLES)
+    return preset.street_patterns, preset.extent_m, preset.traffic_side, detail_for(preset), tuple(VEHICLES)
 
 
 class _Vehicles(Mapping[str, str]):

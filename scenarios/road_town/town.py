@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from scenarios.objects import Standing
 from scenarios.road_town.canvas import KERB, Rgb, draw_paint, rings_of
-from scenarios.road_town.ground import paint_countryside, paint_ground
+from scenarios.road_town.ground import TEXTURE_PX, paint_countryside, paint_ground
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.road_map import road_area
 from sim.mesh import Texture, TexturedMesh
@@ -34,8 +34,8 @@ _TO_END_M = 630.0
 HILLS_M = (125.0, 175.0)
 """Lowest and highest crest above the town: a helicopter flies at most 100 m high."""
 _WAVES = 5
-FIELDS_PX = 1024
-"""Side of the picture of a tile of land as large as the town."""
+_FIELDS_SHARE = 4
+"""The town's ground has so many times as many texels along a side as a tile of land of the same size."""
 _FIELDS_A_TILE = 30
 _WOODS, _HEDGES = 34, 44
 _WOODS_FROM_M, _HEDGES_FROM_M = 40.0, 12.0
@@ -65,10 +65,10 @@ class Hills:
         return np.asarray(crest * share**2 * (3.0 - 2.0 * share))
 
 
-def add_countryside(world: World, extent_m: float, rng: np.random.Generator) -> None:
-    """Add the land around a town's square of side ``extent_m``."""
+def add_countryside(world: World, extent_m: float, rng: np.random.Generator, ground_px: int = TEXTURE_PX) -> None:
+    """Add the land around a town's square of side ``extent_m``, whose picture has ``ground_px`` x ``ground_px``."""
     hills = Hills(extent_m, rng)
-    fields = Texture(paint_countryside(extent_m, rng, FIELDS_PX, _FIELDS_A_TILE), smooth=True)
+    fields = Texture(paint_countryside(extent_m, rng, ground_px // _FIELDS_SHARE, _FIELDS_A_TILE), smooth=True)
     land = surroundings(extent_m, 2.0 * (hills.valley_radius_m + _TO_END_M), fields, hills.height_m)
     world.add(land, np.eye(4), name="fields", category="ground")
     edge_m = 0.5 * extent_m
@@ -138,12 +138,16 @@ def forget_town() -> None:
     _latest = None
 
 
-def build_town(layout: Layout, rng: np.random.Generator) -> World:
-    """Return the world of a town with all its static objects."""
+def build_town(layout: Layout, rng: np.random.Generator, ground_px: int = TEXTURE_PX) -> World:
+    """Return the world of a town with all its static objects.
+
+    Args:
+        ground_px: side of the picture of the ground.
+    """
     world = World()
-    town = Texture(paint_ground(layout, rng), smooth=True)
+    town = Texture(paint_ground(layout, rng, ground_px), smooth=True)
     world.add(ground(layout.extent_m, town), np.eye(4), name="ground", category="ground")
-    add_countryside(world, layout.extent_m, rng)
+    add_countryside(world, layout.extent_m, rng, ground_px)
     add_kerbs(world, layout)
     for k, building in enumerate(layout.buildings):
         mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)

@@ -37,7 +37,7 @@ def vehicle_model(name: str) -> Callable[[VehicleModel], VehicleModel]:
 def vehicle(model: str, paint_rgb: tuple[int, int, int]) -> TexturedMesh:
     """Return a car on the ground under the centre of its bounds, x ahead; about 4-5.4 x 1.9 x 1.4-2.3 m.
 
-    Shapes are made once a model and shared, textures are shared by cars of one paint.
+    Cars of one model share shapes, those of one paint textures, and those of both are one mesh.
 
     Args:
         model: a name in ``VEHICLES``.
@@ -51,7 +51,12 @@ def vehicle(model: str, paint_rgb: tuple[int, int, int]) -> TexturedMesh:
     if len(paint_rgb) != 3 or not all(0 <= c <= 255 for c in paint_rgb):
         raise ValueError(f"paint_rgb: expected three numbers from 0 to 255, got {paint_rgb!r}")
     r, g, b = (int(c) for c in paint_rgb)
-    return _unpainted(VEHICLES[model]).with_texture(_paint((r, g, b)))
+    return _painted(VEHICLES[model], (r, g, b))
+
+
+@lru_cache(maxsize=256)
+def _painted(model: VehicleModel, rgb: tuple[int, int, int]) -> TexturedMesh:
+    return _unpainted(model).with_texture(_paint(rgb))
 
 
 @cache

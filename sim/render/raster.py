@@ -72,12 +72,13 @@ class Canvas:
 
     def _fits(self, scene: SceneArrays, shape: tuple[int, int]) -> bool:
         """Make room for a picture; return whether there was."""
-        faces, vertices = len(scene.faces), int(np.diff(scene.first_vertex).max(initial=0))
+        faces = len(scene.faces)
         fits = self._nearness.shape == shape and len(self._table.whole) == faces + 1
         fits &= len(self._poses) == len(scene.radius_m)
         if not fits:
             self._nearness, self._triangle = np.empty(shape, np.float32), np.empty(shape, np.int32)
-            self._table, self._projected = new_triangle_table(faces), np.empty((vertices, 4))
+            largest = int(np.diff(scene.first_vertex).max(initial=0))
+            self._table, self._projected = new_triangle_table(faces), np.empty((largest, 4))
         return fits
 
     def _forget_layer(self, view: NDArray[np.float64], poses: NDArray[np.float64]) -> None:

@@ -36,19 +36,19 @@ class MapArrays(NamedTuple):
         height_m: (N, N) float32 heights of all.
         highest_m: (N / BLOCK, N / BLOCK) float32, the greatest height in each block of texels and the first row and
             column of the next ones.
-        drawn: (n, n) bool, the tiles in which these are valid; the last ones may be cut.
+        drawn: (n, n) bool, the tiles in which ``fixed_m`` is valid; the last ones may be cut.
+        complete: (n, n) bool, those in which the others are valid, too.
         changed: (M, 4) boxes that movers cover.
         poses_drawn: (M, 4, 4) of the movers.
-        is_current: (1,) False before the first drawing.
     """
 
     fixed_m: NDArray[np.float32]
     height_m: NDArray[np.float32]
     highest_m: NDArray[np.float32]
     drawn: NDArray[np.bool_]
+    complete: NDArray[np.bool_]
     changed: NDArray[np.int64]
     poses_drawn: NDArray[np.float64]
-    is_current: NDArray[np.bool_]
 
 
 def new_map(size: int, mover_count: int) -> MapArrays:
@@ -60,15 +60,15 @@ def new_map(size: int, mover_count: int) -> MapArrays:
         np.zeros((size, size), np.float32),
         np.zeros((blocks, blocks), np.float32),
         np.zeros((tiles, tiles), np.bool_),
+        np.zeros((tiles, tiles), np.bool_),
         np.zeros((mover_count, 4), np.int64),
         np.zeros((mover_count, 4, 4)),
-        np.zeros(1, np.bool_),
     )
 
 
 def forget(drawn_map: MapArrays) -> None:
     """Reset a map."""
-    drawn_map.drawn[:], drawn_map.is_current[:], drawn_map.changed[:] = False, False, 0
+    drawn_map.drawn[:], drawn_map.complete[:], drawn_map.changed[:] = False, False, 0
 
 
 @njit(cache=True)
@@ -251,7 +251,7 @@ def draw_tiles(
     drawn, fixed_m, height_m = map_so_far.drawn, map_so_far.fixed_m, map_so_far.height_m
     new, stale = np.zeros_like(drawn), np.zeros(map_so_far.highest_m.shape, np.bool_)
     has_new = new_tiles(wanted, drawn, new)
-    have_moved = has_new or not map_so_far.is_current[0]
+    have_moved = has_new or _any_beyond(wanted, map_so_far.complete)
     for n in range(movers.shape[0]):
         have_moved |= _differ(poses[movers[n]], map_so_far.poses_drawn[n])
     if not have_moved:
@@ -271,14 +271,25 @@ def draw_tiles(
         for row in range(changed[n, 0], changed[n, 1]):
             for column in range(changed[n, 2], changed[n, 3]):
                 height_m[row, column] = fixed_m[row, column]
-    span_tiles(drawn, height_m.shape[0], spans)
+    # Movers come into few of the tiles that were drawn so far.
+    span_tiles(wanted, height_m.shape[0], spans)
     for n in range(movers.shape[0]):
         pose = poses[movers[n]]
         _draw_body(scene, pose, light_view, movers[n], projected, spans, height_m, changed[n])
         mark_blocks(changed[n], stale)
         map_so_far.poses_drawn[n] = pose
     find_highest(height_m, stale, map_so_far.highest_m)
-    map_so_far.is_current[0] = True
+    map_so_far.complete[:] = wanted
+
+
+@njit(cache=True)
+def _any_beyond(some: NDArray[np.bool_], others: NDArray[np.bool_]) -> bool:
+    """Return whether any of some tiles is not among others."""
+    for i in range(some.shape[0]):
+        for j in range(some.shape[1]):
+            if some[i, j] and not others[i, j]:
+                return True
+    return False
 
 
 @njit(cache=True)

@@ -23,48 +23,38 @@ from sim.optics import Camera, invert_pose, principal_point
 
 
 @njit(cache=True)
-def body_may_show(
-    view: NDArray[np.float64],
-    pose: NDArray[np.float64],
-    centre_m: NDArray[np.float64],
-    radius_m: float,
-    width: int,
-    height: int,
-    near: float,
-) -> bool:
-    """Return False if a body's bounding sphere lies wholly beyond one side of the picture or before the near plane.
+def sides_of(view: NDArray[np.float64], width: int, height: int, near: float) -> NDArray[np.float64]:
+    """Return the sides of a picture and the near plane (5, 4), planes ``n . p + c`` in world metres with ``|n| = 1``;
+    values are negative beyond them.
+    """
+    sides = np.empty((5, 4))
+    for k in range(4):
+        sides[0, k], sides[1, k] = view[0, k], width * view[2, k] - view[0, k]
+        sides[2, k], sides[3, k] = view[1, k], height * view[2, k] - view[1, k]
+        sides[4, k] = view[2, k] - (near if k == 3 else 0.0)
+    for side in range(5):
+        sides[side] /= np.sqrt(sides[side, 0] ** 2 + sides[side, 1] ** 2 + sides[side, 2] ** 2)
+    return sides
 
-    A side is the plane ``n . p + c = 0``; the sphere is beyond it if ``n . centre + c < -|n| radius``.
+
+@njit(cache=True)
+def body_may_show(
+    sides: NDArray[np.float64], pose: NDArray[np.float64], centre_m: NDArray[np.float64], radius_m: float
+) -> bool:
+    """Return False if a body's bounding sphere surely lies wholly beyond one of ``sides_of`` a picture.
 
     Args:
         pose: T_world_body (4, 4).
         centre_m: (3,) of the sphere, in the body's frame.
     """
-    world_m = np.empty(3)
-    for k in range(3):
-        world_m[k] = pose[k, 3]
-        for j in range(3):
-            world_m[k] += pose[k, j] * centre_m[j]
+    a, b, c = centre_m
+    x = pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]
+    y = pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]
+    z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
+    # Rounding must not cull a sphere that touches a side.
+    reach_m = (1.0 + 1e-9) * radius_m + 1e-9 * (abs(x) + abs(y) + abs(z))
     for side in range(5):
-        value = 0.0
-        square = 0.0
-        for k in range(4):
-            if side == 0:
-                coefficient = view[0, k]
-            elif side == 1:
-                coefficient = width * view[2, k] - view[0, k]
-            elif side == 2:
-                coefficient = view[1, k]
-            elif side == 3:
-                coefficient = height * view[2, k] - view[1, k]
-            else:
-                coefficient = view[2, k] - (near if k == 3 else 0.0)
-            if k < 3:
-                value += coefficient * world_m[k]
-                square += coefficient * coefficient
-            else:
-                value += coefficient
-        if value < -np.sqrt(square) * radius_m:
+        if sides[side, 0] * x + sides[side, 1] * y + sides[side, 2] * z + sides[side, 3] < -reach_m:
             return False
     return True
 

@@ -17,6 +17,7 @@ from sim.render.triangles import (
     project_vertices,
     row_span,
     set_up_triangle,
+    sides_of,
     view_of_body,
 )
 
@@ -94,10 +95,11 @@ def draw_bodies(
     """
     height, width = nearness.shape
     edges, weights, matrix = np.empty((4, 3)), np.empty((3, 3)), np.empty((4, 4))
+    sides = sides_of(view, width, height, NEAR_M)
     count = kept
     for body in bodies:
         pose = poses[body]
-        if not body_may_show(view, pose, scene.centre_m[body], scene.radius_m[body], width, height, NEAR_M):
+        if not body_may_show(sides, pose, scene.centre_m[body], scene.radius_m[body]):
             continue
         start = scene.first_vertex[body]
         view_of_body(view, pose, matrix)

@@ -301,6 +301,7 @@ def _light_up(
 GROUND_REFLECTANCE = 0.2
 SHADOW_REACH_M = 400.0
 """Shadows are drawn on surfaces up to this depth."""
+SHADOW_TEXELS = 1024
 _PROBE_STEP_PX = 16
 
 
@@ -331,12 +332,14 @@ class DaylightShader:
         sky_illuminance_lx: float,
         *,
         sky_colour_rgb: tuple[float, float, float] = (0.86, 1.0, 1.3),
+        shadow_texels: int = SHADOW_TEXELS,
     ) -> None:
         """Set the light.
 
         Args:
             sky_illuminance_lx: on level ground, >= 0.
             sky_colour_rgb: relative linear R, G, B.
+            shadow_texels: side of the shadow map, see ``ShadowCaster``; it covers a little more than the view.
         """
         direction = np.asarray(sun.direction, dtype=float)
         check("sun.direction", bool(np.linalg.norm(direction) > 0), "a vector of length > 0", sun.direction)
@@ -346,7 +349,7 @@ class DaylightShader:
         sun_lx = sun.illuminance_lx * _of_unit_luminance(sun.colour_rgb)
         sky_lx = sky_illuminance_lx * _of_unit_luminance(sky_colour_rgb)
         bounce_lx = GROUND_REFLECTANCE * (sun_lx * max(0.0, towards_sun[2]) + sky_lx)
-        self._caster = ShadowCaster(world, towards_sun)
+        self._caster = ShadowCaster(world, towards_sun, shadow_texels)
         self._light = (
             towards_sun.astype(np.float32),
             sun_lx.astype(np.float32),

@@ -48,7 +48,7 @@ from scenarios.catalog import unversioned
 from scenarios.command_link import LINKS, episode_link
 from scenarios.loop import Loop, LoopTracker, ManyLoopTracker, tracker_stream
 from scenarios.road_town.plan import draw_layout
-from scenarios.road_town.scenario import ROAD_TOWN
+from scenarios.road_town.scenario import ROAD_TOWN, KeptTown
 from scenarios.road_town.town import build_town, forget_town
 from scenarios.scenario import Frame, KeptWorld
 from scenarios.stage import Stage
@@ -253,7 +253,7 @@ def _town() -> KeptWorld:
     """Return a town as sharp as the catalogue's."""
     seed = episode_seed(0, ROAD_TOWN.id, 0)
     layout = draw_layout(_tiny(ROAD_TOWN.presets["standard"]), seed)
-    return KeptWorld(build_town(layout, generator(seed, "town")), layout)
+    return KeptWorld(build_town(layout, generator(seed, "town")), KeptTown(layout))
 
 
 def forget_towns() -> None:

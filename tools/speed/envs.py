@@ -3,9 +3,11 @@
 A *step* is one ``env.step`` of ``frameout/RoadTownFollow-v3`` with pictures of 84 × 84 observed on every step: action
 to command, everything moved, picture with shadows, light and noise, ``colour_pf`` with 500 particles, belief, truth of
 the target and reward. Step and *bare call*, ``getCameraImage`` of TinyRenderer with shadows, are timed in one run,
-alternately, on the same view, in CPU time of the working thread, after a rehearsal. *Process scaling* is the wall-clock
-speed of a vector env, eight envs in two processes, over that of a single env; *arithmetic scaling* is the same for
-processes that only count, without memory access or our code, and synchronise as often: the limit of the machine.
+alternately, on the same view, in CPU time of the working thread, after a rehearsal. *With resets* are whole episodes
+that never ran before, one after the other, each with its reset, in a world that the process has built already; what it
+takes to *build a world*, once a process, is a figure of its own. *Process scaling* is the wall-clock speed of a vector
+env, eight envs in two processes, over that of a single env; *arithmetic scaling* is the same for processes that only
+count, without memory access or our code, and synchronise as often: the limit of the machine.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ import numpy as np
 from scenarios import catalog
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
+from scenarios.envs.settings import WORLDS
 from scenarios.envs.vectors import FollowVectorEnv
 from sim.bullet import TinyRenderer
 from sim.checks import check
@@ -37,6 +40,7 @@ _TURN_STEPS = 10
 _COUNTED = 40_000
 """Counting to this number takes about two thirds of the time of a step of one env."""
 _PICTURELESS_ENVS = 1024
+_NEW_EPISODES = 3
 _WARM_UP, _STEPS, _EPISODE_STEPS = 20, 200, 150
 
 
@@ -46,14 +50,17 @@ def measure_env(preset: str, steps: int, seed: int) -> dict[str, Figure]:
     Raises:
         ValueError: if the preset's episodes have fewer steps.
     """
-    step_s, bare_s, reset_s = step_times(preset, seed, steps)
+    step_s, bare_s = step_times(preset, seed, steps)
+    episodes_s, resets_s, episode_steps = episode_times(preset, seed)
     one_s, two_s, counted_s, both_s = scaling_times(preset, seed, steps)
     return {
         "env_speedup_over_tinyrenderer": Figure(bare_s, step_s),
         "env_steps_per_s": rate(step_s),
+        "env_steps_per_s_with_resets": Figure(episode_steps, episodes_s, "1/s"),
         "env_process_scaling": Figure(one_s, two_s),
         "env_arithmetic_scaling": Figure(counted_s, both_s),
-        "env_reset_cpu_s": seconds(reset_s),
+        "env_reset_cpu_s": seconds(resets_s / _NEW_EPISODES),
+        "env_world_cpu_s": seconds(world_time(preset, seed)),
     }
 
 
@@ -71,10 +78,8 @@ def env_keywords(preset: str) -> dict[str, Any]:
     }
 
 
-def step_times(preset: str, seed: int, steps: int) -> tuple[float, float, float]:
-    """Return mean CPU seconds of steps and, after every eighth, of a bare call from the same camera, and those of a
-    reset to another episode, as in a training.
-    """
+def step_times(preset: str, seed: int, steps: int) -> tuple[float, float]:
+    """Return mean CPU seconds of steps and, after every eighth, of a bare call from the same camera."""
     cv2.setNumThreads(1)
     with closing(FollowEnv(**env_keywords(preset))) as env:
         step = partial(env.step, np.zeros(env.action_space.shape or (), dtype=np.float32))
@@ -82,15 +87,45 @@ def step_times(preset: str, seed: int, steps: int) -> tuple[float, float, float]
         check("frames", steps <= longest, f"at most {longest}, which an episode of this preset has", steps)
         # The first of two equal episodes compiles or loads the kernels of the second.
         for _ in range(2):
-            # In another town: what the scenario keeps of its latest one must not help.
-            env.reset(options={"episode_seed": seed + 1})
-            reset_s = cpu_s(partial(env.reset, options={"episode_seed": seed}))
+            env.reset(options={"episode_seed": seed})
             reference = TinyRenderer(cast(Any, env.episode.episode).world)
             bare_calls(reference, env.episode.frame)
             for _ in range(UNTIMED_FRAMES):
                 step()
             step_s, bare_s = timed(step, lambda: bare_cpu_s(reference, env.episode.frame), steps)  # noqa: B023
-    return float(np.mean(step_s)), float(np.mean(bare_s)), reset_s
+    return float(np.mean(step_s)), float(np.mean(bare_s))
+
+
+def episode_times(preset: str, seed: int) -> tuple[float, float, int]:
+    """Return the CPU seconds of new episodes with their resets, those of the resets alone, and the number of steps."""
+    cv2.setNumThreads(1)
+    with closing(FollowEnv(**env_keywords(preset))) as env:
+        action = np.zeros(env.action_space.shape or (), dtype=np.float32)
+
+        def to_the_end() -> int:
+            count, over = 0, False
+            while not over:
+                _, _, terminated, truncated, _ = env.step(action)
+                count, over = count + 1, terminated or truncated
+            return count
+
+        # The first episode builds the world that the others take place in.
+        env.reset(options={"episode_seed": seed})
+        to_the_end()
+        began, resets_s, steps = time.thread_time(), 0.0, 0
+        for k in range(1, 1 + _NEW_EPISODES):
+            resets_s += cpu_s(partial(env.reset, options={"episode_seed": seed + k * WORLDS}))
+            steps += to_the_end()
+        return time.thread_time() - began, resets_s, steps
+
+
+def world_time(preset: str, seed: int) -> float:
+    """Return the CPU seconds of building a world, 0 for a scenario that cannot keep any."""
+    with closing(FollowEnv(**env_keywords(preset))) as env:
+        scenario, configuration = catalog.scenario(env.settings.scenario), env.settings.configuration({})
+    if scenario.new_world is None:
+        return 0.0
+    return cpu_s(lambda: scenario.keep_world(configuration, seed))
 
 
 def scaling_times(preset: str, seed: int, steps: int) -> list[float]:

@@ -135,8 +135,8 @@ class FeatureFilter:
         belief = self._filter.update(observation, estimate)
         command = np.array([[getattr(given, name) for name in self._names]]) / self._limits
         features = np.zeros((1, len(FEATURES)), np.float32)
-        features_of(belief, np.clip(command, -1.0, 1.0), features)
-        return np.clip(features[0], -1.0, 1.0)
+        features_of(belief, _clipped(command), features)
+        return _clipped(features[0])
 
 
 class FeatureHistory:
@@ -168,13 +168,18 @@ class FeatureHistory:
 
 def command_of(carrier: Carrier, shares: NDArray[np.float64]) -> CameraCommand:
     """Return the command of shares (A,) of the limits, in the order of the carrier's axes, clipped to [-1, 1]."""
-    values = np.clip(shares, -1.0, 1.0)
-    return CameraCommand(**{axis.name: axis.limit * float(v) for axis, v in zip(carrier.axes, values, strict=True)})
+    values = _clipped(shares).tolist()
+    return CameraCommand(**{axis.name: axis.limit * v for axis, v in zip(carrier.axes, values, strict=True)})
 
 
 def shares_of(carrier: Carrier, command: CameraCommand) -> NDArray[np.float64]:
     """Return a command as shares (A,) of the carrier's limits, clipped to [-1, 1]."""
-    return np.clip([getattr(command, axis.name) / axis.limit for axis in carrier.axes], -1.0, 1.0)
+    return _clipped(np.array([getattr(command, axis.name) / axis.limit for axis in carrier.axes], dtype=float))
+
+
+def _clipped(numbers: NDArray[Any]) -> NDArray[Any]:
+    """Return numbers clipped to [-1, 1]: of so few ``np.clip`` takes three times as long."""
+    return np.asarray(np.minimum(np.maximum(numbers, -1.0), 1.0))
 
 
 def is_seen(estimate: Estimate) -> bool:

@@ -240,26 +240,34 @@ def densest_window(
         places_m: (N, 2) particles. weights: (N,) sum 1. half_m: radius.
         tries: circles tried, around evenly chosen particles; the best one is moved to the mean of its particles.
     """
-    best, best_x, best_y = -1.0, places_m[0, 0], places_m[0, 1]
     stride = max(len(places_m) // tries, 1)
-    for first in range(0, len(places_m), stride):
-        share, x_m, y_m = _held(places_m, weights, half_m, places_m[first, 0], places_m[first, 1])
-        if share > best:
-            best, best_x, best_y = share, x_m, y_m
-    return best_x, best_y, _held(places_m, weights, half_m, best_x, best_y)[0]
+    centres_x, centres_y = places_m[::stride, 0].copy(), places_m[::stride, 1].copy()
+    shares, sums_x, sums_y = np.zeros_like(centres_x), np.zeros_like(centres_x), np.zeros_like(centres_x)
+    # All circles at once, so that this becomes vector code.
+    for n in range(len(places_m)):
+        x, y, weight = places_m[n, 0], places_m[n, 1], weights[n]
+        for k in range(len(shares)):
+            held = weight if (x - centres_x[k]) ** 2 + (y - centres_y[k]) ** 2 <= half_m * half_m else 0.0
+            shares[k] += held
+            sums_x[k] += held * x
+            sums_y[k] += held * y
+    best, best_x, best_y = -1.0, places_m[0, 0], places_m[0, 1]
+    for k in range(len(shares)):
+        if shares[k] > best:
+            best = shares[k]
+            best_x, best_y = centres_x[k], centres_y[k]
+            if best > 0.0:
+                best_x, best_y = sums_x[k] / best, sums_y[k] / best
+    return best_x, best_y, _share_within(places_m, weights, half_m, best_x, best_y)
 
 
 @record_kernel()
-def _held(
+def _share_within(
     places_m: NDArray[np.float64], weights: NDArray[np.float64], half_m: float, x_m: float, y_m: float
-) -> tuple[float, float, float]:
-    """Return the share of a posterior within ``half_m`` of a point, and the mean of that part."""
-    share, sum_x, sum_y = 0.0, 0.0, 0.0
+) -> float:
+    """Return the share of a posterior within ``half_m`` of a point."""
+    share = 0.0
     for n in range(len(places_m)):
         if (places_m[n, 0] - x_m) ** 2 + (places_m[n, 1] - y_m) ** 2 <= half_m * half_m:
             share += weights[n]
-            sum_x += weights[n] * places_m[n, 0]
-            sum_y += weights[n] * places_m[n, 1]
-    if share <= 0.0:
-        return 0.0, x_m, y_m
-    return share, sum_x / share, sum_y / share
+    return share

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from trackers.belief.kernel import BELIEF, SIGHTING, densest_window, update_beliefs
@@ -25,7 +26,8 @@ _DOWN = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 
 def within_reach(pixels: object) -> NDArray[np.float64]:
     """Return pixels or lengths in pixels, of any shape, clipped so that arithmetic with them stays finite."""
-    return np.clip(np.asarray(pixels, dtype=float), -_FARTHEST_PX, _FARTHEST_PX)
+    # Of so few numbers ``np.clip`` takes three times as long.
+    return np.asarray(np.minimum(np.maximum(np.asarray(pixels, dtype=float), -_FARTHEST_PX), _FARTHEST_PX))
 
 
 def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
@@ -76,28 +78,29 @@ def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> N
 
 
 class _View(NamedTuple):
-    """A camera with its orientation R_world_camera (3, 3), position (2,) and height, measured or assumed."""
+    """A camera with its orientation R_world_camera (3, 3), position (2,) and height, measured or assumed.
+
+    Attributes:
+        half_px: half the picture's size (2,), which is its centre too.
+    """
 
     camera: CameraModel
+    half_px: NDArray[np.float64]
     R: NDArray[np.float64]
     place_m: NDArray[np.float64]
     height_m: float
     sees_ground: bool
 
-    @property
-    def half_px(self) -> NDArray[np.float64]:
-        """Half the picture's size (2,), which is its centre too."""
-        return 0.5 * np.array([self.camera.width_px, self.camera.height_px])
-
 
 def _view(source: Observation | SteeredCamera, looks: Looks) -> _View:
     """Return a camera with its measured pose, or a level one."""
+    half_px = 0.5 * np.array([source.camera.width_px, source.camera.height_px])
     if source.ego is None:
         assumed = (_DOWN, np.zeros(2), _ASSUMED_HEIGHT_M) if looks == "down" else (_AHEAD, np.zeros(2), 0.0)
-        return _View(source.camera, *assumed, looks == "down")
+        return _View(source.camera, half_px, *assumed, looks == "down")
     T = source.ego.T_world_camera
     height_m = float(T[2, 3]) if looks == "ahead" else max(float(T[2, 3]), _LOWEST_M)
-    return _View(source.camera, T[:3, :3], T[:2, 3], height_m, looks != "ahead")
+    return _View(source.camera, half_px, T[:3, :3], T[:2, 3], height_m, looks != "ahead")
 
 
 def _set_carrier(record: Any, looks: Looks, own: _View) -> None:
@@ -111,7 +114,7 @@ def _set_carrier(record: Any, looks: Looks, own: _View) -> None:
     record["height_m"], record["heading_rad"] = own.height_m, heading_rad
     reach_m = own.height_m if looks == "down" else 1.0
     if own.sees_ground:
-        axis_m = _on_ground(R, own.height_m, np.zeros((1, 2)))[0]
+        axis_m = _met(np.zeros((1, 3)), R[:, 2], own.height_m, np.zeros(2))[0]
         record["axis_ahead_m"], record["axis_right_m"] = c * axis_m[0] + s * axis_m[1], s * axis_m[0] - c * axis_m[1]
         record["axis_depth_m"] = _ground_depth_m(own, np.zeros(2))
         if looks == "around":
@@ -135,9 +138,45 @@ def _set_picture(record: Any, own: _View, width_m: float) -> None:
 
 def _on_ground(R: NDArray[np.float64], height_m: float, tangents: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return where rays (N, 2), tangents of angles right and down, meet the ground (N, 2), from below the camera."""
-    rays = tangents @ R[:, :2].T + R[:, 2]
-    steep = np.maximum(-rays[:, 2], height_m / FARTHEST_M)
-    return rays[:, :2] * (height_m / steep)[:, None]
+    return _met(tangents @ R[:, :2].T, R[:, 2], height_m, np.zeros(2))
+
+
+@njit(cache=True)
+def _met(
+    rays: NDArray[np.float64], axis: NDArray[np.float64], height_m: float, below_m: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return where rays (N, 3), which lack the optical axis (3,), meet the ground (N, 2) around ``below_m`` (2,)."""
+    places_m = np.empty((len(rays), 2))
+    for n in range(len(rays)):
+        scale = height_m / max(-(rays[n, 2] + axis[2]), height_m / FARTHEST_M)
+        places_m[n, 0] = below_m[0] + (rays[n, 0] + axis[0]) * scale
+        places_m[n, 1] = below_m[1] + (rays[n, 1] + axis[1]) * scale
+    return places_m
+
+
+@njit(cache=True)
+def _tangents(particles_px: NDArray[np.float64], half_px: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
+    """Return the tangents (N, 2) of angles right and down, clipped as by ``within_reach``; NaN of a particle that is
+    not finite.
+    """
+    tangents = np.empty(particles_px.shape)
+    for n in range(len(particles_px)):
+        good = np.isfinite(particles_px[n, 0]) and np.isfinite(particles_px[n, 1])
+        for axis in range(2):
+            clipped = min(max(particles_px[n, axis], -_FARTHEST_PX), _FARTHEST_PX)
+            tangents[n, axis] = (clipped - half_px[axis]) / focal_px if good else np.nan
+    return tangents
+
+
+@njit(cache=True)
+def _squares(places_m: NDArray[np.float64], mean_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the squared distances (N, 2) from a mean along both axes."""
+    squares = np.empty_like(places_m)
+    for n in range(len(places_m)):
+        for axis in range(2):
+            away_m = places_m[n, axis] - mean_m[axis]
+            squares[n, axis] = away_m * away_m
+    return squares
 
 
 def _ground_depth_m(view: _View, tangents: NDArray[np.float64]) -> float:
@@ -149,19 +188,19 @@ def _ground_depth_m(view: _View, tangents: NDArray[np.float64]) -> float:
 def _summarise(record: Any, estimate: Estimate, watched: _View) -> None:
     """Set the posterior's standard deviation and its densest window."""
     assert estimate.particles_px is not None
-    particles_px, count = within_reach(estimate.particles_px), len(estimate.particles_px)
+    particles_px, count = np.ascontiguousarray(estimate.particles_px, dtype=float), len(estimate.particles_px)
     weights = np.full(count, 1.0 / count) if estimate.weights is None else np.ascontiguousarray(estimate.weights)
+    tangents = _tangents(particles_px, watched.half_px, watched.camera.focal_px)
     # Particles that are not finite are left out.
-    finite = np.isfinite(estimate.particles_px).all(axis=1)
+    finite = ~np.isnan(tangents[:, 0])
     if not finite.all():
-        particles_px, weights = particles_px[finite], weights[finite]
+        tangents, weights = tangents[finite], weights[finite]
         if not weights.sum() > 0.0:
             return
         weights = weights / weights.sum()
-    tangents = (particles_px - watched.half_px) / watched.camera.focal_px
-    particles_m = watched.place_m + _on_ground(watched.R, watched.height_m, tangents)
+    particles_m = _met(tangents @ watched.R[:, :2].T, watched.R[:, 2], watched.height_m, watched.place_m)
     mean_m = weights @ particles_m
-    record["spread_m"] = np.sqrt(0.5 * (weights @ ((particles_m - mean_m) ** 2)).sum())
+    record["spread_m"] = np.sqrt(0.5 * (weights @ _squares(particles_m, mean_m)).sum())
     half_m = min(record["half_ahead_m"], record["half_right_m"])
     window = densest_window(particles_m, weights, float(half_m), _TRIES)
     record["densest_x_m"], record["densest_y_m"], record["densest_share"] = window

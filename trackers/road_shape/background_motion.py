@@ -121,12 +121,24 @@ class GroundMotion:
 
     def move(self, points_px: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the positions in this frame of points (..., 2) of the previous one; beyond the horizon far off."""
-        moved = points_px @ self.homography[:, :2].T
-        moved += self.homography[:, 2]
-        return np.minimum(np.maximum(moved[..., :2] / np.maximum(moved[..., 2:], 1e-3), -_FAR_PX), _FAR_PX)
+        moved = np.empty_like(points_px)
+        along = points_px.reshape(-1, 2) @ self.homography[:, :2].T
+        _divide(along, self.homography[:, 2], moved.reshape(-1, 2))
+        return moved
 
 
 _FAR_PX, _LEAST_DEPTH = 1e4, 1e-3
+
+
+@njit(cache=True)
+def _divide(along: NDArray[np.float64], shift: NDArray[np.float64], moved: NDArray[np.float64]) -> None:
+    """Write the places (N, 2) of homogeneous ones (N, 3), which lack ``shift`` (3,)."""
+    for n in range(len(along)):
+        depth = max(along[n, 2] + shift[2], _LEAST_DEPTH)
+        for axis in range(2):
+            moved[n, axis] = min(max((along[n, axis] + shift[axis]) / depth, -_FAR_PX), _FAR_PX)
+
+
 Motion = PictureMotion | GroundMotion
 STILL = PictureMotion(np.zeros(2), 0.0)
 
@@ -151,7 +163,9 @@ def _pixels_from_ground(T_world_camera: NDArray[np.float64], focal_px: float) ->
     """Return H (3, 3) from metres (x, y, 1) on the ground z = 0 to pixels from the image centre."""
     R_camera_world = T_world_camera[:3, :3].T
     origin = -R_camera_world @ T_world_camera[:3, 3]
-    return np.diag([focal_px, focal_px, 1.0]) @ np.column_stack([R_camera_world[:, :2], origin])
+    H = np.column_stack([R_camera_world[:, :2], origin])
+    H[:2] *= focal_px
+    return H
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_around, box_centre, inside_picture
@@ -57,16 +58,30 @@ def move_on(
     paper's rigid motion: ``m(p) = Rot(-ω) p - (Vx, Vy)``, ``θ' = θ - ω`` (paper A, equations 2.2-2.4, 4.19-4.21). A
     negative speed is a car that drives backwards.
     """
-    heading = np.empty((len(states), 2))
-    np.cos(states[:, HEADING], out=heading[:, 0])
-    np.sin(states[:, HEADING], out=heading[:, 1])
-    before = states[:, POSITION] + states[:, SPEED, None] * heading
-    moved = np.empty_like(states)
-    moved[:, POSITION] = motion.move(before)
-    turned = motion.move(before + heading) - moved[:, POSITION]
-    moved[:, SPEED] = states[:, SPEED] + rng.normal(0.0, speed_noise_px, len(states))
-    moved[:, HEADING] = np.arctan2(turned[:, 1], turned[:, 0])
-    return moved
+    places_px = np.empty((2, len(states), 2))
+    _places_ahead(states, places_px)
+    return _states_at(motion.move(places_px), states[:, SPEED] + rng.normal(0.0, speed_noise_px, len(states)))
+
+
+@njit(cache=True)
+def _places_ahead(states: NDArray[np.float64], places_px: NDArray[np.float64]) -> None:
+    """Write where cars are a frame later, and a pixel ahead of there (2, N, 2)."""
+    for n in range(len(states)):
+        x, y, speed, heading_rad = states[n]
+        cosine, sine = np.cos(heading_rad), np.sin(heading_rad)
+        places_px[0, n, 0], places_px[0, n, 1] = x + speed * cosine, y + speed * sine
+        places_px[1, n, 0], places_px[1, n, 1] = places_px[0, n, 0] + cosine, places_px[0, n, 1] + sine
+
+
+@njit(cache=True)
+def _states_at(places_px: NDArray[np.float64], speeds_px: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the states (N, 4) of cars by their places and those ahead of them (2, N, 2), and speeds (N,)."""
+    states = np.empty((len(speeds_px), 4))
+    for n in range(len(states)):
+        here, ahead = places_px[0, n], places_px[1, n]
+        states[n, X], states[n, Y], states[n, SPEED] = here[0], here[1], speeds_px[n]
+        states[n, HEADING] = np.arctan2(ahead[1] - here[1], ahead[0] - here[0])
+    return states
 
 
 class Walk(Protocol):

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 import pytest
 
+from scenarios.envs.follow_env import FollowEnv
+from scenarios.envs.settings import WORLDS
 from scenarios.envs.vectors import FollowVectorEnv
 from tests.fakes_scenario import FakeEpisode
 from tests.fakes_trackers import NoParameters, Still
 from tests.tools.speed.conftest import BARE_S, FakeWorld, work
 from tools.speed import envs
-from tools.speed.envs import measure_env, seconds_in_turns, step_times
-from tools.speed.figures import UNTIMED_FRAMES
+from tools.speed.envs import episode_times, measure_env, seconds_in_turns, step_times
+from tools.speed.figures import UNTIMED_FRAMES, Figure
 
 STEP_S = 0.004
 FRAMES = 60
@@ -39,27 +41,33 @@ def test_steps_are_timed_against_bare_calls_alone(monkeypatch: pytest.MonkeyPatc
         return step(self, command)
 
     monkeypatch.setattr(FakeEpisode, "step", slow)
-    step_s, bare_s, reset_s = step_times("tiny", 0, 16)
+    step_s, bare_s = step_times("tiny", 0, 16)
     assert FakeWorld.calls == 2 * (1 + 2), "a rehearsal, and one call before each run's steps"
     # An env's own work comes on top of the world's.
     assert STEP_S <= step_s < 3 * STEP_S
     assert bare_s == pytest.approx(BARE_S, rel=0.3)
-    assert reset_s >= STEP_S
 
 
-def test_a_reset_is_to_another_episode_whose_world_is_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A scenario that keeps its latest world begins the same episode again much sooner."""
-    init, kept = FakeEpisode.__init__, []
+def test_episodes_with_resets_are_new_and_in_one_world(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scenario that keeps its latest episode, or world, begins it again much sooner."""
+    init, seeds = FakeEpisode.__init__, []
+    reset = FollowEnv.reset
 
-    def slow(self: Any, configuration: Any, closed_loop: bool, phase_s: float) -> None:
-        if kept != [phase_s]:
-            work(0.1)
-        kept[:] = [phase_s]
-        init(self, configuration, closed_loop, phase_s)
+    def noted(self: Any, **options: Any) -> Any:
+        seeds.append(options["options"]["episode_seed"])
+        return reset(self, **options)
 
+    def slow(self: Any, *arguments: Any, **options: Any) -> None:
+        work(0.1)
+        init(self, *arguments, **options)
+
+    monkeypatch.setattr(FollowEnv, "reset", noted)
     monkeypatch.setattr(FakeEpisode, "__init__", slow)
-    _, _, reset_s = step_times("tiny", 0, 16)
-    assert reset_s >= 0.1
+    whole_s, resets_s, steps = episode_times("tiny", 3)
+    assert len(set(seeds)) == len(seeds) == 4
+    assert {seed % WORLDS for seed in seeds} == {3}
+    assert steps == 3 * (FRAMES - 1)
+    assert 3 * 0.1 <= resets_s < whole_s
 
 
 def test_more_steps_than_an_episode_has_are_refused() -> None:
@@ -106,14 +114,22 @@ def test_resets_do_not_count_as_steps_of_processes(monkeypatch: pytest.MonkeyPat
     scaling = figures["env_process_scaling"]
     assert all(0.0 < seconds < 8 * 0.1 for seconds in scaling[:2])
     assert scaling.above == pytest.approx(scaling.below, rel=0.5), "eight steps of one, a step of eight"
-    assert figures["env_reset_cpu_s"].above >= 0.1
-    ratios = {name: each.above / each.below for name, each in figures.items()}
+    assert 0.1 <= figures["env_reset_cpu_s"].above < 0.3
+    assert figures["env_world_cpu_s"].above == 0.0
+    assert ratios_of(figures)["env_steps_per_s_with_resets"] < FRAMES / 0.1
+    ratios = ratios_of(figures)
     assert ratios["env_speedup_over_tinyrenderer"] == pytest.approx(BARE_S * ratios["env_steps_per_s"], rel=0.3)
     assert {each.unit for each in figures.values()} == {"ratio", "1/s", "s"}
     assert set(figures) == {
         "env_speedup_over_tinyrenderer",
         "env_steps_per_s",
+        "env_steps_per_s_with_resets",
         "env_process_scaling",
         "env_arithmetic_scaling",
         "env_reset_cpu_s",
+        "env_world_cpu_s",
     }
+
+
+def ratios_of(figures: Mapping[str, Figure]) -> dict[str, float]:
+    return {name: each.above / each.below for name, each in figures.items()}
