@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import closing
+from dataclasses import replace
 
 import cv2
 import numpy as np
 import pytest
 import shapely
+from hypothesis import given
+from hypothesis import strategies as st
 
 from scenarios.road_town import town
 from scenarios.road_town.blocks import fill_blocks
@@ -15,8 +19,12 @@ from scenarios.road_town.canvas import KERB
 from scenarios.road_town.ground import class_map
 from scenarios.road_town.layout import BUILDING, ROAD, Layout
 from scenarios.road_town.patterns import make_streets
+from scenarios.road_town.plan import draw_layout
+from scenarios.road_town.presets import ALTITUDE_RANGE_M, PRESETS
 from scenarios.road_town.road_map import RoadMap, road_area
+from scenarios.road_town.scenario import ROAD_TOWN, Detail, KeptTown, detail_for, kind_of_town
 from scenarios.road_town.town import add_kerbs, add_vehicle, build_town
+from scenarios.scenario import KeptWorld
 from sim.mesh import Texture
 from sim.meshes.ground import ground
 from sim.optics import intersect_plane, look_down_pose
@@ -218,3 +226,45 @@ def test_a_town_that_another_thread_forgets_meanwhile_is_whole(world, monkeypatc
         assert [body.name for body in again.bodies] == [body.name for body in world.bodies]
         np.testing.assert_array_equal(again.poses, world.poses)
     town.forget_town()
+
+
+@given(
+    side_px=st.integers(32, 1024),
+    field_of_view_deg=st.floats(15.0, 100.0),
+    extent_m=st.floats(300.0, 900.0),
+)
+def test_a_kept_town_is_as_sharp_as_pictures_from_the_lowest_height(side_px, field_of_view_deg, extent_m):
+    preset = replace(
+        PRESETS["standard"],
+        width_px=side_px,
+        height_px=side_px,
+        field_of_view_deg=field_of_view_deg,
+        extent_m=extent_m,
+    )
+    detail = detail_for(preset)
+    pixel_m = ALTITUDE_RANGE_M[0] * 2.0 * np.tan(np.radians(field_of_view_deg / 2.0)) / side_px
+    texel_m = extent_m / detail.ground_px
+    assert texel_m <= pixel_m or detail.ground_px == Detail().ground_px
+    assert texel_m > 0.5 * pixel_m or detail.ground_px == 64
+    assert 3 * side_px <= detail.shadow_texels or detail.shadow_texels == Detail().shadow_texels
+
+
+def test_a_kept_town_has_the_catalogue_s_detail_where_pictures_show_it():
+    assert detail_for(PRESETS["standard"]) == Detail()
+    assert kind_of_town(PRESETS["standard"]) != kind_of_town(replace(PRESETS["standard"], width_px=84, height_px=84))
+
+
+@pytest.mark.heavy
+def test_a_small_picture_of_a_kept_town_is_that_of_a_fine_one():
+    small = replace(PRESETS["quick"], width_px=84, height_px=84)
+    layout, pictures = draw_layout(small, 3), []
+    for detail in (Detail(), detail_for(small)):
+        world = build_town(layout, generator(3, "town"), detail.ground_px)
+        kept = KeptWorld(world, KeptTown(layout, detail))
+        with closing(ROAD_TOWN.episode(small, 3, closed_loop=True, kept=kept)) as episode:
+            pictures.append(episode.step().observation.image_rgb.astype(float))
+    fine, coarse = pictures
+    # The paint's grain differs, houses, streets and shadows do not.
+    smooth = [cv2.GaussianBlur(picture, (0, 0), 2.0).ravel() for picture in (fine, coarse)]
+    assert np.corrcoef(*smooth)[0, 1] > 0.9
+    assert abs(fine.mean() - coarse.mean()) < 6.0
