@@ -2,26 +2,39 @@
 
 from __future__ import annotations
 
+from itertools import product
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from scenarios.envs.pictureless.episode_state import EPISODE_STATE, KernelWorld
+from scenarios.envs.pictureless.episode_state import EPISODE_STATE, KernelWorld, measured_camera
 from scenarios.envs.pictureless.poses import camera_numbers
 from scenarios.envs.pictureless.vector_env import SeparateControllers, vector_controller
+from scenarios.fish_tank.scenario import HEAD
 from scenarios.road_town.flight import HELICOPTER
 from scenarios.stereo_follow.robot import ROBOT
 from sim.optics import look_down_pose
 from trackers.belief.kernel import BELIEF, update_beliefs
 from trackers.belief.sighting import sighting_of
 from trackers.controllers.catalogue import controller_entry
-from trackers.types import CameraModel, Carrier
+from trackers.types import CameraModel, Carrier, SteeredCamera
 
 CAMERA = CameraModel(64, 48, 50.0)
 WORLD = KernelWorld(SimpleNamespace(camera=camera_numbers(CAMERA), interval_s=1.0 / 15.0), None)
 ENVS, FRAMES, AGAIN_AT = 3, 70, 40
+
+
+class BesideOverview(KernelWorld):
+    """A head, beside a camera at rest above."""
+
+    def cameras(self, state: Any) -> tuple[SteeredCamera, SteeredCamera | None]:
+        above = look_down_pose(np.array([0.0, 0.0, 20.0]), 0.3, 0.1, 0.0)
+        return measured_camera(self.camera, above[:3, :3], above[:3, 3]), super().cameras(state)[0]
+
+
+HEADS = BesideOverview(SimpleNamespace(camera=camera_numbers(CAMERA), interval_s=1.0 / 15.0), None)
 
 
 def set_state(state: Any, down: bool, is_known: bool, rng: np.random.Generator) -> None:
@@ -37,13 +50,17 @@ def set_state(state: Any, down: bool, is_known: bool, rng: np.random.Generator) 
     state["spread_m"] = rng.choice([0.1, 300.0])
 
 
-@pytest.mark.parametrize("carrier", [HELICOPTER, ROBOT], ids=lambda carrier: carrier.name)
-@pytest.mark.parametrize("name", ["hold", "centre", "search"])
+@pytest.mark.parametrize(
+    ("carrier", "name"),
+    [*product([HELICOPTER, ROBOT], ["hold", "centre", "search"]), *product([HEAD], ["hold", "centre", "lead"])],
+    ids=lambda each: getattr(each, "name", each),
+)
 def test_commands_are_those_of_the_class_in_each_env(carrier: Carrier, name: str) -> None:
-    rng, down = np.random.default_rng(5), carrier.looks == "down"
+    rng, down = np.random.default_rng(5), carrier.looks != "ahead"
+    world = HEADS if carrier.looks == "around" else WORLD
     entry, settings = controller_entry(name, carrier.name), SimpleNamespace(controller=name, controller_values={})
-    together = vector_controller(settings, carrier, WORLD, ENVS)
-    alone = SeparateControllers(entry.create, carrier, WORLD, ENVS)
+    together = vector_controller(settings, carrier, world, ENVS)
+    alone = SeparateControllers(entry.create, carrier, world, ENVS)
     assert not isinstance(together, SeparateControllers)
     states, beliefs = np.zeros(ENVS, EPISODE_STATE), np.zeros(ENVS, BELIEF)
     commands, expected = np.zeros((2, FRAMES, ENVS, 4))
@@ -63,4 +80,4 @@ def test_commands_are_those_of_the_class_in_each_env(carrier: Carrier, name: str
         together.command(states, beliefs, commands[frame])
         alone.command(states, beliefs, expected[frame])
     np.testing.assert_allclose(commands, expected, rtol=1e-9, atol=1e-9)
-    assert (name == "hold") == (np.ptp(commands[..., 0]) == 0.0)
+    assert (name == "hold") == (np.ptp(commands) == 0.0)
