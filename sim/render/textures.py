@@ -13,9 +13,6 @@ from numpy.typing import NDArray
 
 from sim.mesh import Texture
 
-_ROOM = 8
-"""A pool has room for one more texel in so many."""
-
 
 class TexturePool(NamedTuple):
     """Textures as arrays for kernels: T textures, at most L mip levels each.
@@ -84,8 +81,8 @@ class TextureStore:
         """Make room for ``count`` more texels; pools of before keep the array that they have."""
         needed = self._used + count
         if needed > len(self._texels):
-            # Zeros take no memory until they are written: room for other textures at the end costs nothing.
-            texels = np.zeros(needed + needed // _ROOM, dtype=np.uint32)
+            # Zeros take no memory until they are written, so that room for the textures of other copies costs nothing.
+            texels = np.zeros(2 * needed, dtype=np.uint32)
             texels[: self._used] = self._texels[: self._used]
             self._texels = texels
 
