@@ -118,8 +118,10 @@ def _is_per_object(kind: Any) -> dict[str, bool]:
 
 def _plain(value: Any) -> Any:
     """Return a copy of an array, or a Python number, with inf in place of NaN."""
-    if isinstance(value, float | int):
-        return float("inf") if value != value else value
+    if isinstance(value, float):
+        return float("inf") if value != value else float(value)
+    if isinstance(value, int):
+        return value
     array = np.array(value)
     if array.dtype.kind == "f":
         array[np.isnan(array)] = np.inf
