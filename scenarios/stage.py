@@ -251,6 +251,26 @@ class Stage(ABC):
         self._frame = frame
         return self._take()
 
+    def turn(self, command: CameraCommand) -> None:
+        """Move the carrier by a command, without a picture: for references with unfair knowledge."""
+        self._obey(command)
+
+    def target_ahead(self, frame: int) -> tuple[NDArray[np.float64], float]:
+        """Return the pixel (2,) at which the camera, where it is now, sees the target on a frame, and its distance.
+
+        For references with unfair knowledge: nothing is drawn. The distance is in metres along the camera's axis; the
+        pixel is NaN behind the camera.
+        """
+        self._move_to(min(frame, self.frame_count - 1))
+        T_world_camera, middle_m = self._T_world_camera, self._objects.T_world_object[self._target, :3, 3]
+        seen = self._objects.labels(self._camera.model, T_world_camera)
+        return seen.position_px[self._target], float((middle_m - T_world_camera[:3, 3]) @ T_world_camera[:3, 2])
+
+    @property
+    def camera(self) -> CameraModel:
+        """The camera, as it is zoomed now."""
+        return self._camera.model
+
     def larger_view(self, scale: float) -> NDArray[np.uint8]:
         """Return the current instant in a picture ``scale`` times as wide and high; see ``Episode.larger_view``."""
         return self._camera.larger_view(self._shader, self._T_world_camera, scale)

@@ -25,14 +25,22 @@ from trackers.types import CameraModel, Estimate, Observation
 
 _WIDTH, _HEIGHT = 3072, 1536
 """Places of the panorama, about the direction of the first picture."""
-_ABSORBED_S, _LEARNT_S = 3.0, 1.0
+_ABSORBED_S, _LEARNT_S = 8.0, 1.0
 """Time constants of the background where something differs that is not the target, and where nothing does."""
 _EDGE = 0.7
 """Error of the measured pose, in places of the panorama: by so many gradients a background may differ."""
-_SIZE_SHARE, _LOOK_SHARE = 0.1, 0.05
-"""How fast the target's size and its contrast follow those of its blobs."""
-_MERGED = 1.8
-"""A blob so many times as large as the target has something else in it."""
+_SIZE_S = 0.5
+"""Time constant of the target's size and contrast."""
+_STEP = 0.25
+"""Way of anything from picture to picture, at most, in lengths of the target."""
+_SHARED, _LEAST_PART = 0.25, 0.15
+"""A blob is shared if so much of it belongs to others. The target's part of a blob is so much of its area at least."""
+_LARGER = 1.4
+"""And if it is so many times as large as the target."""
+_SURE_S = 1.5
+"""For so long after the target was lost, a blob that was another one's is not taken for it."""
+_TARGET, _OTHER = 1, 2
+_CLOSING = np.ones((3, 3), np.uint8)
 
 
 @dataclass(frozen=True)
@@ -58,13 +66,18 @@ class PanoramaParameters:
     unlike: float = tunable(0.5, 0.05, 2.0, log=True)
 
 
-class _Blob(NamedTuple):
-    """What differs: its middle (2,), size (2,), number of places, and mean difference."""
+class _Blobs(NamedTuple):
+    """What differs from the background, in K + 1 parts of the window of the panorama; part 0 is what does not.
 
-    place: NDArray[np.float64]
-    size: NDArray[np.float64]
-    area: float
-    contrast: float
+    Attributes:
+        numbers: (H, W) of the parts. area: (K + 1,) places. box: (K + 1, 4), x, y, width and height in the window.
+        contrast: (K + 1,) mean difference.
+    """
+
+    numbers: NDArray[np.int32]
+    area: NDArray[np.float64]
+    box: NDArray[np.int32]
+    contrast: NDArray[np.float64]
 
 
 class Panorama:
@@ -134,137 +147,184 @@ class PanoramaDifference:
 
     def __init__(self, parameters: PanoramaParameters, rng: np.random.Generator) -> None:
         self._parameters = parameters
+        self._owners = np.zeros((_HEIGHT, _WIDTH), np.uint8)
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Learn the background beside the box, and the target's size and contrast in it."""
         size_px, camera = box_size(box_xyxy), observation.camera
-        self._panorama = Panorama(
-            camera, _rotation(observation), float(size_px.max()) / camera.focal_px / self._parameters.length
-        )
-        self._size = size_px * self._panorama.px
-        self._place = self._panorama.places(box_centre(box_xyxy)[None])[0]
+        step = float(size_px.max()) / camera.focal_px / self._parameters.length
+        self._panorama = panorama = Panorama(camera, _rotation(observation), step)
+        self._size = size_px * panorama.px
+        self._place = panorama.places(box_centre(box_xyxy)[None])[0]
         self._velocity = np.zeros(2)
         self._time_s = self._found_s = observation.time_s
-        picture = self._panorama.laid(_level(observation))
+        picture = panorama.laid(_level(observation))
         inside = self._near(picture.shape, 1.0)
         ring = picture[self._near(picture.shape, 2.0) & ~inside]
-        around = float(np.nanmedian(ring)) if len(ring) else 0.0
-        self._panorama.background[:] = np.where(inside, around, picture)
-        blobs = self._blobs(picture - self._panorama.background)
-        own = min(blobs, key=lambda blob: float(np.hypot(*(blob.place - self._place))), default=None)
-        self._area = float(self._size.prod() / 3) if own is None else own.area
-        self._contrast = 0.0 if own is None else own.contrast
+        around = float(np.nanmedian(ring)) if np.isfinite(ring).any() else 0.0
+        panorama.background[:] = np.where(inside, around, picture)
+        difference = np.nan_to_num(picture - panorama.background)
+        own = inside & (np.abs(difference) > 0.5 * np.abs(difference[inside]).max(initial=0.0))
+        self._area, self._contrast = max(float(own.sum()), 4.0), float(difference[own].mean()) if own.any() else 0.0
+        self._owners[panorama.window][own] = _TARGET
 
     def update(self, observation: Observation) -> Estimate:
         """Return the place of the target's blob, or the expected one, with a low probability, without one."""
         p, panorama = self._parameters, self._panorama
         passed_s, self._time_s = observation.time_s - self._time_s, observation.time_s
         panorama.show(observation.camera, _rotation(observation))
-        picture = panorama.laid(_level(observation))
-        background = panorama.background
+        picture, background = panorama.laid(_level(observation)), panorama.background
         difference = picture - background
-        if np.isfinite(difference).any():
-            difference -= np.nanmedian(difference)
+        known = np.isfinite(difference)
+        difference = np.where(known, difference, np.float32(0.0))
+        if known.any():
+            difference[known] -= np.median(difference[known])
+        blobs = self._blobs(difference, known, background)
         expected = self._place + passed_s * self._velocity
-        blob = self._likeliest(self._blobs(difference), expected)
-        if blob is None:
+        own = self._own(blobs, expected - self._place)
+        if own is None:
             self._place = expected
             self._velocity = self._velocity * np.exp(-passed_s / p.patience_s)
-        else:
-            self._follow(blob, expected)
-        self._learn(picture, difference, background, passed_s)
+        owners = np.where(self._is_other(blobs, own)[blobs.numbers], np.uint8(_OTHER), np.uint8(0))
+        if own is not None:
+            owners[own] = _TARGET
+        self._owners[panorama.window] = owners
+        self._learn(picture, difference, known, owners, passed_s)
         position_px = panorama.pixels(self._place[None])[0]
         return Estimate(
             position_px,
             box_around(position_px, self._size / panorama.px),
-            in_view_probability=0.9 if blob is not None else 0.1,
+            in_view_probability=0.9 if own is not None else 0.1,
         )
 
-    def _blobs(self, difference: NDArray[np.float32]) -> list[_Blob]:
-        """Return what differs in the window (H, W) of the panorama."""
-        known = np.isfinite(difference)
-        self._differs = np.zeros(difference.shape, np.uint8)
-        if not known.any():
-            return []
-        clean = np.where(known, difference, np.float32(0.0))
-        self._noise = 1.4826 * float(np.median(np.abs(clean[known]))) + 1e-6
-        background = np.nan_to_num(self._panorama.background)
-        slope = np.abs(cv2.Sobel(background, cv2.CV_32F, 1, 0, scale=0.125))
-        slope += np.abs(cv2.Sobel(background, cv2.CV_32F, 0, 1, scale=0.125))
-        self._differs = (np.abs(clean) - _EDGE * slope > self._parameters.differs * self._noise).astype(np.uint8)
-        closed = cv2.morphologyEx(self._differs, cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8))
-        count, self._numbers, stats, _ = cv2.connectedComponentsWithStats(closed)
-        areas = stats[:, cv2.CC_STAT_AREA]
-        blobs = []
-        for k in range(1, count):
-            if areas[k] < 4:
-                continue
-            x, y, width, height = stats[k, :4]
-            part = slice(y, y + height), slice(x, x + width)
-            own = self._numbers[part] == k
-            middle = np.array([x + 0.5 * width, y + 0.5 * height]) + self._panorama.low
-            contrast = float(clean[part][own].mean())
-            blobs.append(_Blob(middle, np.array([width, height], float), float(areas[k]), contrast))
-        return blobs
+    def _blobs(
+        self, difference: NDArray[np.float32], known: NDArray[np.bool_], background: NDArray[np.float32]
+    ) -> _Blobs:
+        """Return what differs (H, W) by more than noise and errors of the pose make it."""
+        noise = 1.4826 * float(np.median(np.abs(difference[known]))) + 1e-6 if known.any() else 1.0
+        ground = np.nan_to_num(background)
+        slope = sum(np.abs(cv2.Sobel(ground, cv2.CV_32F, dx, 1 - dx, scale=0.125)) for dx in (0, 1))
+        least = self._parameters.differs * noise + _EDGE * slope
+        # Brighter and darker parts are apart: what was learnt as background shows the other way once it has left.
+        numbers, boxes, areas = np.zeros(difference.shape, np.int32), [np.zeros((1, 4), np.int32)], [np.zeros(1)]
+        for sign in (1.0, -1.0):
+            closed = cv2.morphologyEx((sign * difference > least).astype(np.uint8), cv2.MORPH_CLOSE, _CLOSING)
+            _, own, stats, _ = cv2.connectedComponentsWithStats(closed)
+            is_new = (own > 0) & (numbers == 0)
+            numbers[is_new] = own[is_new] + sum(map(len, areas)) - 1
+            boxes.append(stats[1:, :4])
+            areas.append(stats[1:, cv2.CC_STAT_AREA].astype(float))
+        area = np.concatenate(areas)
+        sums = np.bincount(numbers.ravel(), difference.ravel(), len(area))
+        return _Blobs(numbers, area, np.concatenate(boxes), sums / np.maximum(area, 1.0))
 
-    def _likeliest(self, blobs: list[_Blob], expected: NDArray[np.float64]) -> _Blob | None:
-        """Return the blob of the target."""
+    def _own(self, blobs: _Blobs, moved: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+        """Move to the target's blob, or its part of one, and return it (H, W); None without one.
+
+        A place belongs to whom the nearest place of the picture before belonged to, the target moved on by ``moved``.
+        """
+        p, numbers = self._parameters, blobs.numbers
+        before, count = self._owners[self._panorama.window], len(blobs.area)
+        shift = np.array([[1.0, 0.0, round(moved[0])], [0.0, 1.0, round(moved[1])]])
+        target = cv2.warpAffine(
+            (before == _TARGET).astype(np.uint8), shift, before.shape[::-1], flags=cv2.INTER_NEAREST
+        )
+        to_target, to_other = _distance(target), _distance((before == _OTHER).astype(np.uint8))
+        reach = _STEP * p.length
+        is_targets, is_others = (
+            (to_target <= to_other) & (to_target <= reach),
+            (to_other < to_target) & (to_other <= reach),
+        )
+        targets, others = (np.bincount(numbers.ravel(), each.ravel(), count) for each in (is_targets, is_others))
+        targets[0] = 0.0
+        if self._contrast != 0.0:
+            targets[blobs.contrast * self._contrast < 0.0] = 0.0
+        expected, best = self._place + moved, int(np.argmax(targets))
+        if targets[best] < _LEAST_PART * self._area:
+            best = self._found_again(blobs, others / np.maximum(blobs.area, 1.0), expected)
+            if best == 0:
+                return None
+            own, is_whole = numbers == best, True
+        else:
+            is_small = blobs.area[best] < _LARGER * self._area
+            is_whole = bool(is_small or others[best] < _SHARED * blobs.area[best])
+            own = numbers == best if is_whole else (numbers == best) & (target > 0)
+        self._follow(own, is_whole, blobs.contrast[best], expected)
+        return own
+
+    def _is_other(self, blobs: _Blobs, own: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+        """Return which parts (K + 1,) belong to others: all while the target is found; else those that did before."""
+        if own is not None:
+            return np.arange(len(blobs.area)) > 0
+        before = (self._owners[self._panorama.window] == _OTHER).ravel()
+        others = np.bincount(blobs.numbers.ravel(), before, len(blobs.area))
+        return (others > _SHARED * blobs.area) & (np.arange(len(others)) > 0)
+
+    def _found_again(self, blobs: _Blobs, others: NDArray[np.float64], expected: NDArray[np.float64]) -> int:
+        """Return the number of the blob that is most likely the target's again; 0 without one.
+
+        Args:
+            others: (K + 1,) share of each that belonged to others before.
+        """
         p, away_s = self._parameters, self._time_s - self._found_s
+        place = blobs.box[:, :2] + 0.5 * blobs.box[:, 2:] + self._panorama.low
         reach = p.length * (p.reach_lengths + p.reach_growth * away_s)
-        best, least = None, 1.0
-        for blob in blobs:
-            # The nearest place of the blob's box: of a merged one the middle says little.
-            gap = np.maximum(np.abs(blob.place - expected) - 0.5 * np.maximum(blob.size - self._size, 0.0), 0.0)
-            unlike = abs(np.log(min(blob.area, self._area) / self._area))
-            if blob.area > self._area * _MERGED:
-                unlike = np.log(blob.area / self._area) if away_s > 0.5 else 0.3
-            if self._contrast != 0.0:
-                same = blob.contrast / self._contrast
-                unlike += 2.0 if same <= 0.0 else abs(np.log(same))
-            cost = float(np.hypot(*gap)) / reach + 0.3 * p.unlike * unlike
-            if cost < least:
-                best, least = blob, cost
-        return best
+        unlike = np.abs(np.log(np.maximum(blobs.area, 1.0) / self._area))
+        if self._contrast != 0.0:
+            same = blobs.contrast / self._contrast
+            unlike += np.where(same > 0.0, np.abs(np.log(np.maximum(same, 1e-3))), 1.5)
+        cost = np.hypot(*(place - expected).T) / reach + p.unlike * unlike
+        cost[(others > _SHARED) & (away_s < _SURE_S)] = np.inf
+        cost[blobs.area < _LEAST_PART * self._area] = np.inf
+        cost[0] = np.inf
+        best = int(np.argmin(cost))
+        return best if cost[best] < 1.0 else 0
 
-    def _follow(self, blob: _Blob, expected: NDArray[np.float64]) -> None:
-        """Move to a blob."""
+    def _follow(self, own: NDArray[np.bool_], is_whole: bool, contrast: float, expected: NDArray[np.float64]) -> None:
+        """Move to the target's places (H, W); on with its velocity where they are a part of a blob alone."""
         p, passed_s = self._parameters, self._time_s - self._found_s
-        merged = blob.area > self._area * _MERGED
-        place = blob.place
-        if merged:
-            half = 0.5 * np.maximum(blob.size - self._size, 0.0)
-            place = np.clip(expected, blob.place - half, blob.place + half)
+        if not is_whole:
+            self._place, self._found_s = expected, self._time_s
+            return
+        rows, columns = np.flatnonzero(own.any(axis=1)), np.flatnonzero(own.any(axis=0))
+        low, high = np.array([columns[0], rows[0]]), np.array([columns[-1], rows[-1]]) + 1.0
+        place = 0.5 * (low + high) + self._panorama.low
         if passed_s > 0.0:
-            share = p.velocity_share * (0.3 if merged else 1.0)
-            self._velocity = self._velocity + share * (place - expected) / passed_s
+            self._velocity = self._velocity + p.velocity_share * (place - expected) / passed_s
         self._place, self._found_s = place, self._time_s
-        if not merged:
-            self._size = self._size + _SIZE_SHARE * (blob.size - self._size)
-            self._area += _SIZE_SHARE * (blob.area - self._area)
-            self._contrast += _LOOK_SHARE * (blob.contrast - self._contrast)
+        share = 1.0 - np.exp(-passed_s / _SIZE_S)
+        self._size = self._size + share * (high - low - self._size)
+        self._area += share * (float(own.sum()) - self._area)
+        self._contrast += share * (contrast - self._contrast)
 
     def _learn(
         self,
         picture: NDArray[np.float32],
         difference: NDArray[np.float32],
-        background: NDArray[np.float32],
+        known: NDArray[np.bool_],
+        owners: NDArray[np.uint8],
         passed_s: float,
     ) -> None:
         """Let the background follow the picture, but for the target's places."""
-        offset = np.nanmedian(picture - background) if np.isfinite(difference).any() else 0.0
-        unknown = np.isnan(background)
-        share = np.where(self._differs > 0, 1.0 - np.exp(-passed_s / _ABSORBED_S), 1.0 - np.exp(-passed_s / _LEARNT_S))
-        share[self._near(picture.shape, 1.3)] = 0.0
-        following = np.isfinite(picture) & ~unknown
-        background[following] += (share * difference)[following]
-        fresh = np.isfinite(picture) & unknown
-        background[fresh] = picture[fresh] - (offset if np.isfinite(offset) else 0.0)
+        background = self._panorama.background
+        time_s = np.where(owners == 0, np.float32(_LEARNT_S), np.float32(_ABSORBED_S))
+        share = np.where(self._near(picture.shape, 1.3), np.float32(0.0), 1.0 - np.exp(-passed_s / time_s))
+        fresh = np.isfinite(picture) & ~known
+        background[known] += (share * difference)[known]
+        background[fresh] = picture[fresh]
 
     def _near(self, shape: tuple[int, int], sides: float) -> NDArray[np.bool_]:
         """Return the places (H, W) of the window within a box, ``sides`` times the target's, about the target."""
         low, high = (self._place - self._panorama.low + sign * 0.5 * sides * self._size for sign in (-1.0, 1.0))
         x, y = np.arange(shape[1]) + 0.5, np.arange(shape[0]) + 0.5
         return ((y >= low[1]) & (y < high[1]))[:, None] & ((x >= low[0]) & (x < high[0]))
+
+
+def _distance(places: NDArray[np.uint8]) -> NDArray[np.float32]:
+    """Return the distance (H, W) to the nearest of the places (H, W); infinite without any."""
+    if not places.any():
+        return np.full(places.shape, np.inf, np.float32)
+    return cv2.distanceTransform(1 - places, cv2.DIST_L2, 3)
 
 
 def _rotation(observation: Observation) -> NDArray[np.float64]:

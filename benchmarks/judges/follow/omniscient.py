@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from scenarios.command_link import Link
+import numpy as np
+
+from scenarios import catalog
+from scenarios.command_link import CommandLink, Link, episode_link
 from sim.checks import check
 from trackers.types import CameraCommand, Estimate, Observation
 
 if TYPE_CHECKING:
     from benchmarks.judges.follow.planning import Planner
+    from scenarios.stage import Stage
 
 
 @dataclass(frozen=True)
@@ -59,3 +63,57 @@ class OmniscientController:
         check("controller", self._planner is not None, "an episode that it knows, in suite follow", "none")
         assert self._planner is not None
         return CameraCommand(**dict(zip(self._planner.commands, self._planner.command().tolist(), strict=True)))
+
+
+@dataclass(frozen=True)
+class OmniscientHeadParameters:
+    """Settings.
+
+    Attributes:
+        view: wanted width of the view at the target's place, as a share of the widest one that counts as in view.
+    """
+
+    view: float = 0.8
+
+
+class OmniscientHead:
+    """Points a pan-tilt-zoom head at where the target will be on the next picture, as closely as the head can.
+
+    A head is so much faster than what it follows that no plan is needed. It moves a twin of the episode that takes no
+    pictures, and never looks at an estimate; a target that is hidden it waits for where it will appear.
+    """
+
+    Parameters = OmniscientHeadParameters
+
+    def __init__(self, parameters: OmniscientHeadParameters) -> None:
+        self.parameters = parameters
+        self._twin: Stage | None = None
+
+    def foresee(self, scenario: str, configuration: Any, seed: int, link: Link) -> None:
+        """Take the episode that is to be steered. Raises ValueError for a scenario in which any view counts."""
+        followed = catalog.scenario(scenario)
+        wide = followed.widest_view_m
+        check("scenario", np.isfinite(wide), "one whose tracker looks through a head that is steered", scenario)
+        self._twin = followed.episode(configuration, seed, closed_loop=True, truth="target")
+        rate_hz = self._twin.rate_hz
+        # The twin is ahead by the link's delay.
+        self._link: CommandLink = episode_link(followed.carrier, rate_hz, replace(link, delay_frames=0), seed)
+        self._frame, self._view_m = 1 + link.delay_frames, self.parameters.view * wide
+
+    def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
+        """Return the command after which the target is in the middle."""
+        check("controller", self._twin is not None, "an episode that it knows, in suite follow", "none")
+        twin = self._twin
+        assert twin is not None
+        camera, rate_hz = twin.camera, twin.rate_hz
+        place_px, distance_m = twin.target_ahead(self._frame)
+        self._frame += 1
+        if not np.isfinite(place_px).all() or distance_m <= 0.0:
+            return CameraCommand()
+        right, down = np.arctan((place_px - camera.centre_px) / camera.focal_px)
+        closer = np.log(distance_m * camera.width_px / (self._view_m * camera.focal_px))
+        command = CameraCommand(
+            pan_rad_s=-float(right) * rate_hz, tilt_rad_s=-float(down) * rate_hz, zoom_per_s=float(closer) * rate_hz
+        )
+        twin.turn(self._link.send(command))
+        return command

@@ -13,7 +13,7 @@ from benchmarks.contract.text import counted, lengths_text
 from benchmarks.judges import in_view
 from benchmarks.judges.follow.judge import FollowJudge
 from benchmarks.judges.follow.metrics import following
-from benchmarks.judges.follow.omniscient import OmniscientController
+from benchmarks.judges.follow.omniscient import OmniscientController, OmniscientHead
 from benchmarks.judges.follow.references import ORACLE
 from benchmarks.judges.recovery import recovery_times
 from benchmarks.judges.tracker_speed import SPEED
@@ -186,3 +186,10 @@ for _carrier in ("helicopter", "robot"):
         summary="knows the target's path and all that moves the camera: what a controller could do at best",
         edition=2,
     )(OmniscientController)
+for _carrier in ("tank-ptz", "harbour-ptz"):
+    register_controller(
+        "omniscient",
+        role="oracle",
+        carrier=_carrier,
+        summary="knows the target's path: what a controller could do at best",
+    )(OmniscientHead)

@@ -8,14 +8,16 @@ import sys
 import numpy as np
 import pytest
 
-from benchmarks.judges.follow.omniscient import OmniscientParameters
+from benchmarks.judges.follow.omniscient import OmniscientHead, OmniscientHeadParameters, OmniscientParameters
 from benchmarks.judges.follow.planning import Planner
+from benchmarks.judges.follow.references import TrueTarget
 from benchmarks.run.jobs import run_job
 from benchmarks.run.selection import job_on
 from scenarios import catalog
-from scenarios.command_link import LINKS
+from scenarios.command_link import LINKS, episode_link
 from scenarios.envs.actions import action_count
 from scenarios.envs.settings import FollowSettings
+from scenarios.loop import Loop
 from scenarios.visibility import MOSTLY_SEEN
 
 
@@ -64,7 +66,7 @@ def test_it_competes_by_default() -> None:
     code = "from benchmarks.contract.suite import suite; from benchmarks.run.selection import choices; "
     code += "print([each.controllers for each in choices(suite('follow'), variants=False)])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.count("'omniscient'") == 2
+    assert done.stdout.count("'omniscient'") == 4
 
 
 def test_envs_and_other_suites_refuse_it() -> None:
@@ -73,3 +75,33 @@ def test_envs_and_other_suites_refuse_it() -> None:
         action_count(settings, catalog.scenario("road-town").carrier)
     job = job_on("frame-out", "road-town", "quick", 3, ("hold",), controller="omniscient")
     assert "controllers: expected one that knows no more than a tracker" in run_job(job).failures[0].reason
+
+
+@pytest.mark.parametrize("scenario", ["fish-tank-ptz", pytest.param("harbour-ptz", marks=pytest.mark.heavy)])
+def test_it_never_loses_what_a_head_can_follow(scenario: str) -> None:
+    assert seen(scenario, 3, "omniscient") == 1.0 > seen(scenario, 3, "hold")
+
+
+@pytest.mark.parametrize("link", ["prompt", "delayed", "noisy"])
+def test_the_twin_of_a_head_is_the_head(link: str) -> None:
+    """Unless noise turns the head, the target is in the middle, once the first commands have arrived."""
+    scene, seed = catalog.scenario("fish-tank-ptz"), 4
+    episode = scene.episode("quick", seed, closed_loop=True, truth="target")
+    controller = OmniscientHead(OmniscientHeadParameters())
+    controller.foresee(scene.id, scene.presets["quick"], seed, LINKS[link])
+    loop = Loop(episode, [TrueTarget(scene.target)], episode_link(scene.carrier, episode.rate_hz, LINKS[link], seed))
+    target = episode._objects.names.index(scene.target)
+    off_px = [
+        np.abs(frame.truth.position_px[target] - frame.camera.centre_px).max() for frame in loop.frames(controller, 60)
+    ]
+    if link != "noisy":
+        assert np.median(off_px[20:]) < 3.0
+    if link != "delayed":
+        np.testing.assert_allclose(controller._twin._head.T_world_camera, episode._head.T_world_camera, atol=1e-12)
+    episode.close()
+
+
+def test_a_scene_in_which_any_view_counts_is_refused() -> None:
+    scene = catalog.scenario("fish-tank")
+    with pytest.raises(ValueError, match="scenario: expected one whose tracker looks through a head that is steered"):
+        OmniscientHead(OmniscientHeadParameters()).foresee(scene.id, scene.presets["quick"], 0, LINKS["prompt"])
