@@ -206,17 +206,19 @@ class PanoramaDifference:
         slope = sum(np.abs(cv2.Sobel(ground, cv2.CV_32F, dx, 1 - dx, scale=0.125)) for dx in (0, 1))
         least = self._parameters.differs * noise + _EDGE * slope
         # Brighter and darker parts are apart: what was learnt as background shows the other way once it has left.
-        numbers, boxes, areas = np.zeros(difference.shape, np.int32), [np.zeros((1, 4), np.int32)], [np.zeros(1)]
+        numbers, boxes = np.zeros(difference.shape, np.int32), [np.zeros((1, 4), np.int32)]
         for sign in (1.0, -1.0):
             closed = cv2.morphologyEx((sign * difference > least).astype(np.uint8), cv2.MORPH_CLOSE, _CLOSING)
             _, own, stats, _ = cv2.connectedComponentsWithStats(closed)
             is_new = (own > 0) & (numbers == 0)
-            numbers[is_new] = own[is_new] + sum(map(len, areas)) - 1
+            numbers[is_new] = own[is_new] + sum(map(len, boxes)) - 1
             boxes.append(stats[1:, :4])
-            areas.append(stats[1:, cv2.CC_STAT_AREA].astype(float))
-        area = np.concatenate(areas)
-        sums = np.bincount(numbers.ravel(), difference.ravel(), len(area))
-        return _Blobs(numbers, area, np.concatenate(boxes), sums / np.maximum(area, 1.0))
+        box = np.concatenate(boxes)
+        # Of one that lies within another nothing is left.
+        area = np.bincount(numbers.ravel(), minlength=len(box)).astype(float)
+        area[0] = 0.0
+        sums = np.bincount(numbers.ravel(), difference.ravel(), len(box))
+        return _Blobs(numbers, area, box, sums / np.maximum(area, 1.0))
 
     def _own(self, blobs: _Blobs, moved: NDArray[np.float64]) -> NDArray[np.bool_] | None:
         """Move to the target's blob, or its part of one, and return it (H, W); None without one.
