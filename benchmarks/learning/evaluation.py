@@ -107,7 +107,10 @@ class Evaluations:
         words = _words(self._training, self._waiting[0][1], self._out / _FOLDER)
         command = [sys.executable, "-m", "benchmarks.cli.main", *words, "--workers", "1"]
         with (self._out / _LOG).open("wb") as log:
-            self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+            # In a session of its own: Ctrl-C is for the training, which ends it.
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, start_new_session=True
+            )
 
     def _read(self, steps: int, policy: Path) -> Evaluation:
         name, beside, folder = f"{POLICY}{policy}", _beside(self._training), self._out / _FOLDER

@@ -20,6 +20,10 @@ Algorithm = Literal["ppo", "sac"]
 Corrects = Literal["always", "unseen"]
 
 
+_SET_BY_TRAINING = {"observation", "progress"}
+"""Keywords of the env: a policy sees the belief, and the progress is that of the training."""
+
+
 @dataclass(frozen=True)
 class Training:
     """Everything that a training depends on.
@@ -82,7 +86,7 @@ class Training:
         check("evaluations", self.evaluations >= 0, "a whole number >= 0", self.evaluations)
         check("history", self.history >= 0, "a whole number >= 0", self.history)
         check("learning_rate", 0.0 < self.learning_rate < 1.0, "a number in (0, 1)", self.learning_rate)
-        taken = sorted(self.env_kwargs.keys() & self._keywords.keys())
+        taken = sorted(self.env_kwargs.keys() & (self._keywords.keys() | _SET_BY_TRAINING))
         check("env_kwargs", not taken, "none that the training sets by an option of its own", ", ".join(taken))
         whole = self.starts == "episodes" or not self.pictures
         check("starts", whole, "episodes with pictures, which begin on frame 0", repr(self.starts))

@@ -152,6 +152,8 @@ def train(training: Training, out: Path, report: Report) -> Path:
         started = time.perf_counter()
         left = -(-training.steps // training.action_repeat) - model.num_timesteps
         if left > 0:
+            # The first episodes begin before the first rollout.
+            envs.set_attr("progress", round(model.num_timesteps / (model.num_timesteps + left), 2))
             _learn(model, left, training, out, learnt_from, report, evaluations)
         made = {"seconds": round(time.perf_counter() - started, 1)} if before is None else {}
         path = save_policy(policy_of(model, training, {"by": settings} | made), out / "policy.json")
@@ -280,6 +282,10 @@ def _learn(
     before = {number: signal.signal(number, keep.stop) for number in (signal.SIGINT, signal.SIGTERM)}
     try:
         model.learn(left, callback=keep, reset_num_timesteps=False, tb_log_name="training")
+    except ChildProcessError:
+        # Of an evaluation; what was learnt before it stays.
+        save_checkpoint(model, out, settings)
+        raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
@@ -323,6 +329,8 @@ def _callback(
 
         def _on_rollout_start(self) -> None:
             self.learnt_steps = self.num_timesteps
+            if self.stopped:
+                return
             progress = round(min(self.num_timesteps / (behind + left), 1.0), 2)
             if progress != self.progress:
                 self.training_env.set_attr("progress", progress)

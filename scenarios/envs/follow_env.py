@@ -18,7 +18,7 @@ from scenarios.command_link import episode_link
 from scenarios.envs.actions import Steering, action_count, checked_actions, steering
 from scenarios.envs.observing import Channels, Observed, picture_size
 from scenarios.envs.reward import Rewarder
-from scenarios.envs.settings import KEYWORDS, OWN_WORLD, FollowSettings
+from scenarios.envs.settings import DEVELOPMENT_SEEDS, KEYWORDS, OWN_WORLD, FollowSettings
 from scenarios.envs.truth_info import NO_REWARD, truth_info
 from scenarios.envs.view import Window, draw_view
 from scenarios.loop import FromPictures, Loop, tracker_stream
@@ -29,9 +29,6 @@ from trackers import registry
 from trackers.belief.features import FeatureFilter, shares_of
 from trackers.estimate_check import check_estimate
 from trackers.types import CameraCommand, Carrier, Estimate, Start
-
-DEVELOPMENT_SEEDS = 10_000
-"""Drawn seeds of episodes lie below this number; only options of ``reset`` select others."""
 
 
 def followed_episode(settings: FollowSettings, seed: int, world_seed: int = OWN_WORLD) -> Loop:

@@ -39,6 +39,10 @@ OWN_WORLD = -1
 RESET_OPTIONS = ("episode_seed", "world_seed", *EPISODE_OPTIONS)
 
 
+DEVELOPMENT_SEEDS = 10_000
+"""Drawn seeds of episodes lie below this number; only options of ``reset`` select others."""
+
+
 @dataclass(frozen=True)
 class FollowSettings:
     """Settings of an env.
@@ -75,7 +79,7 @@ class FollowSettings:
         worlds: number of worlds (towns, buildings) in which episodes take place: that of seed n is in the world of seed
             ``n % worlds``, with cars or people of its own. All envs of a process share these, built when they are first
             needed; a reset then takes a tenth of the time. 0: every episode has its own world, as in ``frameout
-            bench``. None: 16 if the scenario can keep worlds, otherwise 0.
+            bench`` and always from seed 10,000 on. None: 16 if the scenario can keep worlds, otherwise 0.
     """
 
     scenario: str
@@ -188,8 +192,11 @@ class FollowSettings:
         return any(first != last for first, last in map(_ends, self.randomise.values()))
 
     def world_of(self, seed: int) -> int:
-        """Return the seed of the world in which an episode takes place, ``OWN_WORLD`` for its own."""
-        worlds = self.worlds
+        """Return the seed of the world in which an episode takes place, ``OWN_WORLD`` for its own.
+
+        Episodes of the test split have their own, which no training has seen.
+        """
+        worlds = self.worlds if seed < DEVELOPMENT_SEEDS else 0
         if worlds is None:
             worlds = WORLDS if catalog.scenario(self.scenario).new_world else 0
         return seed % worlds if worlds else OWN_WORLD

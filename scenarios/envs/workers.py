@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import os
+import pickle
 import runpy
 import signal
 import subprocess
@@ -144,7 +145,15 @@ def serve(connection_fd: int) -> None:
         connection.send((None, error))
         while error is None:
             method, given = cloudpickle.loads(connection.recv_bytes())
-            connection.send(_tried(partial(getattr(served, method), *given)))
+            connection.send_bytes(_answer(*_tried(partial(getattr(served, method), *given))))
+
+
+def _answer(answer: Any, error: tuple[type[Exception], str] | None) -> bytes:
+    """Return what is sent, which says so if an answer cannot be."""
+    try:
+        return pickle.dumps((answer, error))
+    except Exception as reason:
+        return pickle.dumps((None, (TypeError, f"call: expected a result that can be sent, got {reason}")))
 
 
 def _made(imported: bytes, make: bytes) -> Any:
