@@ -134,7 +134,9 @@ def test_every_scene_lists_its_classes(name: str) -> None:
         "road-town-v2": {"car"},
         "stereo-follow-v2": {"person"},
         "fish-tank-v1": {"fish"},
+        "fish-tank-ptz-v1": {"fish"},
         "harbour-v1": {"person", "car", "boat"},
+        "harbour-ptz-v1": {"person", "car", "boat"},
         "paper-sheet-v1": {"sheet"},
     }
     assert set(catalog.scenario(name).classes.values()) == expected[name]
