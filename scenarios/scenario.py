@@ -178,6 +178,11 @@ class Setup:
         return generator(self.seed, stream)
 
 
+def _all_alike(preset: Any) -> Hashable:
+    """Return one kind for all worlds. A lambda could not be pickled."""
+    return None
+
+
 @dataclass(frozen=True)
 class Scenario(Generic[_E]):
     """A kind of world.
@@ -214,7 +219,7 @@ class Scenario(Generic[_E]):
     pictureless: Pictureless | None = None
     seeded_as: str = ""
     new_world: Callable[[Setup], KeptWorld] | None = None
-    world_kind: Callable[[Any], Hashable] = lambda preset: None
+    world_kind: Callable[[Any], Hashable] = _all_alike
 
     def configuration(self, preset: Any) -> Any:
         """Return a preset by name, or a configuration unchanged.
