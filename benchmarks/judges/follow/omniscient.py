@@ -99,6 +99,9 @@ class OmniscientHead:
         # The twin is ahead by the link's delay.
         self._link: CommandLink = episode_link(followed.carrier, rate_hz, replace(link, delay_frames=0), seed)
         self._frame, self._view_m = 1 + link.delay_frames, self.parameters.view * wide
+        for _ in range(link.delay_frames):
+            # Noise turns the head before the first command arrives.
+            self._twin.turn(self._link.send(CameraCommand()))
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command after which the target is in the middle."""
@@ -108,12 +111,12 @@ class OmniscientHead:
         camera, rate_hz = twin.camera, twin.rate_hz
         place_px, distance_m = twin.target_ahead(self._frame)
         self._frame += 1
-        if not np.isfinite(place_px).all() or distance_m <= 0.0:
-            return CameraCommand()
-        right, down = np.arctan((place_px - camera.centre_px) / camera.focal_px)
-        closer = np.log(distance_m * camera.width_px / (self._view_m * camera.focal_px))
-        command = CameraCommand(
-            pan_rad_s=-float(right) * rate_hz, tilt_rad_s=-float(down) * rate_hz, zoom_per_s=float(closer) * rate_hz
-        )
+        command = CameraCommand()
+        if np.isfinite(place_px).all() and distance_m > 0.0:
+            right, down = np.arctan((place_px - camera.centre_px) / camera.focal_px)
+            closer = np.log(distance_m * camera.width_px / (self._view_m * camera.focal_px))
+            command = CameraCommand(
+                pan_rad_s=-float(right) * rate_hz, tilt_rad_s=-float(down) * rate_hz, zoom_per_s=float(closer) * rate_hz
+            )
         twin.turn(self._link.send(command))
         return command

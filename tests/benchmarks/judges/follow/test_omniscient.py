@@ -14,7 +14,7 @@ from benchmarks.judges.follow.references import TrueTarget
 from benchmarks.run.jobs import run_job
 from benchmarks.run.selection import job_on
 from scenarios import catalog
-from scenarios.command_link import LINKS, episode_link
+from scenarios.command_link import LINKS, Link, episode_link
 from scenarios.envs.actions import action_count
 from scenarios.envs.settings import FollowSettings
 from scenarios.loop import Loop
@@ -82,22 +82,25 @@ def test_it_never_loses_what_a_head_can_follow(scenario: str) -> None:
     assert seen(scenario, 3, "omniscient") == 1.0 > seen(scenario, 3, "hold")
 
 
-@pytest.mark.parametrize("link", ["prompt", "delayed", "noisy"])
-def test_the_twin_of_a_head_is_the_head(link: str) -> None:
+@pytest.mark.parametrize("link", [Link(), Link(delay_frames=3), Link(noise=0.1), Link(delay_frames=3, noise=0.1)])
+def test_the_twin_of_a_head_is_the_head(link: Link) -> None:
     """Unless noise turns the head, the target is in the middle, once the first commands have arrived."""
     scene, seed = catalog.scenario("fish-tank-ptz"), 4
     episode = scene.episode("quick", seed, closed_loop=True, truth="target")
     controller = OmniscientHead(OmniscientHeadParameters())
-    controller.foresee(scene.id, scene.presets["quick"], seed, LINKS[link])
-    loop = Loop(episode, [TrueTarget(scene.target)], episode_link(scene.carrier, episode.rate_hz, LINKS[link], seed))
+    controller.foresee(scene.id, scene.presets["quick"], seed, link)
+    loop = Loop(episode, [TrueTarget(scene.target)], episode_link(scene.carrier, episode.rate_hz, link, seed))
     target = episode._objects.names.index(scene.target)
-    off_px = [
-        np.abs(frame.truth.position_px[target] - frame.camera.centre_px).max() for frame in loop.frames(controller, 60)
-    ]
-    if link != "noisy":
+    off_px, twins, heads = [], [], []
+    for frame in loop.frames(controller, 60):
+        off_px.append(np.abs(frame.truth.position_px[target] - frame.camera.centre_px).max())
+        twins.append(controller._twin._head.T_world_camera)
+        heads.append(episode._head.T_world_camera)
+    if link.noise == 0.0:
         assert np.median(off_px[20:]) < 3.0
-    if link != "delayed":
-        np.testing.assert_allclose(controller._twin._head.T_world_camera, episode._head.T_world_camera, atol=1e-12)
+    # The twin is ahead by the delay.
+    ahead = link.delay_frames
+    np.testing.assert_allclose(twins[: 60 - ahead], heads[ahead:], atol=1e-12)
     episode.close()
 
 
