@@ -281,8 +281,9 @@ class EnvShare:
         if self._over[k] and self._mode == AutoresetMode.NEXT_STEP:
             observed, info = env.reset()
             reward, terminated, truncated = 0.0, False, False
-        elif self._over[k]:
-            raise gym.error.ResetNeeded(f"step: expected episodes that run, got that of env {k} ended")
+        elif self._over[k] and self._mode == AutoresetMode.DISABLED:
+            # Gymnasium's TimeLimit would step on.
+            raise gym.error.ResetNeeded("step: expected an episode that runs, got one that has ended")
         else:
             observed, reward, terminated, truncated, info = env.step(rows["action"][k])
         self._over[k] = terminated or truncated

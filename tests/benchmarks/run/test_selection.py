@@ -23,15 +23,17 @@ STANDARD = ("standard",)
 
 def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> None:
     chosen = choices(FOLLOW, presets=STANDARD, variants=True)
-    assert [choice.scenario for choice in chosen] == ["road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1"]
+    roles = {choice.scenario: [each.role for each in choice.trackers.values()] for choice in chosen}
+    of_papers = ("road-town-v2", "stereo-follow-v2", "fish-tank-v1", "harbour-v1")
+    steered = ("fish-tank-ptz-v1", "harbour-ptz-v1")
+    assert roles == {name: ["ours", "as-written"] for name in of_papers} | {name: ["baseline"] * 2 for name in steered}
     for choice in chosen:
-        assert [each.role for each in choice.trackers.values()] == ["ours", "as-written"]
         known = controllers(catalog.scenario(choice.scenario).carrier.name).values()
         assert choice.controllers == tuple(each.name for each in known)
 
 
 def test_names_go_where_they_are_known() -> None:
-    town, rooms = choices(
+    town, rooms, *heads = choices(
         FOLLOW,
         presets=STANDARD,
         trackers=("colour_pf", "stereo_wb", "opencv_mil"),
@@ -40,9 +42,10 @@ def test_names_go_where_they_are_known() -> None:
     )
     assert tuple(town.trackers) == ("colour_pf", "opencv_mil")
     assert tuple(rooms.trackers) == ("stereo_wb", "opencv_mil")
-    assert town.controllers == rooms.controllers == ("hold", "centre")
-    (only,) = choices(FOLLOW, presets=STANDARD, trackers=("colour_pf",), variants=True)
-    assert only.scenario == "road-town-v2"
+    assert [tuple(each.trackers) for each in heads] == [("colour_pf", "opencv_mil")] * 2
+    assert {each.controllers for each in (town, rooms, *heads)} == {("hold", "centre")}
+    (only,) = choices(FOLLOW, presets=STANDARD, trackers=("stereo_wb",), variants=True)
+    assert only.scenario == "stereo-follow-v2"
     (only,) = choices(FOLLOW, scenarios=("stereo-follow",), presets=STANDARD, controllers=("hold",), variants=True)
     assert (only.scenario, only.controllers) == ("stereo-follow-v2", ("hold",))
 

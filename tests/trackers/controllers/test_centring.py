@@ -21,9 +21,9 @@ CAMERA = CameraModel.from_field_of_view(640, 480, np.deg2rad(50))
 CAMERA_M = np.array([5.0, -3.0, 50.0])
 
 
-def _observation(T, with_ego=True):
+def _observation(T, with_ego=True, time_s=0.0):
     camera, ego = CameraModel(640, 480, CAMERA.focal_px), EgoPose(T) if with_ego else None
-    return Observation(np.zeros((480, 640, 3), np.uint8), 0.0, camera, ego=ego)
+    return Observation(np.zeros((480, 640, 3), np.uint8), time_s, camera, ego=ego)
 
 
 def _command(place_m, yaw=0.0, pitch=0.0, roll=0.0, mount=0.0, with_ego=True):
@@ -33,7 +33,7 @@ def _command(place_m, yaw=0.0, pitch=0.0, roll=0.0, mount=0.0, with_ego=True):
     controller = CentreController(CentreParameters())
     controller.command(_observation(level, with_ego), Estimate(np.full(2, np.nan)))
     pixel, _ = project(CAMERA, tilted, np.array([*place_m, 0.0]))
-    return controller.command(_observation(tilted, with_ego), Estimate(pixel))
+    return controller.command(_observation(tilted, with_ego, 1 / 15), Estimate(pixel))
 
 
 @pytest.mark.parametrize(("pitch", "roll"), [(0.0, 0.0), (0.4, 0.0), (-0.3, 0.2), (0.0, -0.5)])
