@@ -28,20 +28,20 @@ from trackers.belief.features import FEATURES, FeatureHistory
 from trackers.controllers.catalogue import our_controller
 from trackers.controllers.policy import LARGEST_INPUT, Policy, save_policy
 
-HISTORY, WIDTHS, BATCH = 6, (128, 64), 256
-IGNORED = 1e6
+HISTORY, WIDTHS, BATCH, IGNORED = 6, (128, 64), 256, 1e6
 
 
 def samples_of(folder: Path) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return what a policy would see at each step of a set (N, in), and what the teacher did then (N, A)."""
     steps = pd.read_parquet(folder / "data", columns=["episode_seed", "observation.track", "action"])
-    seen = []
+    seen, done = [], []
     for _, episode in steps.dropna(subset="action").groupby("episode_seed"):
         history = FeatureHistory(1, HISTORY)
         for number, features in enumerate(episode["observation.track"]):
             (history.add if number else history.begin)(features[None])
             seen.append(history.numbers()[0])
-    return np.array(seen), np.stack(steps["action"].dropna().to_list())
+        done.extend(episode["action"])
+    return np.array(seen), np.stack(done)
 
 
 def scale_of(seen: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -77,20 +77,20 @@ def main(rollouts: tyro.conf.Positional[Path], out: Path, episodes: int = 8, ste
     told = json.loads((rollouts / "rollouts.json").read_text())
     seen, done = samples_of(rollouts)
     mean, deviation = scale_of(seen)
-    standard = np.clip((seen - mean) / deviation, -LARGEST_INPUT, LARGEST_INPUT)
-    network, error = train(standard, done, steps, seed)
+    network, error = train(np.clip((seen - mean) / deviation, -LARGEST_INPUT, LARGEST_INPUT), done, steps, seed)
     print(f"{len(seen)} steps of {told['controller']}; mean squared error {error:.4f}")
     layers = (tuple(getattr(layer, part).detach().numpy() for layer in network[::2]) for part in ("weight", "bias"))
-    scene = catalog.envs()[told["env"]][0]
-    carrier = catalog.scenario(scene).carrier
-    # It steers alone, at all times, on every picture, by a network of this form.
+    carrier = catalog.scenario(scene := catalog.envs()[told["env"]][0]).carrier
+    # It steers alone, at all times, on every picture.
     form = (None, 1.0, "always", FEATURES, HISTORY, 1, "tanh", "clip")
     made = {"cloned": told["controller"], "editions": told["editions"], "steps": steps, "seed": seed}
     policy = Policy(told["env"], carrier, told["tracker"], *form, mean, deviation, *layers, made)  # type: ignore[arg-type]
-    path = save_policy(policy, out / "clone.json")
-    controllers = list(dict.fromkeys([told["controller"], our_controller(carrier.name), f"policy:{path}"]))
-    how = {"scenario": scene, "preset": told["preset"] or catalog.env_preset(scene), "trackers": told["tracker"]}
-    results = bench("follow", seeds=range(9000, 9000 + episodes), controllers=controllers, out=out, **how)
+    clone = f"policy:{save_policy(policy, out / 'clone.json')}"
+    controllers = list(dict.fromkeys([told["controller"], our_controller(carrier.name), clone]))
+    assert told["env_kwargs"].keys() <= {"link"}, "the set's env differs from the suite's in more than its link"
+    how = {"scenario": scene, "trackers": told["tracker"], "controllers": controllers, "out": out, **told["env_kwargs"]}
+    preset = told["preset"] or catalog.env_preset(scene)
+    results = bench("follow", seeds=range(9000, 9000 + episodes), preset=preset, **how)
     shown = results.summary().query("metric in ('time_seen', 'losses_per_minute', 'effort')")
     print(shown.pivot(index="controller", columns="metric", values="mean").loc[controllers].round(3).to_string())
 

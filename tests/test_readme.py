@@ -45,7 +45,7 @@ def test_python_in_the_readme_runs(tmp_path: Path) -> None:
 @pytest.mark.heavy
 def test_envs_side_by_side_are_made_as_the_readme_says(tmp_path: Path) -> None:
     (call,) = re.findall(r"`(gym\.make_vec\(ID, .*?\))`", (ROOT / "README.md").read_text())
-    named = call.replace("ID, 2", "'scenarios:frameout/StereoFollow-v3', 2, preset='quick', tracker='stereo_wb'")
-    script = f"import gymnasium as gym\nif __name__ == '__main__':\n    envs = {named}\n"
-    (tmp_path / "side_by_side.py").write_text(f"{script}    print(envs.reset(seed=0)[0].shape[0])\n    envs.close()\n")
+    named = call.replace("ID, 8", "'scenarios:frameout/StereoFollow-v3', 2, preset='quick', tracker='stereo_wb'")
+    script = f"import gymnasium as gym\nenvs = {named}\nprint(envs.reset(seed=0)[0].shape[0])\nenvs.close()\n"
+    (tmp_path / "side_by_side.py").write_text(script)
     assert succeeds("python side_by_side.py", tmp_path) == "2\n"

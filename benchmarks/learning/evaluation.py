@@ -16,7 +16,9 @@ from benchmarks.statistics.summary import COMPARISONS_FILE_NAME, SUMMARY_FILE_NA
 from trackers.controllers.catalogue import POLICY
 
 JUDGED = range(9_992, 10_000)
-"""Development episodes; a training without pictures reaches them only if it plans nearly all there are."""
+"""Development episodes. A training without pictures plans the first ones; one with pictures draws from all 10,000, so
+that it may meet these, each once in 10,000 episodes.
+"""
 _FOLDER, _LOG = "judged", "judged.log"
 
 
@@ -94,7 +96,7 @@ class Evaluations:
         return found
 
     def stop(self) -> None:
-        """End the command that runs; the same training makes the rows that are missing."""
+        """End the command that runs, and forget those that wait. The same training evaluates its last policy anew."""
         self._waiting.clear()
         if self._process is not None:
             self._process.terminate()

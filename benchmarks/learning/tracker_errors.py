@@ -40,6 +40,7 @@ from scenarios.envs.pictureless.error_model import (
 from scenarios.envs.pictureless.poses import camera_numbers
 from scenarios.envs.settings import FollowSettings
 from scenarios.loop import Loop
+from scenarios.scenario import Scenario
 from scenarios.visibility import is_in_view
 from sim.checks import check
 from sim.rng import generator
@@ -339,14 +340,14 @@ def run_of(settings: FollowSettings, seed: int, controller: str) -> NDArray[np.v
     Args:
         controller: name, with prefix ``DISTURBED`` for random interruptions.
     """
-    carrier = catalog.scenario(settings.scenario).carrier
+    followed = catalog.scenario(settings.scenario)
+    carrier = followed.carrier
     name = controller.removeprefix(DISTURBED)
     own: Controller = controller_entry(name, carrier.name).create()
     if name != controller:
         own = Disturbed(carrier, own, generator(seed, "disturbance"))
     loop = followed_episode(settings, seed)
-    target = catalog.scenario(settings.scenario).target
-    frames = [_frame(carrier, target, loop) for _ in loop.frames(own)]
+    frames = [_frame(followed, loop) for _ in loop.frames(own)]
     loop.episode.close()
     return np.concatenate(frames)
 
@@ -395,9 +396,9 @@ def _file_name(settings: FollowSettings, controller: str) -> str:
     return f"{controller.replace(':', '-')}-{digest}"
 
 
-def _frame(carrier: Carrier, target_name: str, loop: Loop) -> NDArray[np.void]:
+def _frame(followed: Scenario, loop: Loop) -> NDArray[np.void]:
     truth, estimate = loop.frame.truth, loop.estimate
-    (judged, camera), target = loop.frame.judged, truth.index_of(target_name)
+    (judged, camera), target = loop.frame.judged, truth.index_of(followed.target)
     # As if the tracker's camera were the steered one.
     observation = replace(loop.frame.observation, steered=None)
     row = np.zeros(1, RUN)
@@ -409,9 +410,9 @@ def _frame(carrier: Carrier, target_name: str, loop: Loop) -> NDArray[np.void]:
         "size_m": truth.size_m[target],
         "estimate_px": estimate.position_px,
         "visible_fraction": truth.visible_fraction[target],
-        "in_view": is_in_view(judged, target, camera),
+        "in_view": is_in_view(judged, target, camera, followed.widest_view_m),
         "out": truth.state[target] == "out",
-        "sighting": sighting_of(carrier.looks, observation, estimate),
+        "sighting": sighting_of(followed.carrier.looks, observation, estimate),
     }
     for name, value in values.items():
         row[name][0] = value

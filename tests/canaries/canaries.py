@@ -65,6 +65,8 @@ HERE = Path(__file__).parent
 DIGESTS = HERE / "digests.json"
 EPISODES = {"road-town": 0, "stereo-follow": 2, "fish-tank": 0, "harbour": 0}
 """Stored episode -> its seed."""
+THROUGH_HEADS = {"fish-tank-ptz": 0, "harbour-ptz": 0}
+"""The same, of scenes whose trackers look through the head that is steered: for controllers and such trackers."""
 WATCHED = {
     "frame-out": "road-town",
     "stereo": "stereo-follow",
@@ -168,7 +170,7 @@ ELSEWHERE = ("opencv_csrt",)
 
 def _trackers() -> Iterator[Canary]:
     for name, tracker in trackers_of().items():
-        if name not in ELSEWHERE and tracker.reproducible and WATCHED.keys() & set(tracker.suites):
+        if name not in ELSEWHERE and tracker.reproducible and _watched(tracker):
             yield Canary(
                 f"tracker {name}",
                 tracker_edition(tracker),
@@ -178,8 +180,14 @@ def _trackers() -> Iterator[Canary]:
             )
 
 
+def _watched(tracker: TrackerSpec) -> list[tuple[str, str]]:
+    """Return the suites of a tracker, each with the stored episode that the tracker watches."""
+    watched = WATCHED | {"follow": "fish-tank-ptz"}
+    return [(name, stored) for name, stored in watched.items() if name in tracker.suites]
+
+
 def _controllers() -> Iterator[Canary]:
-    for stored in EPISODES:
+    for stored in (*EPISODES, *THROUGH_HEADS):
         for name, entry in controllers(catalog.scenario(stored).carrier.name).items():
             yield Canary(
                 f"controller {entry.carrier} {name}",
@@ -188,6 +196,15 @@ def _controllers() -> Iterator[Canary]:
                 lambda stored=stored, entry=entry: digest_of_controller(entry, stored),
                 entry.parameters(),
             )
+
+
+def shipped() -> set[str]:
+    """Return the names that canaries of all registered trackers and controllers have."""
+    trackers = {name for name, tracker in trackers_of().items() if tracker.reproducible} - set(ELSEWHERE)
+    carriers = {catalog.scenario(unversioned(name)).carrier.name for name in catalog.names()}
+    return {f"tracker {name}" for name in trackers} | {
+        f"controller {carrier} {name}" for carrier in carriers for name in controllers(carrier)
+    }
 
 
 def _suites() -> Iterator[Canary]:
@@ -279,16 +296,15 @@ def digest_of_tracker(spec: TrackerSpec) -> str:
     Raises:
         ValueError: if it never answers, so that its digest tells nothing.
     """
-    judging = suite(next(name for name in WATCHED if name in spec.suites))
-    stored = WATCHED[judging.name]
-    episode = _Again(stored)
-    rng = tracker_stream(EPISODES[stored], spec.name)
-    tracker = spec.create(simulated(stored, "quick", EPISODES[stored]), episode, rng, many=judging.follows_many)
+    name, stored = _watched(spec)[0]
+    judging, episode, seed = suite(name), _Again(stored), _seed(stored)
+    rng = tracker_stream(seed, spec.name)
+    tracker = spec.create(simulated(stored, "quick", seed), episode, rng, many=judging.follows_many)
     if stored == "harbour":
         answers = list(_in_the_drawn_harbour(tracker))
     else:
         loop = Loop(episode, [tracker])
-        answers = [loop.answers[0] for _ in loop.frames(count=WATCHED_FRAMES[stored])]
+        answers = [loop.answers[0] for _ in loop.frames(count=WATCHED_FRAMES.get(stored))]
     bridges = isinstance(tracker, ManyLoopTracker) and tracker.gap_method() is not None
     check("tracker", bridges or any(map(_says_something, answers)), "one that answers", repr(spec.name))
     return digest([answers, *_hindsight(tracker)])
@@ -459,7 +475,11 @@ def written_tracks(frame: Frame) -> list[Track]:
 
 @cache
 def _stored(name: str) -> StoredEpisode:
-    return stored_episode(str(HERE / "episodes" / name), EPISODES[name])
+    return stored_episode(str(HERE / "episodes" / name), _seed(name))
+
+
+def _seed(stored: str) -> int:
+    return (EPISODES | THROUGH_HEADS)[stored]
 
 
 def digest_of_controller(entry: ControllerEntry, stored: str) -> str:
@@ -467,7 +487,7 @@ def digest_of_controller(entry: ControllerEntry, stored: str) -> str:
     made, frames = entry.create(), frames_of(stored)
     if isinstance(made, ForeseeingController):
         scenario = catalog.scenario(stored)
-        made.foresee(scenario.id, scenario.presets["quick"], EPISODES[stored], LINKS["prompt"])
+        made.foresee(scenario.id, scenario.presets["quick"], _seed(stored), LINKS["prompt"])
         frames = frames[:_FRAMES]
     return digest(made.command(frame.observation, written_estimate(frame)) for frame in frames)
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackers.belief.features import is_seen
-from trackers.belief.sighting import BeliefFilter
+from trackers.belief.sighting import sighting_of
 from trackers.controllers.catalogue import register_controller
 from trackers.registry import tunable
 from trackers.types import CameraCommand, Estimate, Observation
@@ -58,7 +58,6 @@ class LeadPtz:
 
     def __init__(self, parameters: LeadPtzParameters) -> None:
         self.parameters = parameters
-        self._filter = BeliefFilter("around")
         self._direction: NDArray[np.float64] | None = None
         self._velocity = np.zeros(3)
         self._seen_s = 0.0
@@ -67,7 +66,7 @@ class LeadPtz:
         """Return the command towards the goal."""
         p, camera, ego = self.parameters, observation.camera, observation.ego
         R = np.eye(3) if ego is None else ego.T_world_camera[:3, :3]
-        belief, seen = self._filter.update(observation, estimate)[0], is_seen(estimate)
+        seen = is_seen(estimate)
         if seen:
             ray = R @ [*(estimate.position_px - camera.centre_px) / camera.focal_px, 1.0]
             self._follow(ray / np.linalg.norm(ray), observation.time_s)
@@ -78,8 +77,9 @@ class LeadPtz:
         ahead_s = p.lead_s + p.patience_s * (1.0 - np.exp(-waited_s / p.patience_s))
         x, y, z = (self._direction + ahead_s * self._velocity) @ R
         zoom = 0.0
-        if seen and np.isfinite(belief["depth_m"]):
-            zoom = p.zoom_gain_per_s * np.log(belief["depth_m"] * camera.width_px / (p.view_m * camera.focal_px))
+        depth_m = float(sighting_of("around", observation, estimate)["depth_m"][0])
+        if seen and np.isfinite(depth_m):
+            zoom = p.zoom_gain_per_s * np.log(depth_m * camera.width_px / (p.view_m * camera.focal_px))
         elif waited_s > p.grace_s:
             zoom = -p.search_per_s
         return CameraCommand(

@@ -372,6 +372,8 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
         self._waiting[which] = self._wanted[which] = self._terms[which] = 0.0
         self._over[which] = False
         self._world.begin(self.states, which, episodes, at_frame_outs, self.sightings, self.np_random)
+        # As with pictures, where steps count alone.
+        self.states["frames_out"][which] = 0
         self._pictures.begin(which)
         beliefs = np.zeros(len(which), BELIEF)
         update_beliefs(beliefs, self.sightings[which], self._world.interval_s)
@@ -413,7 +415,7 @@ class PicturelessVectorEnv(gym.vector.VectorEnv):
             "in_view": states["in_view"] > 0.0,
             "centring": states["centring"].copy(),
             "length_px": states["length_px"].copy(),
-            "position_px": states["target_px"].copy(),
+            "position_px": np.nan_to_num(states["target_px"], nan=np.inf),
             "error_px": np.where(known, seen["error_px"], np.inf),
             "command": command,
             **{f"reward_{term}": self._terms[:, k].copy() for k, term in enumerate(TERMS)},
