@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from scenarios.truth import Side, Truth
@@ -79,7 +80,18 @@ def _side_of(camera: CameraModel, box_xyxy: NDArray[np.float64]) -> Side:
 
 
 SHORTEST_LENGTH_PX = 12.0
-"""A target that appears smaller does not count as in view, so climbing and zooming out gain nothing."""
+"""Shortest length of a target in view, in pictures that are at least ``WIDE_PX`` wide."""
+WIDE_PX = 320
+
+
+@register_jitable
+def shortest_length_px(width_px: float) -> float:
+    """Return the length of the shortest target that counts as in view, so that climbing and zooming out gain nothing.
+
+    Args:
+        width_px: of the picture; in one that is narrower than ``WIDE_PX`` it is the same share of the width as there.
+    """
+    return SHORTEST_LENGTH_PX * min(width_px / WIDE_PX, 1.0)
 
 
 def length_px(truth: Truth, target: int) -> float:
@@ -111,5 +123,7 @@ def is_in_view(truth: Truth, target: int, camera: CameraModel, widest_view_m: fl
     Args:
         widest_view_m: see ``Scenario``.
     """
-    is_inside = centring(truth, target, camera) > 0.0 and length_px(truth, target) >= SHORTEST_LENGTH_PX
+    is_inside = centring(truth, target, camera) > 0.0 and length_px(truth, target) >= shortest_length_px(
+        camera.width_px
+    )
     return is_inside and (widest_view_m == np.inf or view_width_m(truth, target, camera) <= widest_view_m)

@@ -1,9 +1,9 @@
 """Time in view of the target, and losses: the same definitions in every suite.
 
 Frames are those of an episode, from frame 0. No command led to frame 0, so shares are over the steps, frames 1 to
-F - 1. *In view* is a frame with the target's centre in the picture, hidden or not, its amodal box at least 12 pixels
-long, and a view no wider than its scene allows (``scenarios.visibility``, ``Scenario.widest_view_m``); *seen* is a
-frame in view on which at least half of the target is visible (``MOSTLY_SEEN``).
+F - 1. *In view* is a frame with the target's centre in the picture, hidden or not, its amodal box at least
+``shortest_length_px`` long, and a view no wider than its scene allows (``Scenario.widest_view_m``); *seen* is a frame
+in view on which at least half of the target is visible (``MOSTLY_SEEN``). All of this is in ``scenarios.visibility``.
 """
 
 from __future__ import annotations

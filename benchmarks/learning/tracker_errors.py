@@ -145,7 +145,7 @@ def _axes(run: NDArray[np.void], carrier: Carrier, mode: NDArray[np.int64]) -> N
         return np.zeros(len(run))
     axis_rad = run["heading_rad"]
     if carrier.looks == "ahead":
-        sight_m = run["place_m"] - run["T_world_camera"][:, :2, 3]
+        sight_m = (run["place_m"] - run["T_world_camera"][:, :, 3])[:, :2]
         axis_rad = np.arctan2(sight_m[:, 1], sight_m[:, 0])
     tracked = np.maximum.accumulate(np.where(mode == TRACKING, np.arange(len(run)), 0))
     return np.asarray(axis_rad[tracked])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from scenarios.scenario import Frame
-from scenarios.visibility import SHORTEST_LENGTH_PX, centring, is_in_view, length_px
+from scenarios.visibility import centring, is_in_view, length_px, shortest_length_px
 from sim.checks import check, check_choice
 
 TERMS = ("in_view", "centred", "size", "effort", "loss")
@@ -21,7 +21,7 @@ class Reward:
 
     Attributes:
         in_view: 1 while the target's centre is in the picture and it is shown as large as its scene asks (at least 12
-            pixels long), else 0.
+            pixels long, in a picture of 320 or more), else 0.
         centred: tanh(4 p³), where p is 1 in the middle of the picture and 0 on its border and outside (the reward of
             DAT_Benchmark).
         size: while in view exp(-ln²(length / wanted length) / 2), which is 1 for a length of `length_share` of the
@@ -71,7 +71,8 @@ class Rewarder:
         reward, (truth, camera) = self._reward, frame.judged
         seen = is_in_view(truth, target, camera, self._widest_view_m)
         self.frames_out = 0 if seen else self.frames_out + 1
-        length = max(length_px(truth, target), SHORTEST_LENGTH_PX) / (reward.length_share * camera.width_px)
+        length = max(length_px(truth, target), shortest_length_px(camera.width_px))
+        length /= reward.length_share * camera.width_px
         return {
             "in_view": reward.in_view * float(seen),
             "centred": reward.centred * float(np.tanh(4.0 * centring(truth, target, camera) ** 3)),

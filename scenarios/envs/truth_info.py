@@ -45,7 +45,7 @@ INFO: dict[str, tuple[str, tuple[int, ...], str]] = {
     "in_view": (
         "bool",
         (),
-        "target's centre in the picture, hidden or not, as large as its scene asks (12 px or more)",
+        "target's centre in the picture, hidden or not, as large as its scene asks (at least 12 px of 320)",
     ),
     "centring": ("float64", (), "1 with the target in the middle of the picture, 0 on its border and outside"),
     "length_px": ("float64", (), "longer side of the target's true box in pixels; 0 behind the camera"),

@@ -18,7 +18,7 @@ TARGET = 1
 
 
 def truth(x: float, y: float, length: float = 20.0) -> Any:
-    box = np.array([[0.0, 0.0, 1.0, 1.0], [x - length / 2, y - 2, x + length / 2, y + 2]])
+    box = np.array([[0.0, 0.0, 1.0, 1.0], [x - length / 2, y - 1, x + length / 2, y + 1]])
     return SimpleNamespace(position_px=np.array([[0.0, 0.0], [x, y]]), box_xyxy=box)
 
 
@@ -42,8 +42,16 @@ def test_small_or_outside_is_not_in_view() -> None:
     assert is_in_view(truth(100, 50), TARGET, CAMERA)
     assert is_in_view(truth(199, 50), TARGET, CAMERA)
     assert not is_in_view(truth(201, 50), TARGET, CAMERA)
-    assert not is_in_view(truth(100, 50, length=11.9), TARGET, CAMERA)
     assert length_px(truth(100, 50, length=11.9), TARGET) == pytest.approx(11.9)
+
+
+@pytest.mark.parametrize(("width_px", "shortest_px"), [(84, 3.15), (200, 7.5), (320, 12.0), (640, 12.0), (1920, 12.0)])
+def test_small_pictures_ask_for_the_same_share_and_large_ones_for_the_same_pixels(
+    width_px: int, shortest_px: float
+) -> None:
+    camera = CameraModel(width_px, 100, 100.0)
+    assert is_in_view(truth(0.5 * width_px, 50, length=shortest_px + 0.01), TARGET, camera)
+    assert not is_in_view(truth(0.5 * width_px, 50, length=shortest_px - 0.01), TARGET, camera)
 
 
 def test_behind_the_camera_is_nowhere() -> None:

@@ -106,7 +106,7 @@ COMPARED = (
 
 FOLLOW = Suite(
     name="follow",
-    edition=2,
+    edition=3,
     summary="a controller steers the camera by a tracker's estimate: is the target kept in view?",
     scenes=(
         Scene("road-town", "frame-out", ("mosaic_graph_pf", "colour_pf"), tuned_on=_WITHOUT_PICTURES),

@@ -57,7 +57,7 @@ class _Writer:
         made.close()
         self._rollouts, self._episodes, self._folder = rollouts, episodes, folder
         self._axes, self._rate_hz = [axis.name for axis in env.carrier.axes], env.metadata["render_fps"]
-        self._robot, scenario = env.carrier.name, catalog.scenario(env.settings.scenario)
+        self._carrier, scenario = env.carrier.name, catalog.scenario(env.settings.scenario)
         self._task = f"Keep the {scenario.target} in the picture: {scenario.summary}"
         self._rows: list[dict[str, Any]] = [{} for _ in episodes]
         self._features: dict[str, Any] = {}
@@ -157,7 +157,7 @@ class _Writer:
             stats[CAMERA] = _shade_stats(self._shades, frames)
         info = {
             "codebase_version": "v3.0",
-            "robot_type": self._robot,
+            "robot_type": self._carrier,
             "total_episodes": len(self._episodes),
             "total_frames": frames,
             "total_tasks": 1,

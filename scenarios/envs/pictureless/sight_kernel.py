@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from scenarios.envs.pictureless.poses import ground_depth_m, in_camera, on_ground
-from scenarios.visibility import SHORTEST_LENGTH_PX
+from scenarios.visibility import shortest_length_px
 from trackers.belief.sighting import ASSUMED_DISTANCE_M, FARTHEST_M
 from trackers.kernels.records import record_kernel
 
@@ -43,7 +43,7 @@ def look(state: Any, size_m: Any, camera: Any, covered: float) -> None:
         share = max(abs(state.target_px[0] / half_right_px - 1.0), abs(state.target_px[1] / half_down_px - 1.0))
         state.centring = 1.0 - share if share < 1.0 else 0.0
         _box(state, size_m, camera, covered)
-    if state.centring > 0.0 and state.length_px >= SHORTEST_LENGTH_PX:
+    if state.centring > 0.0 and state.length_px >= shortest_length_px(2.0 * half_right_px):
         state.in_view = 1.0
 
 

@@ -23,7 +23,7 @@ from scenarios.envs.reward import TERMS, Reward
 from scenarios.envs.settings import KEYWORDS, FollowSettings
 from scenarios.envs.truth_info import COMMANDS
 from scenarios.envs.vector_results import check_open, checked_mask, final_infos, masked
-from scenarios.visibility import SHORTEST_LENGTH_PX
+from scenarios.visibility import shortest_length_px
 from sim.checks import check, check_choice
 from trackers.belief.features import FEATURES, features_of
 from trackers.belief.kernel import BELIEF, SEEN_PROBABILITY, SIGHTING, update_beliefs
@@ -57,7 +57,7 @@ def terms_of(
             if limits[axis] > 0.0:
                 effort += min((state.obeyed[axis] / limits[axis]) ** 2, 1.0)
                 axes += 1
-        length = max(state.length_px, SHORTEST_LENGTH_PX) / (weights[LENGTH_SHARE] * width_px)
+        length = max(state.length_px, shortest_length_px(width_px)) / (weights[LENGTH_SHARE] * width_px)
         out[k, 0] = weights[IN_VIEW] * state.in_view
         out[k, 1] = weights[CENTRED] * np.tanh(4.0 * state.centring**3)
         out[k, 2] = weights[SIZE] * np.exp(-0.5 * np.log(length) ** 2) * state.in_view

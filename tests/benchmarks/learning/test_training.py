@@ -227,7 +227,7 @@ def test_what_is_told_on_the_way_and_the_command_at_the_end_which_runs_word_for_
     lines = re.findall(r"([\d,]+) steps: episode reward (\S+), in view (\d+)% of the time, ([\d,]+) steps/s", err)
     assert lines[-1][0] == "256"
     for _, reward, share, rate in lines:
-        assert -100.0 < float(reward) <= 59 * 1.2
+        assert -100.0 < float(reward) <= 239 * 1.2
         assert 0 <= int(share) <= 100
         assert int(rate.replace(",", "")) > 0
     first, _, command = out.splitlines()

@@ -190,9 +190,7 @@ def test_a_tracker_that_kills_its_process_is_found_and_the_others_results_stand(
 
 
 @pytest.mark.heavy
-def test_in_closed_loop_the_tracker_steers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # Cars of that world are ten pixels long.
-    monkeypatch.setattr("scenarios.visibility.SHORTEST_LENGTH_PX", 8.0)
+def test_in_closed_loop_the_tracker_steers(tmp_path: Path) -> None:
     outcome = run(replace(TINY, presets=("tiny-loop",)), tmp_path)
     assert {entry["controller"] for entry in outcome.summary} == {"centre"}
     assert mean_of(outcome, "fake_knowing", "time_in_view") == 1.0

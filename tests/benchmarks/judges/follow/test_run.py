@@ -42,13 +42,12 @@ TINY = Experiment(
 
 @pytest.fixture(scope="module", autouse=True)
 def _fake_suite() -> Any:
-    """Give the suite the world of arithmetic, with cars ten pixels long, and our controllers."""
+    """Give the suite the world of arithmetic and our controllers."""
     with pytest.MonkeyPatch.context() as patch:
         suites.suites()
         patch.setitem(suites._SUITES, "follow", FAKE_FOLLOW)
         for entry in FAKE_CONTROLLERS:
             patch.setitem(catalogue._ENTRIES, (entry.carrier, entry.name), entry)
-        patch.setattr("scenarios.visibility.SHORTEST_LENGTH_PX", 8.0)
         yield
 
 

@@ -24,7 +24,7 @@ MODULES = (__name__,)
 def painted(frame: int, seed: int) -> NDArray[np.uint8]:
     """Return the picture of a frame: a gradient to the right, whose red tells the frame and whose blue the seed."""
     picture = np.zeros((CAMERA.height_px, CAMERA.width_px, 3), np.uint8)
-    picture[..., 0], picture[..., 2] = 8 * frame, 20 * (seed % 10)
+    picture[..., 0], picture[..., 2] = 8 * (frame % 32), 20 * (seed % 10)
     picture[..., 1] = np.linspace(20, 200, CAMERA.width_px)
     return picture
 
