@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from scenarios.envs.settings import FollowSettings, OutOfRange
 from sim.checks import check
 from trackers.belief.features import command_of, is_seen, shares_of
+from trackers.belief.sighting import BeliefFilter
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
+from trackers.controllers.kernel_controller import KernelController
 from trackers.protocols import Controller
 from trackers.types import CameraCommand, Carrier, Estimate, Observation
 
@@ -25,13 +27,19 @@ Steering = Callable[[NDArray[np.float64], Observation, Estimate], CameraCommand]
 """Returns the command of an action (A,) in [-1, 1], given the latest observation and estimate; one per episode."""
 
 
-def steering(settings: FollowSettings, carrier: Carrier) -> Steering:
-    """Return the steering of a new episode."""
+def steering(settings: FollowSettings, carrier: Carrier, beliefs: BeliefFilter | None = None) -> Steering:
+    """Return the steering of a new episode.
+
+    Args:
+        beliefs: filters the estimates for others too; a controller by beliefs then need not do it a second time.
+    """
     if settings.action == "command":
         return lambda action, observation, estimate: command_of(carrier, action)
     if isinstance(settings.controller, str):
         entry = controller_entry(settings.controller, carrier.name)
         controller = entry.create(**settings.controller_values)
+        if beliefs is not None and isinstance(controller, KernelController):
+            controller.beliefs = beliefs
         if settings.action == "parameters":
             return partial(_set_parameters, controller, entry.tunables())
     else:

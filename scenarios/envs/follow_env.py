@@ -27,6 +27,7 @@ from scenarios.worlds import POOL
 from sim.checks import check, check_choice
 from trackers import registry
 from trackers.belief.features import FeatureFilter, shares_of
+from trackers.belief.sighting import BeliefFilter
 from trackers.estimate_check import check_estimate
 from trackers.types import CameraCommand, Carrier, Estimate, Start
 
@@ -217,7 +218,8 @@ class _Run:
         """See ``followed_episode``."""
         self._carrier = carrier
         # Before the world is built: a refusal leaves no world behind.
-        self._steering: Steering = steering(settings, carrier)
+        beliefs = BeliefFilter(carrier.looks)
+        self._steering: Steering = steering(settings, carrier, beliefs)
         self.loop = followed_episode(settings, seed, world_seed)
         self.ended = False
         self._scenario = catalog.scenario(settings.scenario)
@@ -225,7 +227,7 @@ class _Run:
         self._rewarder = Rewarder(settings.reward, rate_hz, self._scenario.widest_view_m)
         lost_after_s = settings.lost_after_s
         self._lost_frames = None if lost_after_s is None else max(round(lost_after_s * rate_hz), 1)
-        self._feature_filter = None if settings.tracker is None else FeatureFilter(carrier)
+        self._feature_filter = None if settings.tracker is None else FeatureFilter(carrier, beliefs)
         try:
             self._move()
         except BaseException:

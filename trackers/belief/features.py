@@ -120,11 +120,12 @@ def _squashed(x: float) -> float:
 class FeatureFilter:
     """Computes the features from a tracker's estimates and the commands given."""
 
-    def __init__(self, carrier: Carrier) -> None:
+    def __init__(self, carrier: Carrier, beliefs: BeliefFilter | None = None) -> None:
+        """``beliefs``: filters the estimates; None = one of its own."""
         limits: dict[str, float] = {axis.name: axis.limit for axis in carrier.axes}
         self._names = carrier.commands
         self._limits = np.array([limits.get(name, np.inf) for name in self._names])
-        self._filter = BeliefFilter(carrier.looks)
+        self._beliefs = beliefs or BeliefFilter(carrier.looks)
 
     def update(self, observation: Observation, estimate: Estimate, given: CameraCommand) -> NDArray[np.float32]:
         """Return the features (``len(FEATURES)``,) in [-1, 1] of the belief after the next picture, a new array.
@@ -132,7 +133,7 @@ class FeatureFilter:
         Args:
             given: the latest command; zeros before the first.
         """
-        belief = self._filter.update(observation, estimate)
+        belief = self._beliefs.update(observation, estimate)
         command = np.array([[getattr(given, name) for name in self._names]]) / self._limits
         features = np.zeros((1, len(FEATURES)), np.float32)
         features_of(belief, _clipped(command), features)

@@ -65,6 +65,7 @@ class KernelController:
         LOOKS: where the carrier's camera looks. COMMANDS: names (4,) of the kernel's numbers, see ``Carrier.commands``.
         KERNEL: see ``catalogue.Kernel``.
         parameters: the settings; they may be replaced between two pictures.
+        beliefs: filters the estimates; it may be replaced before the first picture by one that others update too.
     """
 
     LOOKS: ClassVar[Looks]
@@ -73,11 +74,11 @@ class KernelController:
 
     def __init__(self, parameters: Any) -> None:
         self.parameters = parameters
-        self._filter = BeliefFilter(self.LOOKS)
+        self.beliefs = BeliefFilter(self.LOOKS)
         self._memory, self._command = np.zeros(1, self.KERNEL.memory), np.zeros((1, 4))
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command for the belief after this estimate."""
-        belief, times_s = self._filter.update(observation, estimate), np.array([observation.time_s], dtype=float)
+        belief, times_s = self.beliefs.update(observation, estimate), np.array([observation.time_s], dtype=float)
         self.KERNEL.steer(belief, self.KERNEL.record(self.parameters), self._memory, times_s, self._command)
         return CameraCommand(**dict(zip(self.COMMANDS, self._command[0].tolist(), strict=True)))
