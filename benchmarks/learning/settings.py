@@ -142,4 +142,6 @@ class Training:
                 "corrects": self.corrects,
                 "correction_share": self.correction_share,
             }
-        return {"preset": self.preset_name, "tracker": self.tracker_name, "reward": self.reward, **steering}
+        # A difficulty stands in place of a preset.
+        preset = None if "difficulty" in self.env_kwargs else self.preset_name
+        return {"preset": preset, "tracker": self.tracker_name, "reward": self.reward, **steering}

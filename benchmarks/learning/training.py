@@ -143,6 +143,8 @@ def train(training: Training, out: Path, report: Report) -> Path:
     # A resumed training draws new episodes and actions.
     seed = training.seed if before is None else training.seed + before["steps"]
     envs, evaluations = _envs(training, seed), Evaluations(training, out)
+    # As Ctrl-C: what runs beside is ended.
+    handler = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         model = _model(training, envs, out, seed)
         if before is None:
@@ -164,6 +166,7 @@ def train(training: Training, out: Path, report: Report) -> Path:
     finally:
         evaluations.stop()
         envs.close()
+        signal.signal(signal.SIGTERM, handler)
     return path
 
 

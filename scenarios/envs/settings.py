@@ -56,7 +56,8 @@ class FollowSettings:
         changes: fields of the preset -> other values, e.g. ``{"width_px": 84, "height_px": 84}``.
         randomise: numeric fields of the preset -> (low, high), drawn anew for every episode; or -> two such ranges,
             at the beginning of a training and at its end: a curriculum, which lies between them by ``progress``.
-        progress: of the training, from 0 to 1; the envs' attribute of this name sets it for later episodes.
+        progress: of the training, from 0 to 1; set for later episodes by ``env.unwrapped.progress``, or by ``set_attr``
+            of a vector env.
         difficulty: None, or 0 (preset ``standard``) to 1 (``hard``), which interpolates these presets' numbers; given
             in place of ``preset``, never beside it.
         link: name of a preset of delay and noise (``prompt``, ``delayed``, ``noisy``, ``late``), or a ``Link``.
@@ -78,8 +79,10 @@ class FollowSettings:
         renderer: ``raster`` or ``pybullet``.
         worlds: number of worlds (towns, buildings) in which episodes take place: that of seed n is in the world of seed
             ``n % worlds``, with cars or people of its own. All envs of a process share these, built when they are first
-            needed; a reset then takes a tenth of the time. 0: every episode has its own world, as in ``frameout
-            bench`` and always from seed 10,000 on. None: 16 if the scenario can keep worlds, otherwise 0.
+            needed; a reset then takes a tenth of the time. Each takes memory in each process, some 50 MB. A field of
+            ``randomise`` that decides what a world is, e.g. its extent, makes a new one for each value. 0: every
+            episode has its own world, as in ``frameout bench`` and always from seed 10,000 on. None: 16 if the scenario
+            can keep worlds, otherwise 0.
     """
 
     scenario: str

@@ -167,7 +167,6 @@ class FollowVectorEnv(gym.vector.VectorEnv):
 
     @progress.setter
     def progress(self, progress: float) -> None:
-        self.settings = dataclasses.replace(self.settings, progress=progress)
         self.set_attr("progress", progress)
 
     def render(self) -> tuple[Any, ...]:
@@ -190,6 +189,8 @@ class FollowVectorEnv(gym.vector.VectorEnv):
         each = list(values) if isinstance(values, list | tuple) else [values] * self.num_envs
         check("values", len(each) == self.num_envs, f"one value, or a list of {self.num_envs}", len(each))
         self._call("set", [name] * len(self._slices), self._split(each))
+        if name == "progress" and each:
+            self.settings = dataclasses.replace(self.settings, progress=each[0])
 
     def close_extras(self, **_: Any) -> None:
         """End the processes, and the envs of this one."""

@@ -11,7 +11,7 @@ from numba import njit
 
 from scenarios.envs.pictureless.episode_state import EPISODE_STATE
 from scenarios.envs.pictureless.poses import camera_numbers
-from scenarios.envs.pictureless.sight_kernel import look, write_sighting_ahead, write_sighting_down
+from scenarios.envs.pictureless.sight_kernel import count_out, look, write_sighting_ahead, write_sighting_down
 from scenarios.envs.pictureless.vector_env import terms_of, weights_of
 from scenarios.envs.reward import TERMS, Reward, Rewarder
 from scenarios.road_town.flight import HELICOPTER
@@ -29,6 +29,7 @@ SIZE_M = np.array([4.6, 1.9, 1.5])
 @njit
 def look_one(states: Any, size_m: Any, camera: Any, covered: float) -> None:
     look(states[0], size_m, camera, covered)
+    count_out(states[0])
 
 
 @njit
