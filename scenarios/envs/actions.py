@@ -16,7 +16,7 @@ from sim.checks import check
 from trackers.belief.features import command_of, is_seen, shares_of
 from trackers.belief.sighting import BeliefFilter
 from trackers.controllers.catalogue import ControllerEntry, controller_entry
-from trackers.controllers.kernel_controller import KernelController
+from trackers.controllers.kernel_controller import share_beliefs
 from trackers.protocols import Controller
 from trackers.types import CameraCommand, Carrier, Estimate, Observation
 
@@ -38,8 +38,8 @@ def steering(settings: FollowSettings, carrier: Carrier, beliefs: BeliefFilter |
     if isinstance(settings.controller, str):
         entry = controller_entry(settings.controller, carrier.name)
         controller = entry.create(**settings.controller_values)
-        if beliefs is not None and isinstance(controller, KernelController):
-            controller.beliefs = beliefs
+        if beliefs is not None:
+            share_beliefs(controller, beliefs)
         if settings.action == "parameters":
             return partial(_set_parameters, controller, entry.tunables())
     else:

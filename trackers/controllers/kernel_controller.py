@@ -65,7 +65,6 @@ class KernelController:
         LOOKS: where the carrier's camera looks. COMMANDS: names (4,) of the kernel's numbers, see ``Carrier.commands``.
         KERNEL: see ``catalogue.Kernel``.
         parameters: the settings; they may be replaced between two pictures.
-        beliefs: filters the estimates; it may be replaced before the first picture by one that others update too.
     """
 
     LOOKS: ClassVar[Looks]
@@ -74,11 +73,17 @@ class KernelController:
 
     def __init__(self, parameters: Any) -> None:
         self.parameters = parameters
-        self.beliefs = BeliefFilter(self.LOOKS)
+        self._beliefs = BeliefFilter(self.LOOKS)
         self._memory, self._command = np.zeros(1, self.KERNEL.memory), np.zeros((1, 4))
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command for the belief after this estimate."""
-        belief, times_s = self.beliefs.update(observation, estimate), np.array([observation.time_s], dtype=float)
+        belief, times_s = self._beliefs.update(observation, estimate), np.array([observation.time_s], dtype=float)
         self.KERNEL.steer(belief, self.KERNEL.record(self.parameters), self._memory, times_s, self._command)
         return CameraCommand(**dict(zip(self.COMMANDS, self._command[0].tolist(), strict=True)))
+
+
+def share_beliefs(controller: object, beliefs: BeliefFilter) -> None:
+    """Let a new controller take the beliefs that another computes from the same estimates, if it steers by beliefs."""
+    if isinstance(controller, KernelController):
+        controller._beliefs = beliefs

@@ -30,7 +30,9 @@ from safetensors.numpy import load, save
 
 from trackers.atomic_file import write_atomic
 from trackers.belief.features import FEATURES, FeatureFilter, FeatureHistory, command_of, is_seen, shares_of
+from trackers.belief.sighting import BeliefFilter
 from trackers.controllers.catalogue import controller_entry
+from trackers.controllers.kernel_controller import share_beliefs
 from trackers.types import CameraCommand, Carrier, CommandAxis, Estimate, Observation
 
 FORMAT = 2
@@ -191,13 +193,15 @@ class PolicyController:
     def __init__(self, parameters: PolicyParameters) -> None:
         self.parameters = parameters
         self._policy = policy = load_policy(parameters.file)
-        self._features, self._history = FeatureFilter(policy.carrier), FeatureHistory(1, policy.history)
+        beliefs = BeliefFilter(policy.carrier.looks)
+        self._features, self._history = FeatureFilter(policy.carrier, beliefs), FeatureHistory(1, policy.history)
         self._pictures, self._shares = 0, np.zeros(len(policy.carrier.axes))
         self._given = CameraCommand()
         base = policy.base
         self._base = None
         if base is not None:
             self._base = controller_entry(base["controller"], policy.carrier.name).create(**base["parameters"])
+            share_beliefs(self._base, beliefs)
 
     def command(self, observation: Observation, estimate: Estimate) -> CameraCommand:
         """Return the command of the policy's mean action."""
