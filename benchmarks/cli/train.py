@@ -60,7 +60,7 @@ class Train(WithModules):
     Attributes:
         env: env id, see `frameout list`.
         algorithm: ppo, or sac (off-policy).
-        steps: number of steps of all envs together (default: 4 million).
+        steps: number of steps of all envs together (default: 12 million).
         tracker: name of the tracker (default: the env's); without pictures one with a model of its errors, see
             --fit-model.
         preset: one of the scenario's (default: the env's).
@@ -92,13 +92,13 @@ class Train(WithModules):
 
     env: tyro.conf.Positional[str] = catalog.DEFAULT_ENV
     algorithm: Algorithm = "ppo"
-    steps: Annotated[int, COUNT] = 4_000_000
+    steps: Annotated[int, COUNT] = 12_000_000
     tracker: Annotated[str, ONE_NAME] = ""
     preset: Annotated[str, ONE_NAME] = ""
     controller: Annotated[str, ONE_NAME] = ""
     controller_values: Annotated[dict[str, float], VALUES] = field(default_factory=dict)
     corrects: Corrects = "always"
-    correction_share: float = 0.5
+    correction_share: float = 1.0
     action_repeat: Annotated[int, COUNT] = 4
     history: Annotated[int, COUNT] = 6
     learning_rate: float = 5e-4

@@ -56,13 +56,13 @@ class Training:
 
     env: str
     algorithm: Algorithm = "ppo"
-    steps: int = 4_000_000
+    steps: int = 12_000_000
     tracker: str = ""
     preset: str = ""
     controller: str = ""
     controller_values: dict[str, float] = field(default_factory=dict)
     corrects: Corrects = "always"
-    correction_share: float = 0.5
+    correction_share: float = 1.0
     action_repeat: int = 4
     history: int = 6
     learning_rate: float = 5e-4
