@@ -199,7 +199,8 @@ class Scenario(Generic[_E]):
         truth: the kind of truth of its frames.
         target: name of the object that a single-target tracker is started on, see ``Truth.names``.
         widest_view_m: width of what the picture shows at the target's place, up to which the target counts as in view:
-            how near one must get, or how far zoom in.
+            how near one must get, or how far zoom in. Its source counts pixels on the target, and all presets of a
+            scenario that has one take pictures of the width that it is derived for.
         pictureless: its simulation without pictures; None if it has none.
         seeded_as: the id that seeds of episodes derive from, if it is not its own.
         new_world: builds the world of an episode, without the episode; None if its worlds cannot be kept.

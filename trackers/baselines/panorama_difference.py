@@ -7,7 +7,8 @@ panorama, by their measured pose and zoom alone::
 
 A running mean of each place is the background (Azzari, Stefano, Bevilacqua, An effective real-time mosaicing algorithm
 apt to detect motion through background subtraction using a PTZ camera, AVSS 2005). What differs from it is cut into
-blobs, and the target is the blob nearest to where it is expected, of its size and contrast.
+blobs. Whose a place is goes from picture to picture with the optical flow of what differs, so that those who touch each
+other are told apart; a target that was lost is the blob nearest to where it is expected, of its size and contrast.
 """
 
 from __future__ import annotations
@@ -29,18 +30,29 @@ _ABSORBED_S, _LEARNT_S = 8.0, 1.0
 """Time constants of the background where something differs that is not the target, and where nothing does."""
 _EDGE = 0.7
 """Error of the measured pose, in places of the panorama: by so many gradients a background may differ."""
-_SIZE_S = 0.5
-"""Time constant of the target's size and contrast."""
+_SIZE_S, _LOOK_S = 0.5, 5.0
+"""Time constants of the target's box, and of what it is known by: area and contrast."""
 _STEP = 0.25
 """Way of anything from picture to picture, at most, in lengths of the target."""
-_SHARED, _LEAST_PART = 0.25, 0.15
-"""A blob is shared if so much of it belongs to others. The target's part of a blob is so much of its area at least."""
+_SHARED, _LEAST_PART, _FOUND = 0.25, 0.15, 0.3
+"""A blob is another one's if so much of it was before. The target's part of a blob is so much of its area at least, and
+of one that it shares the last.
+"""
 _LARGER = 1.4
-"""And if it is so many times as large as the target."""
+"""A blob so many times as large as the target is the target and something else."""
+_PALE, _SHADOW = 0.4, 0.3
+"""A blob with less than the first share of the target's contrast is not the target, and what differs by less than the
+second one is a shadow. A thermal camera sees no shadows.
+"""
+_FLOW_LENGTHS, _FLOW_LEVELS, _FLOW_LEAST = 2.0, 60.0, 16
+"""The flow is calculated up to so many lengths from the target, of pictures whose levels are so many for the target's
+contrast, and that are at least so many places wide and high.
+"""
 _SURE_S = 1.5
 """For so long after the target was lost, a blob that was another one's is not taken for it."""
 _TARGET, _OTHER = 1, 2
-_CLOSING = np.ones((3, 3), np.uint8)
+_SQUARE = np.ones((3, 3), np.uint8)
+_LEAST_DEPTH = 1e-6
 
 
 @dataclass(frozen=True)
@@ -54,13 +66,13 @@ class PanoramaParameters:
         reach_growth: growth of that radius in a second without the target, in lengths.
         velocity_share: gain of the filter of the velocity.
         patience_s: time constant of its decay while the target is not found.
-        unlike: weight of differences of size and contrast against those of place.
+        unlike: weight of differences of area, length and contrast against those of place.
     """
 
     length: float = tunable(32.0, 16.0, 48.0)
     differs: float = tunable(5.0, 2.5, 12.0, log=True)
     reach_lengths: float = tunable(0.8, 0.3, 2.0, log=True)
-    reach_growth: float = tunable(1.0, 0.1, 4.0, log=True)
+    reach_growth: float = tunable(3.0, 0.1, 6.0, log=True)
     velocity_share: float = tunable(0.3, 0.05, 0.8, log=True)
     patience_s: float = tunable(1.0, 0.1, 5.0, log=True)
     unlike: float = tunable(0.5, 0.05, 2.0, log=True)
@@ -72,12 +84,15 @@ class _Blobs(NamedTuple):
     Attributes:
         numbers: (H, W) of the parts. area: (K + 1,) places. box: (K + 1, 4), x, y, width and height in the window.
         contrast: (K + 1,) mean difference.
+        is_ghost: (K + 1,) whether its edges are in the background and not in the picture: something that rested there
+            when the background was learnt has left.
     """
 
     numbers: NDArray[np.int32]
     area: NDArray[np.float64]
     box: NDArray[np.int32]
     contrast: NDArray[np.float64]
+    is_ghost: NDArray[np.bool_]
 
 
 class Panorama:
@@ -92,7 +107,8 @@ class Panorama:
 
     def show(self, camera: CameraModel, R: NDArray[np.float64]) -> None:
         """Set the view."""
-        centre, focal = camera.centre_px, camera.focal_px
+        self._centre_px = centre = camera.centre_px
+        focal = camera.focal_px
         to_rays = np.array([[1.0 / focal, 0.0, -centre[0] / focal], [0.0, 1.0 / focal, -centre[1] / focal], [0, 0, 1]])
         scale = np.array(
             [[1.0 / self._step, 0.0, self._middle[0]], [0.0, 1.0 / self._step, self._middle[1]], [0, 0, 1]]
@@ -108,11 +124,11 @@ class Panorama:
 
     def places(self, pixels: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the places (N, 2) of pixels (N, 2)."""
-        return cv2.perspectiveTransform(pixels.reshape(-1, 1, 2), self._H).reshape(-1, 2)
+        return _mapped(self._H, pixels, self._middle)
 
     def pixels(self, places: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the pixels (N, 2) of places (N, 2), inside the picture or not."""
-        return cv2.perspectiveTransform(places.reshape(-1, 1, 2), np.linalg.inv(self._H)).reshape(-1, 2)
+        return _mapped(np.linalg.inv(self._H), places, self._centre_px)
 
     def laid(self, level: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return a picture (H, W) as the window of the panorama shows it; NaN outside the picture."""
@@ -126,7 +142,11 @@ class Panorama:
         rows, columns = self.window
         shape = (columns.stop - columns.start, rows.stop - rows.start)
         H = into_window @ self._H @ from_small
-        return cv2.warpPerspective(small, H, shape, flags=cv2.INTER_LINEAR, borderValue=float("nan"))
+        laid = cv2.warpPerspective(small, H, shape, flags=cv2.INTER_LINEAR, borderValue=float("nan"))
+        # A place behind the camera has a pixel too, the one that lies opposite.
+        across, down, ahead = np.linalg.inv(H)[2]
+        laid[across * np.arange(shape[0]) + down * np.arange(shape[1])[:, None] + ahead <= 0.0] = np.nan
+        return laid
 
     @property
     def background(self) -> NDArray[np.float32]:
@@ -139,6 +159,7 @@ class Panorama:
     role="baseline",
     summary="blob that differs from a panorama of the surroundings, for a camera that turns and zooms in one place",
     suites=("follow",),
+    edition=2,
 )
 class PanoramaDifference:
     """See the module. It needs the measured pose; without one the camera is taken to look in one direction."""
@@ -147,7 +168,9 @@ class PanoramaDifference:
 
     def __init__(self, parameters: PanoramaParameters, rng: np.random.Generator) -> None:
         self._parameters = parameters
+        # Of the latest picture, by places: whose they are, and how they differed from the background.
         self._owners = np.zeros((_HEIGHT, _WIDTH), np.uint8)
+        self._differed = np.zeros((_HEIGHT, _WIDTH), np.float32)
 
     def initialise(self, observation: Observation, box_xyxy: NDArray[np.float64]) -> None:
         """Learn the background beside the box, and the target's size and contrast in it."""
@@ -157,15 +180,20 @@ class PanoramaDifference:
         self._size = size_px * panorama.px
         self._place = panorama.places(box_centre(box_xyxy)[None])[0]
         self._velocity = np.zeros(2)
+        self._contrast, self._shadow = 0.0, _SHADOW if observation.counts is None else 0.0
         self._time_s = self._found_s = observation.time_s
         picture = panorama.laid(_level(observation))
-        inside = self._near(picture.shape, 1.0)
-        ring = picture[self._near(picture.shape, 2.0) & ~inside]
-        around = float(np.nanmedian(ring)) if np.isfinite(ring).any() else 0.0
-        panorama.background[:] = np.where(inside, around, picture)
+        inside = self._near(picture.shape, 1.1)
+        # First without all that is in the box, then without what differs from that.
+        panorama.background[:] = _without(picture, inside)
         difference = np.nan_to_num(picture - panorama.background)
-        own = inside & (np.abs(difference) > 0.5 * np.abs(difference[inside]).max(initial=0.0))
-        self._area, self._contrast = max(float(own.sum()), 4.0), float(difference[own].mean()) if own.any() else 0.0
+        blobs = self._blobs(difference, np.isfinite(picture), picture)
+        panorama.background[:] = _without(picture, cv2.dilate(np.sign(blobs.numbers).astype(np.uint8), _SQUARE) > 0)
+        best = int(np.argmax(blobs.area * np.abs(blobs.contrast)))
+        own = blobs.numbers == best if best > 0 else inside
+        self._area, self._contrast = max(float(blobs.area[best]), 4.0), float(blobs.contrast[best])
+        self._span = float(np.hypot(*self._size))
+        self._differed[panorama.window] = difference
         self._owners[panorama.window][own] = _TARGET
 
     def update(self, observation: Observation) -> Estimate:
@@ -179,9 +207,10 @@ class PanoramaDifference:
         difference = np.where(known, difference, np.float32(0.0))
         if known.any():
             difference[known] -= np.median(difference[known])
-        blobs = self._blobs(difference, known, background)
+        blobs = self._blobs(difference, known, picture)
         expected = self._place + passed_s * self._velocity
-        own = self._own(blobs, expected - self._place)
+        own = self._own(blobs, difference, expected - self._place)
+        self._differed[panorama.window] = difference
         if own is None:
             self._place = expected
             self._velocity = self._velocity * np.exp(-passed_s / p.patience_s)
@@ -190,6 +219,8 @@ class PanoramaDifference:
             owners[own] = _TARGET
         self._owners[panorama.window] = owners
         self._learn(picture, difference, known, owners, passed_s)
+        ghosts = blobs.is_ghost[blobs.numbers]
+        background[ghosts] = picture[ghosts]
         position_px = panorama.pixels(self._place[None])[0]
         return Estimate(
             position_px,
@@ -197,62 +228,98 @@ class PanoramaDifference:
             in_view_probability=0.9 if own is not None else 0.1,
         )
 
-    def _blobs(
-        self, difference: NDArray[np.float32], known: NDArray[np.bool_], background: NDArray[np.float32]
-    ) -> _Blobs:
+    def _blobs(self, difference: NDArray[np.float32], known: NDArray[np.bool_], picture: NDArray[np.float32]) -> _Blobs:
         """Return what differs (H, W) by more than noise and errors of the pose make it."""
         noise = 1.4826 * float(np.median(np.abs(difference[known]))) + 1e-6 if known.any() else 1.0
-        ground = np.nan_to_num(background)
-        slope = sum(np.abs(cv2.Sobel(ground, cv2.CV_32F, dx, 1 - dx, scale=0.125)) for dx in (0, 1))
-        least = self._parameters.differs * noise + _EDGE * slope
+        seen = np.nan_to_num(picture)
+        ground = np.where(known, self._panorama.background, seen)
+        least = np.maximum(
+            self._parameters.differs * noise + _EDGE * _edges(ground), self._shadow * abs(self._contrast)
+        )
         # Brighter and darker parts are apart: what was learnt as background shows the other way once it has left.
         numbers, boxes = np.zeros(difference.shape, np.int32), [np.zeros((1, 4), np.int32)]
         for sign in (1.0, -1.0):
-            closed = cv2.morphologyEx((sign * difference > least).astype(np.uint8), cv2.MORPH_CLOSE, _CLOSING)
+            closed = cv2.morphologyEx((sign * difference > least).astype(np.uint8), cv2.MORPH_CLOSE, _SQUARE)
             _, own, stats, _ = cv2.connectedComponentsWithStats(closed)
             is_new = (own > 0) & (numbers == 0)
             numbers[is_new] = own[is_new] + sum(map(len, boxes)) - 1
             boxes.append(stats[1:, :4])
         box = np.concatenate(boxes)
+
+        def sums(values: NDArray[np.float32]) -> NDArray[np.float64]:
+            return np.asarray(np.bincount(numbers.ravel(), values.ravel(), len(box)), float)
+
         # Of one that lies within another nothing is left.
         area = np.bincount(numbers.ravel(), minlength=len(box)).astype(float)
         area[0] = 0.0
-        sums = np.bincount(numbers.ravel(), difference.ravel(), len(box))
-        return _Blobs(numbers, area, box, sums / np.maximum(area, 1.0))
+        is_in = (numbers > 0).astype(np.uint8)
+        rim = is_in - cv2.erode(is_in, _SQUARE)
+        is_ghost = sums(rim * _edges(seen)) < sums(rim * _edges(ground))
+        is_ghost[0] = False
+        return _Blobs(numbers, area, box, sums(difference) / np.maximum(area, 1.0), is_ghost)
 
-    def _own(self, blobs: _Blobs, moved: NDArray[np.float64]) -> NDArray[np.bool_] | None:
+    def _own(
+        self, blobs: _Blobs, difference: NDArray[np.float32], moved: NDArray[np.float64]
+    ) -> NDArray[np.bool_] | None:
         """Move to the target's blob, or its part of one, and return it (H, W); None without one.
 
-        A place belongs to whom the nearest place of the picture before belonged to, the target moved on by ``moved``.
+        Whose a place was on the picture before goes with the flow of what differs. Now it belongs to whom the nearest
+        place belongs to.
         """
-        p, numbers = self._parameters, blobs.numbers
-        before, count = self._owners[self._panorama.window], len(blobs.area)
-        shift = np.array([[1.0, 0.0, round(moved[0])], [0.0, 1.0, round(moved[1])]])
-        target = cv2.warpAffine(
-            (before == _TARGET).astype(np.uint8), shift, before.shape[::-1], flags=cv2.INTER_NEAREST
-        )
-        to_target, to_other = _distance(target), _distance((before == _OTHER).astype(np.uint8))
-        reach = _STEP * p.length
+        numbers, count, expected = blobs.numbers, len(blobs.area), self._place + moved
+        before = self._owners[self._panorama.window]
+        carried = self._carried(before, difference)
+        to_target, to_other = (_distance((carried == owner).astype(np.uint8)) for owner in (_TARGET, _OTHER))
+        reach = _STEP * self._parameters.length
         is_targets, is_others = (
             (to_target <= to_other) & (to_target <= reach),
             (to_other < to_target) & (to_other <= reach),
         )
         targets, others = (np.bincount(numbers.ravel(), each.ravel(), count) for each in (is_targets, is_others))
-        targets[0] = 0.0
-        if self._contrast != 0.0:
-            targets[blobs.contrast * self._contrast < 0.0] = 0.0
-        expected, best = self._place + moved, int(np.argmax(targets))
+        targets[~self._may_be(blobs)] = 0.0
+        best = int(np.argmax(targets))
         if targets[best] < _LEAST_PART * self._area:
             best = self._found_again(blobs, others / np.maximum(blobs.area, 1.0), expected)
             if best == 0:
                 return None
-            own, is_whole = numbers == best, True
-        else:
-            is_small = blobs.area[best] < _LARGER * self._area
-            is_whole = bool(is_small or others[best] < _SHARED * blobs.area[best])
-            own = numbers == best if is_whole else (numbers == best) & (target > 0)
-        self._follow(own, is_whole, blobs.contrast[best], expected)
+        elif blobs.area[best] > _LARGER * self._area and others[best] >= _SHARED * blobs.area[best]:
+            # What belongs to each is what is nearer to it than to others: neither wears the other away.
+            own, was = (numbers == best) & is_targets, before == _TARGET
+            if not was.any() or own.sum() < _FOUND * self._area:
+                return None
+            self._move(self._place + _centroid(own) - _centroid(was), expected)
+            return own
+        own = numbers == best
+        self._follow(own, blobs.contrast[best], expected)
         return own
+
+    def _carried(self, owners: NDArray[np.uint8], difference: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """Return whose the places (H, W) are if their owners on the picture before went with the flow since then.
+
+        The flow is Farnebäck's (Two-frame motion estimation based on polynomial expansion, SCIA 2003).
+        """
+        reach, size = _FLOW_LENGTHS * self._parameters.length, np.array(owners.shape[::-1])
+        middle = self._place - self._panorama.low
+        low, high = (np.clip(np.round(middle + sign * reach), 0, size).astype(int) for sign in (-1.0, 1.0))
+        if self._contrast == 0.0 or (high - low < _FLOW_LEAST).any():
+            return owners
+        part = slice(low[1], high[1]), slice(low[0], high[0])
+        scale = _FLOW_LEVELS / abs(self._contrast)
+        now, was = (
+            np.clip(128.0 + scale * each[part], 0.0, 255.0).astype(np.uint8)
+            for each in (difference, self._differed[self._panorama.window])
+        )
+        flow = cv2.calcOpticalFlowFarneback(now, was, None, 0.5, 3, 11, 3, 5, 1.1, 0)
+        y, x = np.mgrid[part].astype(np.float32)
+        carried = owners.copy()
+        carried[part] = cv2.remap(owners, x + flow[..., 0], y + flow[..., 1], cv2.INTER_NEAREST)
+        return carried
+
+    def _may_be(self, blobs: _Blobs) -> NDArray[np.bool_]:
+        """Return which parts (K + 1,) may be the target, or have it in them, by their contrast."""
+        may_be = (blobs.contrast * np.sign(self._contrast) >= _PALE * abs(self._contrast)) & ~blobs.is_ghost
+        may_be[0] = False
+        return may_be
 
     def _is_other(self, blobs: _Blobs, own: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
         """Return which parts (K + 1,) belong to others: all while the target is found; else those that did before."""
@@ -271,33 +338,35 @@ class PanoramaDifference:
         p, away_s = self._parameters, self._time_s - self._found_s
         place = blobs.box[:, :2] + 0.5 * blobs.box[:, 2:] + self._panorama.low
         reach = p.length * (p.reach_lengths + p.reach_growth * away_s)
+        span = np.hypot(*blobs.box[:, 2:].T)
         unlike = np.abs(np.log(np.maximum(blobs.area, 1.0) / self._area))
+        unlike += np.abs(np.log(np.maximum(span, 1.0) / self._span))
         if self._contrast != 0.0:
-            same = blobs.contrast / self._contrast
-            unlike += np.where(same > 0.0, np.abs(np.log(np.maximum(same, 1e-3))), 1.5)
+            unlike += np.abs(np.log(np.maximum(blobs.contrast / self._contrast, 1e-3)))
         cost = np.hypot(*(place - expected).T) / reach + p.unlike * unlike
         cost[(others > _SHARED) & (away_s < _SURE_S)] = np.inf
-        cost[blobs.area < _LEAST_PART * self._area] = np.inf
-        cost[0] = np.inf
+        cost[(blobs.area < _LEAST_PART * self._area) | ~self._may_be(blobs)] = np.inf
         best = int(np.argmin(cost))
         return best if cost[best] < 1.0 else 0
 
-    def _follow(self, own: NDArray[np.bool_], is_whole: bool, contrast: float, expected: NDArray[np.float64]) -> None:
-        """Move to the target's places (H, W); on with its velocity where they are a part of a blob alone."""
-        p, passed_s = self._parameters, self._time_s - self._found_s
-        if not is_whole:
-            self._place, self._found_s = expected, self._time_s
-            return
-        rows, columns = np.flatnonzero(own.any(axis=1)), np.flatnonzero(own.any(axis=0))
-        low, high = np.array([columns[0], rows[0]]), np.array([columns[-1], rows[-1]]) + 1.0
-        place = 0.5 * (low + high) + self._panorama.low
+    def _follow(self, own: NDArray[np.bool_], contrast: float, expected: NDArray[np.float64]) -> None:
+        """Move to the target's places (H, W), and learn its size and contrast."""
+        passed_s = self._time_s - self._found_s
+        x, y, width, height = cv2.boundingRect(own.astype(np.uint8))
+        size = np.array([width, height], float)
+        self._move(self._panorama.low + (x, y) + 0.5 * size, expected)
+        share, learnt = 1.0 - np.exp(-passed_s / _SIZE_S), 1.0 - np.exp(-passed_s / _LOOK_S)
+        self._size = self._size + share * (size - self._size)
+        self._area += learnt * (float(own.sum()) - self._area)
+        self._span += learnt * (float(np.hypot(*size)) - self._span)
+        self._contrast += learnt * (contrast - self._contrast)
+
+    def _move(self, place: NDArray[np.float64], expected: NDArray[np.float64]) -> None:
+        """Move to a place where the target was found."""
+        passed_s, self._found_s = self._time_s - self._found_s, self._time_s
         if passed_s > 0.0:
-            self._velocity = self._velocity + p.velocity_share * (place - expected) / passed_s
-        self._place, self._found_s = place, self._time_s
-        share = 1.0 - np.exp(-passed_s / _SIZE_S)
-        self._size = self._size + share * (high - low - self._size)
-        self._area += share * (float(own.sum()) - self._area)
-        self._contrast += share * (contrast - self._contrast)
+            self._velocity = self._velocity + self._parameters.velocity_share * (place - expected) / passed_s
+        self._place = place
 
     def _learn(
         self,
@@ -320,6 +389,33 @@ class PanoramaDifference:
         low, high = (self._place - self._panorama.low + sign * 0.5 * sides * self._size for sign in (-1.0, 1.0))
         x, y = np.arange(shape[1]) + 0.5, np.arange(shape[0]) + 0.5
         return ((y >= low[1]) & (y < high[1]))[:, None] & ((x >= low[0]) & (x < high[0]))
+
+
+def _mapped(H: NDArray[np.float64], points: NDArray[np.float64], middle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return points (N, 2) by a homography; those that do not lie ahead far out on their side of the middle (2,)."""
+    mapped = np.c_[points, np.ones(len(points))] @ H.T
+    aside = mapped[:, :2] - mapped[:, 2:] * middle
+    return middle + aside / np.maximum(mapped[:, 2:], _LEAST_DEPTH)
+
+
+def _without(picture: NDArray[np.float32], places: NDArray[np.bool_]) -> NDArray[np.float32]:
+    """Return a picture (H, W), NaN where it is unknown, as it would be without what lies at some places (H, W)."""
+    known = np.isfinite(picture)
+    around = np.where(known, picture, np.float32(0.0))
+    filled = cv2.inpaint(around, (places | ~known).astype(np.uint8), 3.0, cv2.INPAINT_TELEA)
+    return np.where(known, filled, picture)
+
+
+def _centroid(places: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Return the mean (x, y) of some places (H, W)."""
+    rows, columns = np.nonzero(places)
+    return np.array([columns.mean(), rows.mean()])
+
+
+def _edges(level: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the sum of the absolute slopes (H, W) across and down of a picture (H, W), in levels for a place."""
+    across, down = (np.abs(cv2.Sobel(level, cv2.CV_32F, dx, 1 - dx, scale=0.125)) for dx in (1, 0))
+    return across + down
 
 
 def _distance(places: NDArray[np.uint8]) -> NDArray[np.float32]:
