@@ -72,7 +72,7 @@ class PanoramaParameters:
     length: float = tunable(32.0, 16.0, 48.0)
     differs: float = tunable(5.0, 2.5, 12.0, log=True)
     reach_lengths: float = tunable(0.8, 0.3, 2.0, log=True)
-    reach_growth: float = tunable(3.0, 0.1, 6.0, log=True)
+    reach_growth: float = tunable(1.0, 0.1, 6.0, log=True)
     velocity_share: float = tunable(0.3, 0.05, 0.8, log=True)
     patience_s: float = tunable(1.0, 0.1, 5.0, log=True)
     unlike: float = tunable(0.5, 0.05, 2.0, log=True)
