@@ -17,7 +17,7 @@ from scenarios import catalog
 from scenarios.command_link import episode_link
 from scenarios.envs.actions import Steering, action_count, checked_actions, steering
 from scenarios.envs.observing import Channels, Observed, picture_size
-from scenarios.envs.reward import Rewarder
+from scenarios.envs.reward import Rewarder, effort_of
 from scenarios.envs.settings import DEVELOPMENT_SEEDS, KEYWORDS, OWN_WORLD, FollowSettings
 from scenarios.envs.truth_info import NO_REWARD, truth_info
 from scenarios.envs.view import Window, draw_view
@@ -247,8 +247,7 @@ class _Run:
     def step(self, action: NDArray[np.float64]) -> dict[str, float]:
         """Advance by one frame; return the reward's terms."""
         self._move(self._steering(action, self.loop.seen.observation, self.loop.estimate))
-        shares = shares_of(self._carrier, self._obeyed)
-        effort = float(np.linalg.norm(shares) / np.sqrt(max(len(shares), 1)))
+        effort = effort_of(shares_of(self._carrier, self._obeyed))
         return self._rewarder.terms(self.loop.frame, self.target, effort)
 
     def features(self) -> NDArray[np.float32]:

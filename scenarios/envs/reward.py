@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenarios.scenario import Frame
 from scenarios.visibility import centring, is_in_view, length_px, shortest_length_px
@@ -55,6 +56,11 @@ def reward_of(weights: Any) -> Reward:
     for name in weights:
         check_choice("reward", name, [each.name for each in fields(Reward)])
     return Reward(**weights)
+
+
+def effort_of(shares: NDArray[np.float64]) -> float:
+    """Return the root mean square of a command's numbers (A,), each over its limit; 0 without any."""
+    return float(np.linalg.norm(shares) / np.sqrt(max(len(shares), 1)))
 
 
 class Rewarder:

@@ -37,6 +37,7 @@ _MODULES = {
         "search": "centring",
         "reentry": "reentry",
         "predictive": "predictive",
+        "learnt": "learnt",
     },
     "robot": {"hold": "hold", "centre": "centring_robot", "search": "centring_robot", "reentry": "reentry_robot"},
     "tank-head": {"hold": "hold", "centre": "head", "lead": "head"},

@@ -188,7 +188,7 @@ class PolicyParameters:
 class PolicyController:
     """Computes belief, features, network and command of every picture, as the env does in training."""
 
-    Parameters = PolicyParameters
+    Parameters: type = PolicyParameters
 
     def __init__(self, parameters: PolicyParameters) -> None:
         self.parameters = parameters

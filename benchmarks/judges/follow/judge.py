@@ -10,9 +10,9 @@ A loss is a stretch longer than 1 s on which the target was out of view.
 Rows, with formulas in ``metrics.following`` and ``judges.view_time``; about a loss: ``recovery_frames``
 (from leaving view to being in view again; null = never) and ``watched_frames`` (the same, or to the episode's end);
 about the whole episode: ``rate_hz``, ``time_seen``, ``time_in_view``, ``losses_per_minute``, ``centring_error``,
-``effort``, ``jerkiness_per_s``, ``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``, ``sr_500``, people's
-``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``; of the tracker's answers ``in_view_tpr``,
-``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then the times of the tracker,
+``effort``, ``jerkiness_per_s``, ``episode_return``, ``dat_cumulative_reward``, ``dat_tsr``, ``episode_length_steps``,
+``sr_500``, people's ``evt_success_rate``, ``evt_tracking_rate`` and ``evt_collision_rate``; of the tracker's answers
+``in_view_tpr``, ``in_view_tnr``, ``wrong_target_rate`` and ``silent_frames``; then the times of the tracker,
 ``failed_at_frame``, and in every suite ``controller_failed_at_frame`` (only if the controller failed), ``frames``.
 """
 
@@ -28,6 +28,7 @@ from benchmarks.contract.judging import Ending, Score
 from benchmarks.judges import in_view
 from benchmarks.judges.follow.metrics import following
 from benchmarks.judges.view_time import find_losses, view_scores
+from scenarios.envs.reward import Reward, Rewarder, effort_of
 from scenarios.scenario import Episode, Frame, Scenario
 from scenarios.visibility import centring, is_in_view
 from trackers.belief.features import shares_of
@@ -60,6 +61,7 @@ class FollowJudge:
         self._size_px = (0, 0)
         self._seen: list[_Seen] = []
         self._shares: list[NDArray[np.float64]] = []
+        self._rewarder, self._return = Rewarder(Reward(), self._rate_hz, self._widest_view_m), 0.0
 
     def see(self, frame: Frame, command: CameraCommand | None) -> None:
         """See ``Judge``."""
@@ -76,7 +78,9 @@ class FollowJudge:
             )
         )
         if command is not None:
-            self._shares.append(shares_of(self._carrier, command))
+            shares = shares_of(self._carrier, command)
+            self._shares.append(shares)
+            self._return += sum(self._rewarder.terms(frame, target, effort_of(shares)).values())
 
     def sheet(self) -> FollowSheet:
         """See ``Judge``."""
@@ -101,6 +105,7 @@ class FollowJudge:
         yield Score("centring_error", error, float(seen[1:].sum()))
         yield Score("effort", following.effort(shares), steps)
         yield Score("jerkiness_per_s", following.jerkiness_per_s(shares, rate_hz), steps)
+        yield Score("episode_return", self._return)
         yield Score("dat_cumulative_reward", following.dat_cumulative_reward(centred))
         yield Score("dat_tsr", following.dat_tsr(centred), steps)
         yield Score("episode_length_steps", float(following.episode_length_steps(seen, rate_hz)))

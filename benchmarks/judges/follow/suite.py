@@ -19,6 +19,7 @@ from benchmarks.judges.recovery import recovery_times
 from benchmarks.judges.tracker_speed import SPEED
 from benchmarks.judges.view_time import LOSS_S, LOSSES_PER_MINUTE, TIME_IN_VIEW, TIME_SEEN, Loss
 from benchmarks.statistics.pooling import RestrictedMean
+from scenarios.envs.reward import Rewarder
 from trackers.controllers.catalogue import register_controller
 
 
@@ -100,6 +101,13 @@ COMPARED = (
         following.jerkiness_per_s,
         "lower",
         "1",
+    ),
+    Metric(
+        "episode_return",
+        "sum of the rewards of the envs, with the weights that they have by default",
+        "1",
+        "higher",
+        Mean(Quantity("episode_return", -inf, inf, _STEPS, OWN, (Rewarder.terms,))),
     ),
 )
 """Metrics of whole episodes in comparisons."""

@@ -274,6 +274,9 @@ def test_all_that_are_shipped_for_a_carrier_without_pictures_have_kernels(carrie
     ours = [entry for entry in controllers(carrier).values() if entry.controller.__module__.startswith("trackers.")]
     assert len(ours) >= 4
     for entry in ours:
+        if entry.role == "policy":
+            # A network, whose input is not a belief alone.
+            continue
         assert entry.kernel is not None, entry.name
         names = {field.name for field in dataclasses.fields(entry.parameters_class)}
         assert set(entry.kernel.parameters.names or ()) == names

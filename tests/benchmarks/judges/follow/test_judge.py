@@ -7,6 +7,8 @@ import pytest
 
 from benchmarks.contract.judging import Ending
 from benchmarks.judges.follow.judge import FollowJudge
+from scenarios import catalog
+from scenarios.envs.follow_env import FollowEnv
 from scenarios.scenario import Frame
 from scenarios.stereo_follow.robot import FASTEST_MPS
 from scenarios.visibility import is_in_view
@@ -59,3 +61,19 @@ def test_a_tracker_that_says_when_it_sees_has_both_rates() -> None:
     scores, frames = scores_of({**hidden, **silent}, failed_at_frame=40)
     assert scores["in_view_tpr"] == pytest.approx((40 - len(HIDDEN)) / (len(frames) - len(HIDDEN)))
     assert scores["silent_frames"] == 30.0
+
+
+def test_the_return_is_the_sum_of_the_env_s_rewards() -> None:
+    env = FollowEnv("road-town-v2", preset="quick", tracker="hold")
+    env.reset(options={"episode_seed": 3})
+    judge = FollowJudge(env.episode.episode, catalog.scenario("road-town-v2"))
+    judge.see(env.episode.frame, None)
+    total = 0.0
+    for k in range(100):
+        total += env.step(np.array([1.0 if k > 40 else 0.0, 0.0, 0.0, 0.0]))[1]
+        judge.see(env.episode.frame, env.episode.obeyed)
+    scores = {each.metric: each.value for each in judge.scores() if each.event is None}
+    assert scores["episode_return"] == pytest.approx(total)
+    # The car was in the picture, and left it for long enough to be lost.
+    assert 0.1 < scores["time_in_view"] < 0.9  # type: ignore[operator]
+    assert scores["losses_per_minute"] > 0  # type: ignore[operator]

@@ -1,0 +1,26 @@
+"""Trained policies that ship, one for a carrier: ``trackers/tuned/policies/CARRIER.json``, with a card beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from trackers.controllers.catalogue import register_controller
+from trackers.controllers.policy import PolicyController, PolicyParameters
+from trackers.registry import NoParameters
+
+FOLDER = Path(__file__).parents[1] / "tuned" / "policies"
+
+
+@register_controller(
+    "learnt",
+    role="policy",
+    carrier="helicopter",
+    summary="corrects reentry by a network, trained without pictures",
+)
+class LearntHelicopterController(PolicyController):
+    """Steers as the policy of the helicopter says."""
+
+    Parameters = NoParameters
+
+    def __init__(self, parameters: NoParameters) -> None:
+        super().__init__(PolicyParameters(str(FOLDER / "helicopter.json")))
