@@ -27,8 +27,9 @@ language = "en"
 
 extensions = ["myst_nb"]
 root_doc = "docs/index"
-# Every Markdown file at the top is a page, but README.md, whose parts are in the pages of this folder.
-include_patterns = ["*.md", "docs/*.md", "docs/results/*.md", "examples/*.ipynb"]
+# Every Markdown file at the top is a page, but README.md, whose parts are in the pages of this folder; so is the card
+# of every policy.
+include_patterns = ["*.md", "docs/*.md", "docs/results/*.md", "examples/*.ipynb", "trackers/policies/*.md"]
 exclude_patterns = [
     "README.md",
     "**/*.template.md",

@@ -1,4 +1,4 @@
-"""Trained policies that ship, one for a carrier: ``trackers/tuned/policies/CARRIER.json``, with a card beside it."""
+"""Trained policies that ship, one for a carrier: ``trackers/policies/CARRIER.json``, with a card beside it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from trackers.controllers.catalogue import register_controller
 from trackers.controllers.policy import PolicyController, PolicyParameters
 from trackers.registry import NoParameters
 
-FOLDER = Path(__file__).parents[1] / "tuned" / "policies"
+FOLDER = Path(__file__).parents[1] / "policies"
 
 
 @register_controller(
