@@ -59,7 +59,7 @@ class Train(WithModules):
 
     Attributes:
         env: env id, see `frameout list`.
-        algorithm: ppo, or sac (off-policy).
+        algorithm: ppo, recurrent-ppo (the policy remembers, by an LSTM), or sac (off-policy).
         steps: number of steps of all envs together (default: 12 million).
         tracker: name of the tracker (default: the env's); without pictures one with a model of its errors, see
             --fit-model.

@@ -16,7 +16,7 @@ from trackers.controllers.catalogue import our_controller
 _PICTURELESS_ENVS = 256
 EPISODES = Path("results/episodes")
 """Folder of planned episodes for envs without pictures, kept for reuse."""
-Algorithm = Literal["ppo", "sac"]
+Algorithm = Literal["ppo", "recurrent-ppo", "sac"]
 Corrects = Literal["always", "unseen"]
 
 
@@ -30,7 +30,7 @@ class Training:
 
     Attributes:
         env: env id.
-        algorithm: ``ppo``, or ``sac`` (off-policy).
+        algorithm: ``ppo``, ``recurrent-ppo`` (the policy remembers, by an LSTM), or ``sac`` (off-policy).
         steps: of all envs together.
         tracker: in the loop; without pictures its error model.
         preset: of the scenario; empty: the env's.

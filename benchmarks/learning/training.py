@@ -95,6 +95,8 @@ _FIRST_LOG_DEVIATION = -1.8
 _SMALLEST_DEVIATION = 0.01
 """A feature that hardly varies is not magnified beyond it."""
 _ROLLOUT_STEPS, _BATCH = 64, 2048
+_CELLS = 64
+"""Of the LSTM of a policy that remembers."""
 
 _LATEST_EPISODES = 100
 """At least so many are in the means of ``Standing``, once they have ended."""
@@ -177,10 +179,15 @@ def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
     """Return the actor of a model as a policy of plain arrays."""
     import torch
 
-    if training.algorithm == "ppo":
-        layers = [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
-    else:
+    cells: tuple[Any, ...] = ()
+    if training.algorithm == "sac":
         layers = [*model.actor.latent_pi, model.actor.mu]
+    else:
+        layers = [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
+    if training.algorithm == "recurrent-ppo":
+        lstm = model.policy.lstm_actor
+        # PyTorch has two biases, of which only the sum counts.
+        cells = (lstm.weight_ih_l0, lstm.weight_hh_l0, lstm.bias_ih_l0 + lstm.bias_hh_l0)
     linear = [layer for layer in layers if isinstance(layer, torch.nn.Linear)]
     carrier = catalog.scenario(training.scenario).carrier
     observed, small = model.get_vec_normalize_env().obs_rms, model.get_vec_normalize_env().epsilon
@@ -199,11 +206,12 @@ def policy_of(model: Any, training: Training, made: dict[str, Any]) -> Policy:
         history=training.history,
         action_repeat=training.action_repeat,
         hidden="tanh",
-        output="clip" if training.algorithm == "ppo" else "tanh",
+        output="tanh" if training.algorithm == "sac" else "clip",
         mean=observed.mean.astype(np.float32),
         deviation=np.sqrt(observed.var + small).astype(np.float32),
         weights=tuple(layer.weight.detach().numpy().astype(np.float32) for layer in linear),
         biases=tuple(layer.bias.detach().numpy().astype(np.float32) for layer in linear),
+        cells=tuple(each.detach().numpy().astype(np.float32) for each in cells),
         made=made,
     )
 
@@ -256,8 +264,15 @@ def _model(training: Training, envs: Any, out: Path, seed: int) -> Any:
         size: dict[str, Any] = {"buffer_size": 300_000, "batch_size": 512, "gradient_steps": 8}
         return SAC("MlpPolicy", envs, learning_rate=training.learning_rate, **size, **shared)
     shared["policy_kwargs"]["log_std_init"] = _FIRST_LOG_DEVIATION
-    return PPO(
-        "MlpPolicy",
+    create: Any = PPO
+    policy = "MlpPolicy"
+    if training.algorithm == "recurrent-ppo":
+        from sb3_contrib import RecurrentPPO
+
+        create, policy = RecurrentPPO, "MlpLstmPolicy"
+        shared["policy_kwargs"]["lstm_hidden_size"] = _CELLS
+    return create(
+        policy,
         envs,
         learning_rate=lambda left: training.learning_rate * left,
         n_steps=_ROLLOUT_STEPS,
@@ -383,5 +398,5 @@ def _callback(
 
 
 def needs_stable_baselines() -> None:
-    """Raise ValueError if stable-baselines3 or TensorBoard is not installed."""
-    check_packages(("stable_baselines3", "tensorboard"), "train")
+    """Raise ValueError if stable-baselines3, what it lacks, or TensorBoard is not installed."""
+    check_packages(("stable_baselines3", "sb3_contrib", "tensorboard"), "train")

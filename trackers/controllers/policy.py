@@ -6,12 +6,15 @@
      "carrier": {"name": "helicopter", "looks": "down", "axes": [["forward_mps", 25.0, 40.0], ...]},
      "tracker": "mosaic_graph_pf", "base": {"controller": "reentry", "parameters": {...}} or null,
      "correction_share": 0.7, "corrects": "always" | "unseen", "features": [...], "history": 6, "action_repeat": 4,
-     "layers": 3, "hidden": "tanh" | "relu", "output": "clip" | "tanh", "weights_sha256": "...", "made": {...}}
+     "cells": 64, "layers": 3, "hidden": "tanh" | "relu", "output": "clip" | "tanh", "weights_sha256": "...",
+     "made": {...}}
 
 With ``base`` null the policy gives the whole command; otherwise it corrects that controller's. Its input is the
 features and their changes over ``history`` pictures (``FeatureHistory``); an action holds for ``action_repeat``
 pictures. ``made`` records the training. ``NAME.safetensors`` holds ``mean`` (in,) and ``deviation`` (in,), by which the
-input is standardised, and ``weight_0`` (out, in), ``bias_0`` (out,), ``weight_1`` …
+input is standardised, and ``weight_0`` (out, in), ``bias_0`` (out,), ``weight_1`` … With C > 0 ``cells`` the layers
+follow an LSTM: ``cells_in`` (4 C, in), ``cells_back`` (4 C, C) and ``cells_bias`` (4 C,), of the gates in, forget, new
+and out.
 """
 
 from __future__ import annotations
@@ -40,6 +43,7 @@ _KEYS = (
     *("env", "carrier", "tracker", "base", "correction_share", "corrects", "features", "history", "action_repeat"),
     *("hidden", "output", "made"),
 )
+_CELLS = ("cells_in", "cells_back", "cells_bias")
 LARGEST_INPUT = 10.0
 """Standardised numbers beyond it are clipped, as in training."""
 _MOST_FRAMES = 1000
@@ -54,6 +58,7 @@ class Policy:
         action_repeat: number of pictures that an action holds.
         mean, deviation: (in,) float32 of its input in training.
         weights: (out, in) float32 of each layer. biases: (out,).
+        cells: what the module says of an LSTM before the layers; () without one.
     """
 
     env: str
@@ -71,15 +76,28 @@ class Policy:
     deviation: NDArray[np.float32]
     weights: tuple[NDArray[np.float32], ...]
     biases: tuple[NDArray[np.float32], ...]
+    cells: tuple[NDArray[np.float32], ...] = ()
     made: dict[str, Any] = field(default_factory=dict)
 
-    def action(self, numbers: NDArray[np.float32]) -> NDArray[np.float64]:
+    @property
+    def cell_count(self) -> int:
+        """Number of cells of the LSTM, 0 without one."""
+        return self.cells[1].shape[1] if self.cells else 0
+
+    def new_memory(self, count: int) -> NDArray[np.float32]:
+        """Return the memory (2, B, C) at the beginning of B episodes: what each cell gives out, and what it keeps."""
+        return np.zeros((2, count, self.cell_count), np.float32)
+
+    def action(self, numbers: NDArray[np.float32], memory: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the actions (B, A) in [-1, 1], the mean of the distribution in training.
 
         Args:
             numbers: (B, in) of a ``FeatureHistory``.
+            memory: (2, B, C) after the actions before; it is updated.
         """
         values = np.clip((numbers - self.mean) / self.deviation, -LARGEST_INPUT, LARGEST_INPUT)
+        if self.cells:
+            values = _remember(self.cells, values, memory)
         for k, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             values = values @ weight.T + bias
             if k + 1 < len(self.weights):
@@ -88,13 +106,33 @@ class Policy:
         return np.tanh(values) if self.output == "tanh" else np.clip(values, -1.0, 1.0)
 
 
+def _remember(
+    cells: tuple[NDArray[np.float32], ...], values: NDArray[np.float32], memory: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """Update the memory (2, B, C) by an input (B, in) and return what the cells give out (B, C).
+
+    A long short-term memory (Hochreiter, Schmidhuber, Neural Computation 1997; Gers et al. 2000).
+    """
+    given, kept = memory
+    from_input, back, bias = cells
+    enter, stay, new, leave = np.split(values @ from_input.T + given @ back.T + bias, 4, axis=1)
+    kept[:] = _gate(stay) * kept + _gate(enter) * np.tanh(new)
+    given[:] = _gate(leave) * np.tanh(kept)
+    return given
+
+
+def _gate(x: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.asarray(0.5 + 0.5 * np.tanh(0.5 * x), np.float32)
+
+
 def save_policy(policy: Policy, path: Path) -> Path:
     """Write ``path`` (JSON) and the weights beside it, each atomically, and return ``path``."""
     path = path.with_suffix(".json")
     tensors = {f"weight_{k}": weight for k, weight in enumerate(policy.weights)}
     tensors |= {f"bias_{k}": bias for k, bias in enumerate(policy.biases)}
-    tensors |= {"mean": policy.mean, "deviation": policy.deviation}
-    document = {"format": FORMAT} | {name: getattr(policy, name) for name in _KEYS} | {"layers": len(policy.weights)}
+    tensors |= {"mean": policy.mean, "deviation": policy.deviation} | dict(zip(_CELLS, policy.cells, strict=False))
+    document = {"format": FORMAT} | {name: getattr(policy, name) for name in _KEYS}
+    document |= {"cells": policy.cell_count, "layers": len(policy.weights)}
     axes = [dataclasses.astuple(axis) for axis in policy.carrier.axes]
     weights = save({k: np.ascontiguousarray(v) for k, v in tensors.items()})
     document["weights_sha256"] = hashlib.sha256(weights).hexdigest()
@@ -125,6 +163,7 @@ def load_policy(file: str) -> Policy:
         weights, biases = (tuple(tensors[f"{part}_{k}"] for k in layers) for part in ("weight", "bias"))
         values = {key: document[key] for key in _KEYS} | {"weights": weights, "biases": biases}
         values |= {name: tensors[name] for name in ("mean", "deviation")}
+        values["cells"] = tuple(tensors[name] for name in _CELLS) if document["cells"] else ()
         carrier = document["carrier"]
         axes = tuple(CommandAxis(*axis) for axis in carrier["axes"])
         values["carrier"] = Carrier(carrier["name"], axes, carrier["looks"])
@@ -164,6 +203,12 @@ def _check_shapes(policy: Policy) -> None:
         values = getattr(policy, name)
         if values.shape != (width,) or not np.isfinite(values).all() or (name == "deviation" and values.min() <= 0):
             raise ValueError(f"{name} of {width} finite numbers{' > 0' if name == 'deviation' else ''}, got others")
+    if policy.cells:
+        cells = policy.cells[1].shape[-1]
+        wanted = [(4 * cells, width), (4 * cells, cells), (4 * cells,)]
+        if [each.shape for each in policy.cells] != wanted or not all(np.isfinite(each).all() for each in policy.cells):
+            raise ValueError(f"cells of finite numbers of the shapes {wanted}, got others")
+        width = cells
     for weight, bias in zip(policy.weights, policy.biases, strict=True):
         if weight.ndim != 2 or weight.shape[1] != width or bias.shape != (len(weight),):
             raise ValueError(f"layers that fit each other, got {weight.shape} after {width} numbers")
@@ -196,6 +241,7 @@ class PolicyController:
         beliefs = BeliefFilter(policy.carrier.looks)
         self._features, self._history = FeatureFilter(policy.carrier, beliefs), FeatureHistory(1, policy.history)
         self._pictures, self._shares = 0, np.zeros(len(policy.carrier.axes))
+        self._memory = policy.new_memory(1)
         self._given = CameraCommand()
         base = policy.base
         self._base = None
@@ -209,7 +255,7 @@ class PolicyController:
         features = self._features.update(observation, estimate, self._given)[None]
         (self._history.add if self._pictures else self._history.begin)(features)
         if self._pictures % policy.action_repeat == 0:
-            self._shares = policy.action(self._history.numbers())[0]
+            self._shares = policy.action(self._history.numbers(), self._memory)[0]
         self._pictures += 1
         shares = self._shares
         if self._base is not None:

@@ -122,6 +122,29 @@ def test_the_same_training_twice_is_the_same_policy(tmp_path: Path) -> None:
         np.testing.assert_array_equal(ours, theirs)
 
 
+@pytest.mark.parametrize("algorithm", ["ppo", "recurrent-ppo"])
+def test_a_policy_acts_as_the_model_that_it_was_made_of(algorithm: Any, tmp_path: Path) -> None:
+    tiny = replace(TINY, algorithm=algorithm)
+    envs = training._envs(tiny, 0)
+    model = training._model(tiny, envs, tmp_path, 0)
+    envs.obs_rms.mean += 0.1
+    policy = training.policy_of(model, tiny, {})
+    assert policy.cell_count == (64 if algorithm == "recurrent-ppo" else 0)
+    rng, memory, state = np.random.default_rng(2), policy.new_memory(3), None
+    for k in range(4):
+        seen = rng.uniform(-1, 1, (3, *envs.observation_space.shape)).astype(np.float32)
+        wanted, state = model.predict(envs.normalize_obs(seen), state, np.full(3, k == 0), deterministic=True)
+        np.testing.assert_allclose(policy.action(seen, memory), wanted, atol=1e-5)
+    envs.close()
+
+
+def test_a_policy_that_remembers_goes_on_with_its_training(tmp_path: Path) -> None:
+    tiny = replace(TINY, algorithm="recurrent-ppo")
+    first = load_policy(str(train(tiny, tmp_path, nothing)))
+    more = load_policy(str(train(replace(tiny, steps=2 * STEPS), tmp_path, nothing)))
+    assert any((a != b).any() for a, b in zip(first.cells, more.cells, strict=True))
+
+
 @pytest.mark.heavy
 def test_the_off_policy_method_goes_on_with_what_it_remembers(tmp_path: Path) -> None:
     tiny = replace(TINY, algorithm="sac", steps=400, envs=4, controller="none")

@@ -29,16 +29,17 @@ def observation(time_s: float) -> Observation:
 
 
 def arrays_of(policy: Policy) -> list[NDArray[np.float32]]:
-    return [policy.mean, policy.deviation, *policy.weights, *policy.biases]
+    return [policy.mean, policy.deviation, *policy.weights, *policy.biases, *policy.cells]
 
 
-def test_it_comes_back_as_it_was(tmp_path: Path) -> None:
-    saved = random_policy(CARRIER)
+@pytest.mark.parametrize("cells", [0, 3])
+def test_it_comes_back_as_it_was(cells: int, tmp_path: Path) -> None:
+    saved = random_policy(CARRIER, cells=cells)
     path = save_policy(saved, tmp_path / "mine.json")
     loaded = load_policy(str(path))
     for ours, theirs in zip(arrays_of(saved), arrays_of(loaded), strict=True):
         np.testing.assert_array_equal(ours, theirs)
-    none: dict[str, Any] = {"weights": (), "biases": (), "mean": None, "deviation": None}
+    none: dict[str, Any] = {"weights": (), "biases": (), "cells": (), "mean": None, "deviation": None}
     assert replace(loaded, **none) == replace(saved, **none)
     assert load_policy(str(tmp_path / "mine.safetensors")).carrier == CARRIER
 
@@ -48,9 +49,27 @@ def test_its_action_is_the_networks() -> None:
     features = np.linspace(-1, 1, len(FEATURES), dtype=np.float32)
     hidden = np.tanh(given.weights[0] @ features + given.biases[0])
     wanted = given.weights[1] @ hidden + given.biases[1]
-    np.testing.assert_allclose(given.action(features[None])[0], np.clip(wanted, -1, 1), rtol=1e-5)
-    squashed = replace(given, output="tanh").action(features[None])[0]
+    np.testing.assert_allclose(given.action(features[None], given.new_memory(1))[0], np.clip(wanted, -1, 1), rtol=1e-5)
+    squashed = replace(given, output="tanh").action(features[None], given.new_memory(1))[0]
     np.testing.assert_allclose(squashed, np.tanh(wanted), rtol=1e-5)
+
+
+def test_its_memory_is_pytorch_s() -> None:
+    torch = pytest.importorskip("torch")
+    given = random_policy(CARRIER, cells=3)
+    lstm = torch.nn.LSTM(len(FEATURES), 3, batch_first=True)
+    with torch.no_grad():
+        for name, values in zip(("weight_ih_l0", "weight_hh_l0", "bias_ih_l0"), given.cells, strict=True):
+            getattr(lstm, name).copy_(torch.from_numpy(values))
+        lstm.bias_hh_l0.zero_()
+    seen = np.random.default_rng(1).uniform(-1, 1, (2, 5, len(FEATURES))).astype(np.float32)
+    wanted = lstm(torch.from_numpy(seen))[0].detach().numpy()
+    memory = given.new_memory(2)
+    for k in range(5):
+        actions = given.action(seen[:, k], memory)
+        np.testing.assert_allclose(memory[0], wanted[:, k], atol=1e-6)
+        without = replace(given, cells=(), mean=np.zeros(3, np.float32), deviation=np.ones(3, np.float32))
+        np.testing.assert_allclose(actions, without.action(wanted[:, k], without.new_memory(2)), atol=1e-5)
 
 
 def test_it_steers_as_a_controller(tmp_path: Path) -> None:
@@ -69,7 +88,9 @@ def test_its_input_is_standardised_and_clipped_as_in_training() -> None:
     features = np.linspace(-1, 1, len(FEATURES), dtype=np.float32)
     moved = replace(given, mean=features - np.float32(0.02), deviation=np.full_like(features, 0.001))
     clipped = np.full((1, len(FEATURES)), 10.0, np.float32)
-    np.testing.assert_allclose(moved.action(features[None]), given.action(clipped), rtol=1e-5)
+    np.testing.assert_allclose(
+        moved.action(features[None], moved.new_memory(1)), given.action(clipped, given.new_memory(1)), rtol=1e-5
+    )
 
 
 def test_it_sees_what_has_changed_and_holds_its_action(tmp_path: Path) -> None:
@@ -84,7 +105,7 @@ def test_it_sees_what_has_changed_and_holds_its_action(tmp_path: Path) -> None:
         before = [seen[max(t - back, 0)] for back in (1, 2)]
         if t % 3 == 0:
             numbers = np.concatenate([seen[t], *(seen[t] - each for each in before)])
-            wanted = command_of(CARRIER, policy.action(numbers[None])[0])
+            wanted = command_of(CARRIER, policy.action(numbers[None], policy.new_memory(1))[0])
         given = controller.command(observation(t / 15), estimate)
         assert given == wanted
 
