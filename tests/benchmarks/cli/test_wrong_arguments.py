@@ -104,7 +104,7 @@ def test_what_is_wrong_is_reported_in_one_line(
         (["tune", "--fresh_preset", "--trials", "3"], "Error parsing --fresh-preset: expected one value or more"),
         (["tune", "hold", "--seeds", "9999:10001"], "Error parsing --seeds: expected development seeds, below 10000"),
         (["train", "--fit-model", "9999:10001"], "Error parsing --fit-model: expected development seeds, below 10000"),
-        (["train", "--algorithm", "pp"], "invalid choice 'pp' for argument '--algorithm'.*'ppo', 'sac'"),
+        (["train", "--algorithm", "pp"], "invalid choice 'pp' for argument '--algorithm'.*'ppo', 'recurrent-ppo'"),
         (["train", "--controller-values", "wheels=3"], "Error parsing --controller-values: Failed to parse key-value"),
         (["report"], "Missing from frameout report: DIRECTORY"),
     ],
@@ -140,8 +140,8 @@ def test_without_stable_baselines_training_leaves_nothing(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("benchmarks.run.packages.find_spec", lambda name: None)
     assert main(["train"]) == 2
-    told = "packages: expected stable_baselines3, tensorboard to be installed (pip install 'frameout[train]')"
-    assert told in capsys.readouterr().err
+    needed = "stable_baselines3, sb3_contrib, tensorboard"
+    assert f"packages: expected {needed} to be installed (pip install 'frameout[train]')" in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
 
 
