@@ -84,7 +84,7 @@ def main(rollouts: tyro.conf.Positional[Path], out: Path, episodes: int = 8, ste
     # It steers alone, at all times, on every picture.
     form = (None, 1.0, "always", FEATURES, HISTORY, 1, "tanh", "clip")
     made = {"cloned": told["controller"], "editions": told["editions"], "steps": steps, "seed": seed}
-    policy = Policy(told["env"], carrier, told["tracker"], *form, mean, deviation, *layers, made)  # type: ignore[arg-type]
+    policy = Policy(told["env"], carrier, told["tracker"], *form, mean, deviation, *layers, made=made)  # type: ignore[arg-type]
     clone = f"policy:{save_policy(policy, out / 'clone.json')}"
     controllers = list(dict.fromkeys([told["controller"], our_controller(carrier.name), clone]))
     assert told["env_kwargs"].keys() <= {"link"}, "the set's env differs from the suite's in more than its link"

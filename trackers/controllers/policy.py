@@ -82,7 +82,7 @@ class Policy:
     @property
     def cell_count(self) -> int:
         """Number of cells of the LSTM, 0 without one."""
-        return self.cells[1].shape[1] if self.cells else 0
+        return self.cells[2].size // 4 if self.cells else 0
 
     def new_memory(self, count: int) -> NDArray[np.float32]:
         """Return the memory (2, B, C) at the beginning of B episodes: what each cell gives out, and what it keeps."""
@@ -204,7 +204,7 @@ def _check_shapes(policy: Policy) -> None:
         if values.shape != (width,) or not np.isfinite(values).all() or (name == "deviation" and values.min() <= 0):
             raise ValueError(f"{name} of {width} finite numbers{' > 0' if name == 'deviation' else ''}, got others")
     if policy.cells:
-        cells = policy.cells[1].shape[-1]
+        cells = policy.cell_count
         wanted = [(4 * cells, width), (4 * cells, cells), (4 * cells,)]
         if [each.shape for each in policy.cells] != wanted or not all(np.isfinite(each).all() for each in policy.cells):
             raise ValueError(f"cells of finite numbers of the shapes {wanted}, got others")

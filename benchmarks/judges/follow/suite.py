@@ -34,7 +34,7 @@ def _describe(losses: Sequence[dict[str, Any]]) -> str:
 _WITHOUT_PICTURES = TuningEpisodes(seeds=range(256), fresh=64)
 """Without pictures episodes are cheap; those that check the best setting have pictures."""
 _OF_HEADS = replace(_WITHOUT_PICTURES, preset="quick", fresh=40)
-"""Theirs are short: an episode of ``standard`` takes a minute or two, since its tracker watches the whole site."""
+"""An episode of ``standard`` takes a minute or two, since its tracker watches the whole site."""
 
 LONGEST_SEARCH_FRAMES = 150
 """Horizon of the restricted mean of the time to find the target again (10 s at 15 frames a second)."""

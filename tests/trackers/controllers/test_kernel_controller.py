@@ -273,10 +273,8 @@ def test_a_head_without_a_measured_pose_turns_by_the_picture() -> None:
 def test_all_that_are_shipped_for_a_carrier_without_pictures_have_kernels(carrier: str) -> None:
     ours = [entry for entry in controllers(carrier).values() if entry.controller.__module__.startswith("trackers.")]
     assert len(ours) >= 4
-    for entry in ours:
-        if entry.role == "policy":
-            # A network, whose input is not a belief alone.
-            continue
+    # The input of a policy's network is not a belief alone.
+    for entry in (each for each in ours if each.role != "policy"):
         assert entry.kernel is not None, entry.name
         names = {field.name for field in dataclasses.fields(entry.parameters_class)}
         assert set(entry.kernel.parameters.names or ()) == names

@@ -152,7 +152,7 @@ def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
         {"carrier": None},
     ]
     wrong += [{"hidden": "gelu"}, {"output": "sign"}, {"corrects": "never"}, {"correction_share": 0}]
-    wrong += [{"weights_sha256": "0"}]
+    wrong += [{"weights_sha256": "0"}, {"cells": 3}]
     for change in wrong:
         path.write_text(json.dumps(document | change))
         with pytest.raises(ValueError, match="policy: expected a policy of format 2, got"):
@@ -160,4 +160,17 @@ def test_files_that_are_no_policies_are_refused(tmp_path: Path) -> None:
     path.write_text(json.dumps(document))
     path.with_suffix(".safetensors").write_bytes(b"torn")
     with pytest.raises(ValueError, match="policy: expected a policy of format 2, got"):
+        load_policy(str(path))
+
+
+@pytest.mark.parametrize("part", [0, 1, 2])
+@pytest.mark.parametrize("values", [np.zeros(()), np.zeros((2, 2)), "not finite"])
+def test_cells_that_do_not_fit_are_refused(part: int, values: Any, tmp_path: Path) -> None:
+    good = random_policy(CARRIER, cells=3)
+    cells = list(good.cells)
+    cells[part] = np.full_like(cells[part], np.nan) if isinstance(values, str) else values.astype(np.float32)
+    path = save_policy(replace(good, cells=tuple(cells)), tmp_path / "mine.json")
+    document = json.loads(path.read_text())
+    path.write_text(json.dumps(document | {"cells": 3}))
+    with pytest.raises(ValueError, match=r"policy: expected a policy of format 2, got .*: cells of finite numbers"):
         load_policy(str(path))
