@@ -117,11 +117,13 @@ class Pictureless(ABC):
         runs: the runs that error models of trackers are fitted to.
         world_place: ``module:name`` of its ``KernelWorld``, whose kernels take seconds to import.
         fixed_fields: fields of a preset that its ``KernelWorld`` reads, the same for all episodes.
+        watches_at_rest: whether the tracker's camera is at rest, so that its answers are the same whatever is steered.
     """
 
     version: int
     runs: TrackerRuns
     world_place: str
+    watches_at_rest = False
     fixed_fields: tuple[str, ...] = ("frame_count", "rate_hz", "width_px", "height_px")
 
     @abstractmethod

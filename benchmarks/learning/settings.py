@@ -16,6 +16,8 @@ from trackers.controllers.catalogue import our_controller
 _PICTURELESS_ENVS = 256
 EPISODES = Path("results/episodes")
 """Folder of planned episodes for envs without pictures, kept for reuse."""
+RUNS = Path("results/runs")
+"""Folder of runs with pictures whose answers are played to several controllers, kept for reuse."""
 Algorithm = Literal["ppo", "recurrent-ppo", "sac"]
 Corrects = Literal["always", "unseen"]
 

@@ -20,8 +20,8 @@ from joblib.externals.loky.process_executor import BrokenProcessPool
 from benchmarks.contract.rows import Row
 from benchmarks.contract.suite import Suite, controllers_suite, suite
 from benchmarks.contract.text import counted
-from benchmarks.learning.settings import EPISODES
-from benchmarks.learning.without_pictures import scores_without_pictures
+from benchmarks.learning.settings import EPISODES, RUNS
+from benchmarks.learning.without_pictures import scores_without_pictures, write_answers
 from benchmarks.run.editions import judge_edition, own_code, package_versions, tracker_edition
 from benchmarks.run.episodes import Steering, simulated
 from benchmarks.run.failures import Failure
@@ -33,6 +33,7 @@ from benchmarks.statistics.summary import grouped
 from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
 from scenarios.envs.pictureless.error_model import error_model
+from scenarios.envs.settings import FollowSettings
 from scenarios.scenario import Scenario
 from sim.checks import check, check_choice
 from trackers import registry
@@ -179,11 +180,12 @@ class ControllerSearch(Search):
 
     Attributes:
         tracker: name of the one that it steers by.
-        cache: folder for planned episodes.
+        cache: folder for planned episodes. runs: folder for runs with pictures, of trackers that no controller moves.
     """
 
     tracker: str
     cache: Path | None = EPISODES
+    runs: Path = RUNS
     _parameter = "controllers"
 
     def __post_init__(self) -> None:
@@ -226,12 +228,18 @@ class ControllerSearch(Search):
         self, settings: Settings, presets: Sequence[str], seeds: range, *, pictures: bool = False
     ) -> dict[str, float]:
         """See ``Search``."""
-        if pictures or self.scene.pictureless is None:
+        pictureless = self.scene.pictureless
+        if pictureless is None or (pictures and not pictureless.watches_at_rest):
             return {label: self._with_pictures(values, seeds) for label, values in settings.items()}
-        # Episodes are planned once, for all workers.
+        # Episodes are planned once, for all workers, and run with pictures once, for all settings.
         episode_bank(self.scenario, self.scene.presets[presets[0]], seeds, self.cache)
-        scored = partial(_without_pictures, replace(self, failures=[]), seeds)
+        played = self.runs if pictures else None
+        scored = partial(_without_pictures, replace(self, failures=[]), seeds, played)
         try:
+            if played is not None:
+                followed = FollowSettings(self.scenario, self.tracker, preset=presets[0], worlds=0)
+                each = partial(write_answers, followed, played)
+                list(in_processes(each, seeds, self.workers, modules=lambda seed: self.modules))
             return dict(in_processes(scored, settings.items(), self.workers, modules=lambda each: self.modules))
         except BrokenProcessPool:
             raise ChildProcessError(f"{self.name}: it ended a worker process; the same command continues") from None
@@ -252,11 +260,13 @@ class ControllerSearch(Search):
         return score_of(rows_of(jobs, self.workers, self.failures), self.judging)
 
 
-def _without_pictures(search: ControllerSearch, seeds: range, setting: tuple[str, dict[str, Any]]) -> tuple[str, float]:
-    """Return the label and the score of a setting over episodes without pictures, each run once."""
+def _without_pictures(
+    search: ControllerSearch, seeds: range, played: Path | None, setting: tuple[str, dict[str, Any]]
+) -> tuple[str, float]:
+    """Return the label and the score of a setting over episodes, each once; the runs ``played`` have the answers."""
     label, values = setting
     followed = (search.scenario, search.presets[0], search.tracker)
-    scores = scores_without_pictures(*followed, search.name, values, seeds, search.cache)
+    scores = scores_without_pictures(*followed, search.name, values, seeds, search.cache, runs=played)
     return label, sum(factor * float(scores[metric].mean()) for metric, factor in search.judging.tuned_for.items())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ from numpy.typing import NDArray
 
 from benchmarks.learning.settings import EPISODES
 from benchmarks.learning.tracker_errors import read_run, write_runs
+from scenarios.envs.pictureless.bank import EpisodeBank, episode_bank
+from scenarios.envs.pictureless.episode_state import ANSWER
 from scenarios.envs.pictureless.error_model import ErrorModel, error_model
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.reward import Reward
@@ -31,6 +34,7 @@ def scores_without_pictures(
     seeds: Sequence[int],
     cache: Path | None,
     repeats: int = 1,
+    runs: Path | None = None,
 ) -> dict[str, NDArray[np.float64]]:
     """Return ``time_in_view`` and ``effort`` (S,) each, of each episode, defined as in suite ``follow``.
 
@@ -38,13 +42,17 @@ def scores_without_pictures(
         values: of the controller's parameters in place of the tuned ones.
         seeds: of the episodes. repeats: number of draws of the error model for each; means are returned.
         cache: folder where planned episodes are kept.
+        runs: folder of runs with pictures, see ``with_answers``; None: an error model stands for the tracker.
     """
+    # As of a bench, whose episodes have worlds of their own.
+    settings = FollowSettings(scenario, tracker, preset=preset, worlds=0)
     envs = PicturelessVectorEnv(
         len(seeds) * repeats,
         scenario,
         tracker,
         seeds=seeds,
         cache=cache,
+        bank=None if runs is None else with_answers(settings, seeds, cache, runs),
         preset=preset,
         action="correction",
         controller=controller,
@@ -63,6 +71,36 @@ def scores_without_pictures(
         totals["effort"] -= infos["reward_effort"]
     envs.close()
     return {metric: total.reshape(len(seeds), repeats).mean(axis=1) / steps for metric, total in totals.items()}
+
+
+def with_answers(settings: FollowSettings, seeds: Sequence[int], cache: Path | None, folder: Path) -> EpisodeBank:
+    """Return planned episodes in which the tracker answers as it did with pictures.
+
+    This is for trackers that watch a camera at rest, whose answers are the same whatever a controller does.
+
+    Args:
+        cache: see ``scores_without_pictures``. folder: where runs are kept; runs of the same editions are reused.
+    """
+    bank = episode_bank(settings.scenario, settings.configuration({}), seeds, cache)
+    runs = [read_run(write_answers(settings, folder, seed)) for seed in seeds]
+    return replace(bank, arrays=bank.arrays | {"answers": np.stack([_answers(run) for run in runs])})
+
+
+def write_answers(settings: FollowSettings, folder: Path, seed: int) -> Path:
+    """Write the run of an episode whose answers ``with_answers`` plays; return its file, which may have been there."""
+    [path] = write_runs(settings, range(seed, seed + 1), ["hold"], folder)
+    return path
+
+
+def _answers(run: NDArray[np.void]) -> NDArray[np.void]:
+    """Return what the tracker answered in a run (T,), of dtype ``ANSWER``."""
+    answers, sighting = np.zeros(len(run), ANSWER), run["sighting"]
+    for name in ("known", "depth_m", "length_share", "spread_m", "densest_share"):
+        answers[name] = sighting[name]
+    answers["estimate_px"], answers["probability"] = run["estimate_px"], sighting["in_view_probability"]
+    for axis, name in enumerate("xy"):
+        answers["densest_offset_m"][:, axis] = sighting[f"densest_{name}_m"] - sighting[f"{name}_m"]
+    return answers
 
 
 def model_check(

@@ -18,6 +18,19 @@ ALONG, ACROSS, SPREAD, DENSEST_ALONG, DENSEST_ACROSS, DENSEST_SHARE, PROBABILITY
 NO_OTHER, OTHER_UNKNOWN = -1, -2
 """Instead of another object's index: no other object is in sight; the scene does not model other objects."""
 
+_ANSWER: list[Any] = [
+    ("known", "f8"),
+    ("estimate_px", "f8", (2,)),
+    ("depth_m", "f8"),
+    ("probability", "f8"),
+    ("length_share", "f8"),
+    ("spread_m", "f8"),
+    ("densest_offset_m", "f8", (2,)),
+    ("densest_share", "f8"),
+]
+ANSWER = np.dtype(_ANSWER, align=True)
+"""A tracker's answer in the picture that it watches; the fields are those of ``SIGHTING``, relative to its place."""
+
 _FIELDS: list[Any] = [
     # Index of the bank's episode, and its frame.
     ("episode", "i8"),
@@ -51,15 +64,7 @@ _FIELDS: list[Any] = [
     ("other_offset_m", "f8", (2,)),
     ("axis_rad", "f8"),
     ("latent", "f8", (LATENTS,)),
-    # The tracker's answer.
-    ("known", "f8"),
-    ("estimate_px", "f8", (2,)),
-    ("depth_m", "f8"),
-    ("probability", "f8"),
-    ("length_share", "f8"),
-    ("spread_m", "f8"),
-    ("densest_offset_m", "f8", (2,)),
-    ("densest_share", "f8"),
+    *_ANSWER,
     # Distance of its place from the target's centre in the picture.
     ("error_px", "f8"),
 ]

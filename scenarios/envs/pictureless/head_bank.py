@@ -31,6 +31,7 @@ class HeadPictureless(Pictureless):
 
     scenario: str
     world_place = "scenarios.envs.pictureless.head_world:HeadWorld"
+    watches_at_rest = True
 
     def is_playable(self, preset: Any) -> bool:
         """Return True: the poses of both cameras are always measured."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from scenarios.command_link import LinkLimits, send
 from scenarios.envs.pictureless.episode_state import (
+    ANSWER,
     NO_OTHER,
     KernelWorld,
     begin_state,
@@ -135,6 +136,7 @@ class Heads(NamedTuple):
     """Planned episodes as arrays, see ``HeadPictureless.arrays``, and the constants of their simulation.
 
     Attributes:
+        answers: (E, T) of dtype ``ANSWER``, a tracker's own in these episodes; T = 0: the error model draws them.
         errors: (1,) of dtype ``ERRORS``. camera, interval_s: see ``KernelWorld``.
     """
 
@@ -155,6 +157,7 @@ class Heads(NamedTuple):
     first: NDArray[np.float64]
     lowest: NDArray[np.float64]
     highest: NDArray[np.float64]
+    answers: NDArray[np.void]
     errors: NDArray[np.void]
     camera: NDArray[np.float64]
     interval_s: float
@@ -232,12 +235,26 @@ def _observe(state: Any, heads: Any, sighting: Any, rng: np.random.Generator) ->
             state.R[i, j] = heads.watched_pose[episode, i, j]
     _notice_others(state, heads.others_m[episode, frame])
     look(state, size_m, watched, heads.hidden[episode, frame])
-    track(state, heads.errors[0], size_m, 0.0, watched, rng)
+    if heads.answers.shape[1] > 0:
+        _play(state, heads.answers[episode, frame])
+    else:
+        track(state, heads.errors[0], size_m, 0.0, watched, rng)
     place_target(state, heads.seen_m, heads.target_rad)
     look_around(state, heads.axes[episode], heads.place_m[episode])
     look(state, size_m, state.lens, heads.hidden[episode, frame])
     count_out(state)
     write_sighting_around(state, heads.surveyed_pose[episode], watched, heads.measured_m[episode], sighting)
+
+
+@record_kernel()
+def _play(state: Any, answer: Any) -> None:
+    """Give the answer that the tracker itself gave on this frame."""
+    state.known, state.probability, state.depth_m = answer.known, answer.probability, answer.depth_m
+    state.length_share, state.spread_m, state.densest_share = answer.length_share, answer.spread_m, answer.densest_share
+    for axis in range(2):
+        state.estimate_px[axis] = answer.estimate_px[axis]
+        state.densest_offset_m[axis] = answer.densest_offset_m[axis]
+    state.error_px = np.hypot(state.estimate_px[0] - state.target_px[0], state.estimate_px[1] - state.target_px[1])
 
 
 _NEAR_M = 1000.0
@@ -270,7 +287,8 @@ class HeadWorld(KernelWorld):
         self, preset: Any, arrays: dict[str, NDArray[np.float64]], link: LinkLimits, errors: NDArray[np.void]
     ) -> None:
         lens, interval_s = arrays["lens"][0], 1.0 / preset.rate_hz
-        super().__init__(Heads(**arrays, errors=errors, camera=lens, interval_s=interval_s), link)
+        none: dict[str, Any] = {"answers": np.zeros((len(arrays["lens"]), 0), ANSWER)}
+        super().__init__(Heads(**none | arrays, errors=errors, camera=lens, interval_s=interval_s), link)
 
     def cameras(self, state: Any) -> tuple[SteeredCamera, SteeredCamera | None]:
         """See ``KernelWorld``."""

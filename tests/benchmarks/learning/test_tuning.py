@@ -219,6 +219,31 @@ def test_the_scores_of_a_controller_are_those_of_its_function(
     assert scores["written"] == pytest.approx(stored["default_score"], abs=1e-6)
 
 
+@pytest.mark.heavy
+@pytest.mark.parametrize("values", [{}, {"gain_per_s": 3.0}])
+def test_answers_played_to_a_head_give_the_scores_of_whole_episodes(values: dict[str, float], tmp_path: Path) -> None:
+    """The tracker watches a camera at rest; a row has seven digits."""
+    own = ControllerSearch(
+        name="lead",
+        suite="follow",
+        scenario="fish-tank-v1",
+        tracker="shoal_chain",
+        presets=("quick",),
+        seeds=range(1),
+        fresh_presets=("quick",),
+        fresh=range(0),
+        trials=0,
+        workers=0,
+        cache=tmp_path / "episodes",
+        runs=tmp_path / "runs",
+    )
+    seeds = range(1002, 1003)
+    played = own.scores({"it": values}, own.presets, seeds, pictures=True)["it"]
+    assert played == pytest.approx(own._with_pictures(values, seeds), abs=2e-6)
+    assert own.failures == []
+    assert len(list((tmp_path / "runs").iterdir())) == 1
+
+
 def test_all_of_a_suite_were_tuned_for_one_score() -> None:
     folder = tuned_file("hold", "trackers.baselines.single_target").parent
     for file in sorted(folder.glob("*.json")):
