@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 from numba.extending import register_jitable
@@ -96,8 +98,8 @@ def shortest_length_px(width_px: float) -> float:
 
 def length_px(truth: Truth, target: int) -> float:
     """Return the longer side of the target's amodal box; 0 if the target is behind the camera."""
-    box = truth.box_xyxy[target]
-    return 0.0 if np.isnan(box).any() else float(max(box[2] - box[0], box[3] - box[1]))
+    box = truth.box_xyxy[target].tolist()
+    return 0.0 if any(map(math.isnan, box)) else max(box[2] - box[0], box[3] - box[1])
 
 
 def centring(truth: Truth, target: int, camera: CameraModel) -> float:
@@ -105,9 +107,9 @@ def centring(truth: Truth, target: int, camera: CameraModel) -> float:
 
     It is one minus the target's distance from the picture's centre over the border's distance along the same ray.
     """
-    x, y = truth.position_px[target]
+    x, y = truth.position_px[target].tolist()
     share = max(abs(2.0 * x / camera.width_px - 1.0), abs(2.0 * y / camera.height_px - 1.0))
-    return float(1.0 - share) if share < 1.0 else 0.0
+    return 1.0 - share if share < 1.0 else 0.0
 
 
 def view_width_m(truth: Truth, target: int, camera: CameraModel) -> float:

@@ -11,6 +11,7 @@ Labels do not depend on light; both renderers give the same ones up to their sam
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple, Protocol
@@ -200,20 +201,32 @@ def visible_fraction(
         box_xyxy: the body's ``amodal_box`` (4,).
         pixel_offset: where in a pixel ``seen`` was sampled.
     """
-    left, top, right, bottom = box_xyxy
+    left, top, right, bottom = box_xyxy.tolist()
     # Comparisons with NaN are false.
     if not (right > 0 and bottom > 0 and left < camera.width_px and top < camera.height_px):
         return 0.0
-    x, y = int(np.floor(left)), int(np.floor(top))
-    width, height = int(np.ceil(right)) - x + 1, int(np.ceil(bottom)) - y + 1
-    K = intrinsic_matrix(camera)
-    K[:2, 2] -= np.array([x, y]) + pixel_offset
-    view = K @ (invert_pose(T_world_camera) @ T_world_body)[:3]
-    homogeneous = mesh.vertices_m.astype(float) @ view[:, :3].T + view[:, 3]
-    covered = np.zeros((height, width), dtype=np.bool_)
-    cover(homogeneous[:, :2] / homogeneous[:, 2:], mesh.faces, covered)
+    x, y = math.floor(left), math.floor(top)
+    width, height = math.ceil(right) - x + 1, math.ceil(bottom) - y + 1
+    centre_x, centre_y = 0.5 * camera.width_px - x - pixel_offset, 0.5 * camera.height_px - y - pixel_offset
+    view = body_view(camera.focal_px, centre_x, centre_y, T_world_camera, T_world_body)
+    alone = _pixels_alone(mesh.vertices_m, mesh.faces, view, height, width)
     window = seen.instance_id[max(y, 0) : y + height, max(x, 0) : x + width]
-    return min(1.0, np.count_nonzero(window == instance_id) / max(int(np.count_nonzero(covered)), 1))
+    return min(1.0, np.count_nonzero(window == instance_id) / max(alone, 1))
+
+
+@njit(cache=True)
+def _pixels_alone(
+    vertices_m: NDArray[np.float32], faces: NDArray[np.int32], view: NDArray[np.float64], height: int, width: int
+) -> int:
+    """Return how many samples of a picture (``height``, ``width``) a body before the camera covers."""
+    pixels, covered = np.empty((len(vertices_m), 2)), np.zeros((height, width), np.bool_)
+    for n in range(len(vertices_m)):
+        x, y, z = vertices_m[n]
+        w = view[2, 0] * x + view[2, 1] * y + view[2, 2] * z + view[2, 3]
+        for axis in range(2):
+            pixels[n, axis] = (view[axis, 0] * x + view[axis, 1] * y + view[axis, 2] * z + view[axis, 3]) / w
+    cover(pixels, faces, covered)
+    return int(np.count_nonzero(covered))
 
 
 @njit(cache=True)
@@ -253,10 +266,6 @@ def bright_fractions(
     return own[:, 1] / np.maximum(own[:, 0], 1.0)
 
 
-_OF_GROUND = [0, 1, 3]
-"""Columns of a pose that act on points of the ground z = 0."""
-
-
 def ground_homography(
     camera: Camera, T_world_before: NDArray[np.float64], T_world_after: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -265,9 +274,17 @@ def ground_homography(
     A ground point (x, y, 0) is seen at ``K [r1 r2 t] (x, y, 1)``; H is one such matrix times the other's inverse.
     """
     K = intrinsic_matrix(camera)
-    before, after = (K @ invert_pose(pose)[:3, _OF_GROUND] for pose in (T_world_before, T_world_after))
+    before, after = (K @ _from_ground(pose) for pose in (T_world_before, T_world_after))
     H = after @ np.linalg.inv(before)
     return H / H[2, 2]
+
+
+def _from_ground(T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``[r1 r2 t]`` (3, 3): from (x, y, 1) on the ground to the camera's frame."""
+    R_camera_world = T_world_camera[:3, :3].T
+    columns = np.empty((3, 3))
+    columns[:, :2], columns[:, 2] = R_camera_world[:, :2], -R_camera_world @ T_world_camera[:3, 3]
+    return columns
 
 
 def backward_flow(

@@ -8,10 +8,12 @@ and the picture's centre at ``(width / 2, height / 2)``. Pixel coordinates go on
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 
@@ -96,10 +98,25 @@ def project(
         camera frame.
     """
     points_camera = (points_world_m - T_world_camera[:3, 3]) @ T_world_camera[:3, :3]
-    depth_m = points_camera[..., 2]
-    in_front = depth_m > 1e-6
-    scale = np.where(in_front, camera.focal_px / np.where(in_front, depth_m, 1.0), np.nan)
-    return points_camera[..., :2] * scale[..., None] + principal_point(camera), depth_m
+    pixels = np.empty((*points_camera.shape[:-1], 2))
+    centre_x, centre_y = 0.5 * camera.width_px, 0.5 * camera.height_px
+    _pixels_of(points_camera.reshape(-1, 3), camera.focal_px, centre_x, centre_y, pixels.reshape(-1, 2))
+    return pixels, points_camera[..., 2]
+
+
+@njit(cache=True)
+def _pixels_of(
+    points_camera: NDArray[np.float64],
+    focal_px: float,
+    centre_x: float,
+    centre_y: float,
+    pixels: NDArray[np.float64],
+) -> None:
+    """Write the pixels (N, 2) of points (N, 3) of the camera frame; NaN for those not in front of it."""
+    for n in range(len(points_camera)):
+        x, y, z = points_camera[n]
+        scale = focal_px / z if z > 1e-6 else np.nan
+        pixels[n, 0], pixels[n, 1] = x * scale + centre_x, y * scale + centre_y
 
 
 def rays(camera: Camera, T_world_camera: NDArray[np.float64], pixels: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -132,13 +149,12 @@ def look_down_pose(
     ``yaw_rad`` (counter-clockwise from world x). Positive pitch (nose up) swings the view ahead, positive roll
     (right side down) swings it to the left.
     """
-    cy, sy, cp, sp, cr, sr = (f(a) for a in (yaw_rad, pitch_rad, roll_rad) for f in (np.cos, np.sin))
-    # Body frame: x ahead, y left, z up. Positive pitch here turns x towards z (nose up).
-    R_yaw = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1.0]])
-    R_pitch = np.array([[cp, 0, -sp], [0, 1, 0], [sp, 0, cp]])
-    R_roll = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
-    R_body_camera = np.array([[0, -1.0, 0], [-1.0, 0, 0], [0, 0, -1.0]])
-    T = np.eye(4)
-    T[:3, :3] = R_yaw @ R_pitch @ R_roll @ R_body_camera
+    cy, sy, cp, sp, cr, sr = (f(a) for a in (yaw_rad, pitch_rad, roll_rad) for f in (math.cos, math.sin))
+    # Body frame: x ahead, y left, z up; R_yaw @ R_pitch. Positive pitch here turns x towards z (nose up).
+    R_world_body = np.array([[cy * cp, -sy, -cy * sp], [sy * cp, cy, -sy * sp], [sp, 0.0, cp]])
+    # R_roll, of a camera whose right, down and forward are the body's right, back and down.
+    R_body_camera = np.array([[0.0, -1.0, 0.0], [-cr, 0.0, sr], [-sr, 0.0, -cr]])
+    T = _IDENTITY.copy()
+    T[:3, :3] = R_world_body @ R_body_camera
     T[:3, 3] = position_m
     return T

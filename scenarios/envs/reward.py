@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import Any
@@ -60,7 +61,7 @@ def reward_of(weights: Any) -> Reward:
 
 def effort_of(shares: NDArray[np.float64]) -> float:
     """Return the root mean square of a command's numbers (A,), each over its limit; 0 without any."""
-    return float(np.linalg.norm(shares) / np.sqrt(max(len(shares), 1)))
+    return math.sqrt(shares @ shares) / math.sqrt(max(len(shares), 1))
 
 
 class Rewarder:

@@ -5,6 +5,7 @@ Where truth has NaN, ``info`` has inf: checkers of envs compare infos, and a NaN
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cache
 from typing import Any, get_args
@@ -92,7 +93,8 @@ def truth_info(
     error = {}
     if answered is not None:
         seen, estimate = answered
-        error["error_px"] = _plain(np.linalg.norm(estimate.position_px - seen.truth.position_px[target]))
+        off_px = estimate.position_px - seen.truth.position_px[target]
+        error["error_px"] = _plain(math.sqrt(off_px @ off_px))
     return {
         "episode_seed": episode_seed,
         "world_seed": world_seed,
@@ -118,11 +120,10 @@ def _is_per_object(kind: Any) -> dict[str, bool]:
 
 def _plain(value: Any) -> Any:
     """Return a copy of an array, or a Python number, with inf in place of NaN."""
-    if isinstance(value, float):
-        return float("inf") if value != value else float(value)
-    if isinstance(value, int):
-        return value
-    array = np.array(value)
-    if array.dtype.kind == "f":
-        array[np.isnan(array)] = np.inf
-    return array if array.ndim else array.item()
+    if isinstance(value, np.ndarray) and value.ndim:
+        array = value.copy()
+        if array.dtype.kind == "f":
+            array[array != array] = np.inf
+        return array
+    number = value.item() if isinstance(value, np.ndarray | np.generic) else value
+    return math.inf if number != number else number

@@ -15,6 +15,8 @@ and row, and triangles that reach behind the camera are not clipped: the near pl
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -217,8 +219,14 @@ def camera_view(camera: Camera, T_world_camera: NDArray[np.float64], pixel_offse
     ``q_x = f x + (c_x - offset) z``, ``q_y = f y + (c_y - offset) z``, ``q_w = z``, ``g = 1`` for a point
     (x, y, z) of the camera frame.
     """
+    return _picture_of_camera(camera, pixel_offset) @ invert_pose(np.asarray(T_world_camera, dtype=float))
+
+
+@lru_cache(maxsize=16)
+def _picture_of_camera(camera: Camera, pixel_offset: float) -> NDArray[np.float64]:
+    """Return the view matrix (4, 4) of points of the camera frame, not to be written to."""
     centre_x, centre_y = principal_point(camera) - pixel_offset
-    matrix = np.array(
+    return np.array(
         [
             [camera.focal_px, 0.0, centre_x, 0.0],
             [0.0, camera.focal_px, centre_y, 0.0],
@@ -226,4 +234,3 @@ def camera_view(camera: Camera, T_world_camera: NDArray[np.float64], pixel_offse
             [0.0, 0.0, 0.0, 1.0],
         ]
     )
-    return matrix @ invert_pose(np.asarray(T_world_camera, dtype=float))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,10 +25,10 @@ _DOWN = np.array([[0.0, -1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])
 """R_world_camera of a level camera with the heading 0."""
 
 
-def within_reach(pixels: object) -> NDArray[np.float64]:
-    """Return pixels or lengths in pixels, of any shape, clipped so that arithmetic with them stays finite."""
-    # Of so few numbers ``np.clip`` takes three times as long.
-    return np.asarray(np.minimum(np.maximum(np.asarray(pixels, dtype=float), -_FARTHEST_PX), _FARTHEST_PX))
+def _within_reach(pixels: object) -> list[float]:
+    """Return pixels or lengths in pixels, clipped so that arithmetic with them stays finite; NaN stays."""
+    numbers = np.asarray(pixels, dtype=float).ravel().tolist()
+    return [min(max(number, -_FARTHEST_PX), _FARTHEST_PX) for number in numbers]
 
 
 def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> NDArray[np.void]:
@@ -42,36 +43,37 @@ def sighting_of(looks: Looks, observation: Observation, estimate: Estimate) -> N
     watched = _view(observation, looks if steered is None else "around")
     own = watched if steered is None else _view(steered, looks)
     _set_carrier(record, looks, own)
-    position_px = within_reach(estimate.position_px)
+    x_px, y_px = _within_reach(estimate.position_px)
     linked = steered is None or (observation.ego is not None and steered.ego is not None)
-    if not linked or not np.isfinite(position_px).all():
+    if not linked or math.isnan(x_px) or math.isnan(y_px):
         return sighting
-    in_picture = (position_px - watched.half_px) / watched.half_px
-    record["picture_x"], record["picture_y"] = in_picture
-    inside = float(np.abs(in_picture).max() <= 1.0)
+    half_x_px, half_y_px = watched.half_px.tolist()
+    right, down = (x_px - half_x_px) / half_x_px, (y_px - half_y_px) / half_y_px
+    record["picture_x"], record["picture_y"] = right, down
     probability = estimate.in_view_probability
+    inside = float(max(abs(right), abs(down)) <= 1.0)
     record["in_view_probability"] = inside if probability is None else probability
-    tangents = ((position_px - watched.half_px) / watched.camera.focal_px)[None]
+    focal_px = watched.camera.focal_px
+    tangents = np.array([[(x_px - half_x_px) / focal_px, (y_px - half_y_px) / focal_px]])
     if watched.sees_ground:
         offset_m = _on_ground(watched.R, watched.height_m, tangents)[0]
-        record["depth_m"] = _ground_depth_m(watched, tangents[0])
+        record["depth_m"] = _ground_depth_m(watched.height_m, float(watched.R[2] @ np.append(tangents, 1.0)))
         level = looks == "down" and steered is None
         reach_m = watched.height_m if level else float(np.hypot(np.hypot(*offset_m), watched.height_m))
     else:
         reach_m = record["depth_m"] = min(estimate.depth_m or ASSUMED_DISTANCE_M, FARTHEST_M)
-        offset_m = (watched.R @ (reach_m * np.append(tangents[0], 1.0)))[:2]
-    metres_per_pixel = reach_m / watched.camera.focal_px
-    record["known"] = 1.0
-    record["x_m"], record["y_m"] = watched.place_m + offset_m
-    record["densest_x_m"], record["densest_y_m"] = watched.place_m + offset_m
-    record["densest_share"] = 1.0
+        offset_m = (watched.R @ (reach_m * np.append(tangents, 1.0)))[:2]
+    metres_per_pixel = reach_m / focal_px
+    record["known"] = record["densest_share"] = 1.0
+    record["x_m"], record["y_m"] = record["densest_x_m"], record["densest_y_m"] = (watched.place_m + offset_m).tolist()
     if estimate.box_xyxy is not None:
-        box = within_reach(estimate.box_xyxy)
-        record["length_share"] = max(box[2] - box[0], box[3] - box[1]) / watched.camera.width_px
+        x_min, y_min, x_max, y_max = _within_reach(estimate.box_xyxy)
+        record["length_share"] = max(x_max - x_min, y_max - y_min) / watched.camera.width_px
     if steered is not None:
         _set_picture(record, own, metres_per_pixel * watched.camera.width_px)
     if estimate.covariance_px is not None:
-        record["spread_m"] = metres_per_pixel * float(np.sqrt(0.5 * np.trace(within_reach(estimate.covariance_px))))
+        xx, _, _, yy = _within_reach(estimate.covariance_px)
+        record["spread_m"] = metres_per_pixel * math.sqrt(0.5 * (xx + yy))
     if estimate.particles_px is not None and len(estimate.particles_px) > 0 and watched.sees_ground:
         _summarise(record, estimate, watched)
     return sighting
@@ -105,25 +107,32 @@ def _view(source: Observation | SteeredCamera, looks: Looks) -> _View:
 
 def _set_carrier(record: Any, looks: Looks, own: _View) -> None:
     """Set the carrier's pose and the optical axis' point on the ground."""
-    R = own.R
+    (_, x_down, x_ahead), (_, y_down, y_ahead), (_, _, z_ahead) = own.R.tolist()
     # The optical axis in the ground plane; for one that looks around at any tilt.
-    forward = -R[:2, 1] if looks == "down" else R[:2, 2] if looks == "ahead" else R[:2, 2] + R[2, 2] * R[:2, 1]
-    heading_rad = np.arctan2(forward[1], forward[0])
-    c, s = np.cos(heading_rad), np.sin(heading_rad)
-    record["carrier_x_m"], record["carrier_y_m"] = own.place_m
+    x, y = x_ahead, y_ahead
+    if looks == "down":
+        x, y = -x_down, -y_down
+    elif looks == "around":
+        x, y = x_ahead + z_ahead * x_down, y_ahead + z_ahead * y_down
+    heading_rad = np.arctan2(y, x)
+    c, s = math.cos(heading_rad), math.sin(heading_rad)
+    record["carrier_x_m"], record["carrier_y_m"] = own.place_m.tolist()
     record["height_m"], record["heading_rad"] = own.height_m, heading_rad
     reach_m = own.height_m if looks == "down" else 1.0
     if own.sees_ground:
-        axis_m = _met(np.zeros((1, 3)), R[:, 2], own.height_m, np.zeros(2))[0]
-        record["axis_ahead_m"], record["axis_right_m"] = c * axis_m[0] + s * axis_m[1], s * axis_m[0] - c * axis_m[1]
-        record["axis_depth_m"] = _ground_depth_m(own, np.zeros(2))
+        scale = own.height_m / max(-z_ahead, own.height_m / FARTHEST_M)
+        x_m, y_m = x_ahead * scale, y_ahead * scale
+        record["axis_ahead_m"], record["axis_right_m"] = c * x_m + s * y_m, s * x_m - c * y_m
+        record["axis_depth_m"] = _ground_depth_m(own.height_m, z_ahead)
         if looks == "around":
-            reach_m = float(np.hypot(np.hypot(*axis_m), own.height_m))
+            reach_m = float(np.hypot(np.hypot(x_m, y_m), own.height_m))
     else:
         record["axis_ahead_m"] = record["axis_depth_m"] = ASSUMED_DISTANCE_M
         if looks == "around":
             reach_m = ASSUMED_DISTANCE_M
-    record["half_right_m"], record["half_ahead_m"] = reach_m * own.half_px / own.camera.focal_px
+    half_x_px, half_y_px = own.half_px.tolist()
+    record["half_right_m"] = reach_m * half_x_px / own.camera.focal_px
+    record["half_ahead_m"] = reach_m * half_y_px / own.camera.focal_px
 
 
 def _set_picture(record: Any, own: _View, width_m: float) -> None:
@@ -155,17 +164,20 @@ def _met(
 
 
 @njit(cache=True)
-def _tangents(particles_px: NDArray[np.float64], half_px: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
-    """Return the tangents (N, 2) of angles right and down, clipped as by ``within_reach``; NaN of a particle that is
-    not finite.
+def _tangents(
+    particles_px: NDArray[np.float64], half_px: NDArray[np.float64], focal_px: float
+) -> tuple[NDArray[np.float64], bool]:
+    """Return the tangents (N, 2) of angles right and down, clipped as by ``_within_reach``, NaN of a particle that is
+    not finite; and whether all are.
     """
-    tangents = np.empty(particles_px.shape)
+    tangents, all_good = np.empty(particles_px.shape), True
     for n in range(len(particles_px)):
         good = np.isfinite(particles_px[n, 0]) and np.isfinite(particles_px[n, 1])
+        all_good &= good
         for axis in range(2):
             clipped = min(max(particles_px[n, axis], -_FARTHEST_PX), _FARTHEST_PX)
             tangents[n, axis] = (clipped - half_px[axis]) / focal_px if good else np.nan
-    return tangents
+    return tangents, all_good
 
 
 @njit(cache=True)
@@ -179,10 +191,9 @@ def _squares(places_m: NDArray[np.float64], mean_m: NDArray[np.float64]) -> NDAr
     return squares
 
 
-def _ground_depth_m(view: _View, tangents: NDArray[np.float64]) -> float:
-    """Return the distance along the camera's axis at which a ray, tangents (2,), meets the ground; else infinity."""
-    down = -float(view.R[2] @ [*tangents, 1.0])
-    return view.height_m / down if down > 0.0 else np.inf
+def _ground_depth_m(height_m: float, rise: float) -> float:
+    """Return the distance along the camera's axis at which a ray that rises so much meets the ground, or infinity."""
+    return height_m / -rise if rise < 0.0 else np.inf
 
 
 def _summarise(record: Any, estimate: Estimate, watched: _View) -> None:
@@ -190,17 +201,18 @@ def _summarise(record: Any, estimate: Estimate, watched: _View) -> None:
     assert estimate.particles_px is not None
     particles_px, count = np.ascontiguousarray(estimate.particles_px, dtype=float), len(estimate.particles_px)
     weights = np.full(count, 1.0 / count) if estimate.weights is None else np.ascontiguousarray(estimate.weights)
-    tangents = _tangents(particles_px, watched.half_px, watched.camera.focal_px)
+    tangents, all_finite = _tangents(particles_px, watched.half_px, watched.camera.focal_px)
     # Particles that are not finite are left out.
-    finite = ~np.isnan(tangents[:, 0])
-    if not finite.all():
+    if not all_finite:
+        finite = ~np.isnan(tangents[:, 0])
         tangents, weights = tangents[finite], weights[finite]
         if not weights.sum() > 0.0:
             return
         weights = weights / weights.sum()
     particles_m = _met(tangents @ watched.R[:, :2].T, watched.R[:, 2], watched.height_m, watched.place_m)
     mean_m = weights @ particles_m
-    record["spread_m"] = np.sqrt(0.5 * (weights @ _squares(particles_m, mean_m)).sum())
+    x_variance_m2, y_variance_m2 = (weights @ _squares(particles_m, mean_m)).tolist()
+    record["spread_m"] = math.sqrt(0.5 * (x_variance_m2 + y_variance_m2))
     half_m = min(record["half_ahead_m"], record["half_right_m"])
     window = densest_window(particles_m, weights, float(half_m), _TRIES)
     record["densest_x_m"], record["densest_y_m"], record["densest_share"] = window

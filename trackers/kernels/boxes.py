@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 
@@ -33,8 +34,16 @@ def box_around(centre_px: NDArray[np.float64], size_px: NDArray[np.float64]) -> 
 
 def inside_picture(points_px: NDArray[np.float64], width_px: int, height_px: int) -> NDArray[np.bool_]:
     """Return for each of the points (..., 2) whether it lies in ``[0, width) x [0, height)``; NaN does not."""
-    x, y = points_px[..., 0], points_px[..., 1]
-    return (x >= 0) & (x < width_px) & (y >= 0) & (y < height_px)
+    inside = np.empty(points_px.shape[:-1], np.bool_)
+    _inside(points_px.reshape(-1, 2), width_px, height_px, inside.reshape(-1))
+    return inside
+
+
+@njit(cache=True)
+def _inside(points_px: NDArray[np.float64], width_px: float, height_px: float, inside: NDArray[np.bool_]) -> None:
+    for n in range(len(points_px)):
+        x, y = points_px[n]
+        inside[n] = x >= 0 and x < width_px and y >= 0 and y < height_px
 
 
 def box_iou(first_xyxy: NDArray[np.float64], second_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -40,7 +40,16 @@ def normalise_log_weights(log_weights: NDArray[np.float64]) -> tuple[NDArray[np.
 
 def circular_mean(angles_rad: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
     """Return the direction of ``sum w_i (cos a_i, sin a_i)`` in (-pi, pi]; angles and weights are (N,)."""
-    return float(np.arctan2(weights @ np.sin(angles_rad), weights @ np.cos(angles_rad)))
+    sines, cosines = _sines_and_cosines(angles_rad)
+    return float(np.arctan2(weights @ sines, weights @ cosines))
+
+
+@njit(cache=True)
+def _sines_and_cosines(angles_rad: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    sines, cosines = np.empty(len(angles_rad)), np.empty(len(angles_rad))
+    for n in range(len(angles_rad)):
+        sines[n], cosines[n] = np.sin(angles_rad[n]), np.cos(angles_rad[n])
+    return sines, cosines
 
 
 @njit(cache=True)

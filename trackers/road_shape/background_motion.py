@@ -162,8 +162,8 @@ def measured_motion(previous: EgoPose | None, current: EgoPose | None, camera: C
 def _pixels_from_ground(T_world_camera: NDArray[np.float64], focal_px: float) -> NDArray[np.float64]:
     """Return H (3, 3) from metres (x, y, 1) on the ground z = 0 to pixels from the image centre."""
     R_camera_world = T_world_camera[:3, :3].T
-    origin = -R_camera_world @ T_world_camera[:3, 3]
-    H = np.column_stack([R_camera_world[:, :2], origin])
+    H = np.empty((3, 3))
+    H[:, :2], H[:, 2] = R_camera_world[:, :2], -R_camera_world @ T_world_camera[:3, 3]
     H[:2] *= focal_px
     return H
 

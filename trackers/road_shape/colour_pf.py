@@ -26,7 +26,7 @@ POSITION = slice(0, 2)
 
 def image_centre(camera: CameraModel) -> NDArray[np.float64]:
     """Return the image centre (2,) in pixels from the top left corner."""
-    return 0.5 * np.array([camera.width_px, camera.height_px])
+    return np.array([0.5 * camera.width_px, 0.5 * camera.height_px])
 
 
 START_NOISE = 0.06
