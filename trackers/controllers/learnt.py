@@ -15,7 +15,8 @@ FOLDER = Path(__file__).parents[1] / "policies"
     "learnt",
     role="policy",
     carrier="helicopter",
-    summary="corrects reentry by a network, trained without pictures",
+    edition=2,
+    summary="corrects reentry by a network that remembers, trained without pictures",
 )
 class LearntHelicopterController(PolicyController):
     """Steers as the policy of the helicopter says."""
