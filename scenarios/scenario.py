@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.command_link import LinkLimits
+from scenarios.field_values import changed, split_name
 from scenarios.truth import Truth, TruthExtent
-from sim.checks import check
+from sim.checks import check, check_choice
 from sim.rng import episode_seed, generator
 from sim.world import World
 from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Start
@@ -224,17 +225,24 @@ class Scenario(Generic[_E]):
     new_world: Callable[[Setup], KeptWorld] | None = None
     world_kind: Callable[[Any], Hashable] = _all_alike
 
-    def configuration(self, preset: Any) -> Any:
-        """Return a preset by name, or a configuration unchanged.
+    def configuration(self, preset: Any, seed: int = 0) -> Any:
+        """Return a preset by its name, which may change fields, or a configuration unchanged.
+
+        Args:
+            seed: of the episode, which values of ``scenarios.field_values`` depend on if they are drawn.
 
         Raises:
-            ValueError: for an unknown name; lists the known ones.
+            ValueError: for an unknown name or field, and for a value that the preset rejects.
         """
         if not isinstance(preset, str):
             return preset
-        if preset not in self.presets:
-            raise ValueError(f"preset: expected one of {', '.join(self.presets)}; got {preset!r}")
-        return self.presets[preset]
+        name, values = split_name(preset)
+        check_choice("preset", name, self.presets)
+        return changed(self.presets[name], values, seed) if values else self.presets[name]
+
+    def has_preset(self, name: str) -> bool:
+        """Return whether a name begins with one of its presets."""
+        return split_name(name)[0] in self.presets
 
     def episode(
         self,
@@ -261,7 +269,7 @@ class Scenario(Generic[_E]):
         """
         check("truth", truth in ("all", "target"), "'all' or 'target'", truth)
         check("kept", kept is None or self.new_world is not None, f"none, as {self.id} keeps no worlds", type(kept))
-        configuration = self.configuration(preset)
+        configuration = self.configuration(preset, seed)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
         return self.stage(Setup(self, configuration, self._own(seed), renderer, looped, truth == "all", kept))
 
@@ -273,7 +281,7 @@ class Scenario(Generic[_E]):
         """
         if self.new_world is None:
             raise ValueError(f"scenario: expected one that keeps worlds, got {self.id}")
-        return self.new_world(Setup(self, self.configuration(preset), self._own(seed)))
+        return self.new_world(Setup(self, self.configuration(preset, seed), self._own(seed)))
 
     def _own(self, seed: int) -> int:
         return episode_seed(seed, self.seeded_as or self.id, 0)

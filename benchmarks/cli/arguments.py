@@ -91,6 +91,9 @@ Files: TypeAlias = Annotated[
 Processes: TypeAlias = tyro.conf.UseAppendAction[
     Annotated[tuple[str, ...], tyro.conf.arg(metavar="NAME=COMMAND|FILE.toml", help_behavior_hint="")]
 ]
+Settings: TypeAlias = tyro.conf.UseAppendAction[
+    Annotated[tuple[str, ...], tyro.conf.arg(name="set", metavar="FIELD=VALUE", help_behavior_hint="")]
+]
 Seeds: TypeAlias = Annotated[range, _seeds_kind(seed_range)]
 UsualSeeds: TypeAlias = Annotated[range | None, _DEFAULT_IN_WORDS, _seeds_kind(seed_range)]
 DevelopmentSeeds: TypeAlias = Annotated[range, _seeds_kind(development_seeds)]

@@ -23,6 +23,7 @@ from benchmarks.cli.arguments import (
     Files,
     Names,
     Processes,
+    Settings,
     UsualSeeds,
     Values,
     WithModules,
@@ -42,6 +43,7 @@ from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
 from benchmarks.show.results import Results
 from benchmarks.statistics.rank_agreement import rank_agreement
+from scenarios.field_values import with_values
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
@@ -59,6 +61,7 @@ class Bench(WithModules):
         suites: names of the suites to run, see `frameout list`.
         scenario: one or more of the suite's scenarios (default: all that have the preset).
         preset: one or more presets of the scenarios (default: standard; with --quick: quick).
+        settings: another value of one of their fields, FIELD=VALUE, see `generate`; the name of the preset then has it.
         trackers: names of trackers, see `frameout list` (default: all of the suite; with --quick all but variants;
             in the suite follow ours and one other for each scenario).
         vary: a tracker with other values of one of its parameters, e.g. `colour_pf.particles=50,200,1000`, one or more;
@@ -118,6 +121,7 @@ class Bench(WithModules):
     suites: tyro.conf.Positional[Names] = (DEFAULT,)
     scenario: Names = ()
     preset: Names = ()
+    settings: Settings = ()
     trackers: Names = ()
     vary: Values = ()
     process: Processes = ()
@@ -146,13 +150,15 @@ class Bench(WithModules):
     def run(self) -> int:
         """Run it; return the exit status."""
         check_metrics(self.metric, self.suites)
+        stored = bool(self.settings) and (self.data is not None or bool(self.real))
+        check("set", not stored, "none with --data or --real, whose pictures exist", " ".join(self.settings))
         if self.csv is not None:
             check_file(self.csv, "csv")
         if not self.real:
             added = process_trackers(self.process, self.limit_s)
             chosen = {
                 "scenarios": self.scenario,
-                "presets": self.preset,
+                "presets": self._presets,
                 "trackers": with_added((*self.trackers, *varied_names(self.vary)), added),
                 "controllers": self.controllers,
             }
@@ -173,6 +179,12 @@ class Bench(WithModules):
             write_atomic(self.csv, numbers_table(rows).to_csv(index=False))
         return int(any(failed for _, failed in made))
 
+    @property
+    def _presets(self) -> tuple[str, ...]:
+        """The presets by name, with the settings; () = the default ones."""
+        usual = (self.preset or ("quick" if self.quick else "standard",)) if self.settings else self.preset
+        return tuple(with_values(name, self.settings) for name in usual)
+
     def _run_suite(self, wanted: Suite) -> tuple[Path, bool]:
         """Return the folder, and whether a tracker failed."""
         pictures = bool(self.real) and wanted.on_sequences is not None
@@ -188,7 +200,8 @@ class Bench(WithModules):
         seeds = self.seeds
         if seeds is None and not self.real:
             seeds = stored_seeds(self.data) if self.data is not None else _QUICK_SEEDS if self.quick else _SEEDS
-        named = {name: getattr(self, name) or None for name in ("scenario", "preset", "trackers", "controllers")}
+        named = {name: getattr(self, name) or None for name in ("scenario", "trackers", "controllers")}
+        named |= {"preset": self._presets or None}
         # All that command and function have in common.
         given = {name: value for name, value in vars(self).items() if name in inspect.signature(bench).parameters}
         with warnings.catch_warnings():

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, ONE_NAME, RATE, SIZE, WORKERS, Names, Seeds, WithModules
+from benchmarks.cli.arguments import COUNT, ONE_NAME, RATE, SIZE, WORKERS, Names, Seeds, Settings, WithModules
 from benchmarks.contract.text import counted
 from benchmarks.run.editions import package_versions, preset_edition
 from benchmarks.run.packages import needs_data
@@ -19,6 +19,7 @@ from benchmarks.run.selection import check_renderer
 from benchmarks.run.workers import cores
 from benchmarks.show.progress import progress_bar
 from scenarios import catalog
+from scenarios.field_values import is_drawn, with_values
 from sim.checks import check
 
 
@@ -33,6 +34,10 @@ class Generate(WithModules):
         scenario: catalogue id, see `frameout list`; without a version the latest.
         out: folder, or URL such as s3://bucket/folder.
         preset: one of the scenario's, on a set path or with a camera at rest.
+        settings: another value of one of the preset's fields (`frameout list --contents`), may be given several times:
+            fog=0.3; pattern=grid; drawn for each episode traffic_cars=4:24, sun_elevation_deg=uniform(3,60),
+            log_uniform(A,B), normal(MEAN,DEVIATION), choice(X,Y). It is a part of the preset's name,
+            e.g. standard[traffic_cars=4:24], which every command takes.
         seeds: episodes A to B - 1, or A alone.
         channels: names of the pictures and maps to store (default: all that the scenario has).
         pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless) or jpeg (quality 95).
@@ -52,6 +57,7 @@ class Generate(WithModules):
     out: str
     seeds: Seeds
     preset: str = "standard"
+    settings: Settings = ()
     channels: Names = ()
     pictures: str = "blosc2"
     size: Annotated[tuple[int, int] | None, SIZE] = None
@@ -68,12 +74,12 @@ class Generate(WithModules):
         """Make it; return the exit status."""
         needs_data()
         from benchmarks.data.sets.generating import Workers, forecast, generate
-        from benchmarks.data.sets.request import Request, existing_channels
+        from benchmarks.data.sets.request import Request, existing_channels, of_seed
 
-        scenario = catalog.scenario(self.scenario)
+        scenario, preset = catalog.scenario(self.scenario), with_values(self.preset, self.settings)
         request = Request(
             scenario.id,
-            self.preset,
+            preset,
             (self.seeds.start, self.seeds.stop),
             (),
             self.pictures,
@@ -81,9 +87,12 @@ class Generate(WithModules):
             self.size,
             self.rate_hz,
             self.frame_count,
-            preset_edition(scenario.id, self.preset),
+            preset_edition(scenario.id, preset),
             package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )
+        for seed in self.seeds if is_drawn(preset) else ():
+            with of_seed(seed):
+                request.configuration(seed)
         existing = existing_channels(request, self.on_error)
         for channel in self.channels:
             check("channels", channel in existing, f"some of {', '.join(existing)}", repr(channel))

@@ -9,11 +9,12 @@ from typing import Annotated, Any
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, RATE, Processes, WithModules
+from benchmarks.cli.arguments import COUNT, FILE, FOLDER, ONE_NAME, RATE, Processes, Settings, WithModules
 from benchmarks.cli.bench_function import refuse
 from benchmarks.contract.judging import check_no_layout
 from benchmarks.contract.suite import DEFAULT, suite
 from benchmarks.contract.tracker_spec import TrackerSpec
+from benchmarks.data.sequence_names import set_name
 from benchmarks.run.jobs import Job
 from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.selection import job_on, tracker_named
@@ -21,6 +22,7 @@ from benchmarks.show.progress import progress_bar
 from benchmarks.show.showing import suite_shown, suite_watching
 from benchmarks.show.video.episode_video import render_episode
 from scenarios import catalog
+from scenarios.field_values import with_values
 from sim.checks import check, check_choice
 
 
@@ -40,6 +42,7 @@ class Render(WithModules):
     Attributes:
         scenario: catalogue id, see `frameout list`; without a version the latest.
         preset: one of the scenario's (default: standard, or its first).
+        settings: another value of one of its fields, FIELD=VALUE, see `generate`.
         seed: of the episode, a whole number >= 0.
         tracker: name of the tracker to draw, see `frameout list`, or of one of --process (default: the first of these,
             else truth only).
@@ -58,6 +61,7 @@ class Render(WithModules):
 
     scenario: Annotated[str, tyro.conf.Positional] = catalog.DEFAULT
     preset: Annotated[str | None, ONE_NAME] = None
+    settings: Settings = ()
     seed: int = 0
     tracker: Annotated[str | None, ONE_NAME] = None
     process: Processes = ()
@@ -95,7 +99,7 @@ class Render(WithModules):
         from benchmarks.data.real import real_episodes  # It imports the readers of all layouts.
 
         refuse("none for a real sequence, whose camera nobody steers", controller=self.controller, link=self.link)
-        others = {name: getattr(self, name) for name in ("scenario", "preset", "seed", "renderer")}
+        others = {name: getattr(self, name) for name in ("scenario", "preset", "settings", "seed", "renderer")}
         named = {name: value for name, value in others.items() if value != getattr(Render, name)}
         refuse("none for a real sequence, which is no episode", **named)
         judging = suite(DEFAULT)
@@ -114,7 +118,8 @@ class Render(WithModules):
         check("sequence", not self.sequence, "none without --real", repr(self.sequence))
         scenario = catalog.scenario(self.scenario)
         check("seed", self.seed >= 0, "a whole number >= 0", self.seed)
-        preset = self.preset or ("standard" if "standard" in scenario.presets else next(iter(scenario.presets)))
+        usual = "standard" if "standard" in scenario.presets else next(iter(scenario.presets))
+        preset = with_values(self.preset or usual, self.settings)
         steered = self.link is None or self.controller is not None
         check("controller", steered, f"a name, whose commands take the link {self.link!r}", "none")
         trackers = self._trackers
@@ -125,4 +130,4 @@ class Render(WithModules):
             link = (self.link or "prompt") if shown.judges_controllers else None
         how: Any = {"controller": self.controller, "link": link, "renderer": self.renderer}
         job = job_on(shown, scenario.id, preset, self.seed, trackers, repeats=1, **how)
-        return job, f"{scenario.id}-{preset}-{self.seed}"
+        return job, f"{set_name(scenario.id, preset)}-{self.seed}"

@@ -127,8 +127,8 @@ class Train(WithModules):
         if self.fit_model and self.check_model:
             raise ValueError(f"fit_model: expected it without check_model, got {seeds_text(self.fit_model)} with it")
         training = self.training
-        preset = catalog.scenario(training.scenario).presets.get(training.preset_name)
-        can = preset is None or is_playable(training.scenario, preset) or training.pictures or bool(self.fit_model)
+        preset = catalog.scenario(training.scenario).configuration(training.preset_name)
+        can = is_playable(training.scenario, preset) or training.pictures or bool(self.fit_model)
         check("pictures", can, f"--pictures, since {training.scenario} has no env without them", "none")
         if not (training.pictures or self.fit_model):
             error_model(training.scenario, training.tracker_name)

@@ -34,6 +34,7 @@ from scenarios import catalog
 from scenarios.envs.pictureless.bank import episode_bank
 from scenarios.envs.pictureless.error_model import error_model
 from scenarios.envs.settings import FollowSettings
+from scenarios.field_values import split_name
 from scenarios.scenario import Scenario
 from sim.checks import check, check_choice
 from trackers import registry
@@ -88,7 +89,7 @@ class Search(ABC):
         check(self._parameter, tunable, "one with tunable parameters", f"{self.name!r}, which has none")
         for parameter, chosen in (("preset", self.presets), ("fresh_preset", self.fresh_presets)):
             for each in chosen:
-                check_choice(parameter, each, self.scene.presets)
+                check_choice(parameter, split_name(each)[0], self.scene.presets)
 
     @property
     @abstractmethod
@@ -232,7 +233,7 @@ class ControllerSearch(Search):
         if pictureless is None or (pictures and not pictureless.watches_at_rest):
             return {label: self._with_pictures(values, seeds) for label, values in settings.items()}
         # Episodes are planned once, for all workers, and run with pictures once, for all settings.
-        episode_bank(self.scenario, self.scene.presets[presets[0]], seeds, self.cache)
+        episode_bank(self.scenario, self.scene.configuration(presets[0]), seeds, self.cache)
         played = self.runs if pictures else None
         scored = partial(_without_pictures, replace(self, failures=[]), seeds, played)
         try:

@@ -37,6 +37,7 @@ from benchmarks.contract.suite import Suite
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run.own_modules import imported_files
 from scenarios import catalog
+from scenarios.field_values import split_name
 from scenarios.scenario import Scenario
 from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry
 from trackers.controllers.policy import load_policy, policy_path
@@ -57,7 +58,7 @@ def scene_edition(scenario: Scenario, configuration: Any) -> str:
 def preset_edition(scenario: str, preset: str) -> str:
     """Return the edition of a preset by its name. Raises ValueError for an unknown scenario."""
     found = catalog.scenario(scenario)
-    return scene_edition(found, found.presets.get(preset))
+    return scene_edition(found, found.presets.get(split_name(preset)[0]))
 
 
 def judge_edition(judging: Suite) -> str:

@@ -21,6 +21,7 @@ from benchmarks.run.editions import (
 )
 from scenarios import catalog
 from scenarios.command_link import CommandLink, Link, episode_link, link_named
+from scenarios.field_values import split_name
 from scenarios.scenario import Episode, RendererName, Scenario
 from scenarios.truth import TruthExtent
 from sim.checks import check
@@ -149,8 +150,9 @@ class Simulated(EpisodeSpec):
 
     @property
     def edition(self) -> str:
-        """See ``EpisodeSpec``."""
-        return scene_edition(self.scenario, self.configuration)
+        """See ``EpisodeSpec``; values that a preset's name changes are no part of it, since they may be drawn."""
+        name, values = split_name(self.preset)
+        return scene_edition(self.scenario, self.scenario.presets[name] if values else self.configuration)
 
     def open(self, truth: TruthExtent) -> Episode:
         """See ``EpisodeSpec``."""
@@ -197,7 +199,7 @@ def simulated(
 ) -> Simulated:
     """Return an episode by names; with ``changed`` fields of the preset. Raises ValueError for unknown ones."""
     found = catalog.scenario(scenario)
-    configuration = found.configuration(preset)
+    configuration = found.configuration(preset, seed)
     if changed:
         configuration = replace(configuration, **changed)
     steering = None if controller is None else Steering(controller, found.carrier.name, link)

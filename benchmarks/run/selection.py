@@ -201,10 +201,6 @@ def experiment_on(
     scene = catalog.scenario(scenario)
     steered = bool(scene.carrier.axes) or not judged.judges_controllers
     check("scenario", steered, "one with a camera that can be steered", repr(scene.id))
-    if not isinstance(presets, Mapping):
-        for name in presets:
-            check_choice("preset", name, scene.presets)
-        presets = {name: scene.presets[name] for name in presets}
     for name in controllers or ():
         _check_controller(judged, scene, name)
     check_choice("link", link, LINKS)
@@ -214,10 +210,11 @@ def experiment_on(
     got = f"{seeds.start}:{seeds.stop}" if isinstance(seeds, range) else list(seeds)
     check("seeds", len(seeds) > 0 and min(seeds) >= 0, "A:B with 0 <= A < B", got)
     episodes = [
-        Simulated(scene, name, seed, preset, drawn, steering)
+        Simulated(scene, name, seed, configuration, drawn, steering)
         for seed in seeds
-        for name, preset in presets.items()
-        for steering in _steering(judged, scene, preset, controllers, link)
+        for name in presets
+        for configuration in [presets[name] if isinstance(presets, Mapping) else scene.configuration(name, seed)]
+        for steering in _steering(judged, scene, configuration, controllers, link)
     ]
     return Experiment(judged, episodes, trackers, **how)
 
@@ -355,7 +352,7 @@ def choices(
     scenes = [replace(suite.scene(name), scenario=name) for name in given or latest]
     shown: list[tuple[str, ...]] = [(scene.preset or suite.preset,) for scene in scenes]
     if presets:
-        shown = _shared(presets, scenes, lambda scene, name: name in catalog.scenario(scene.scenario).presets)
+        shown = _shared(presets, scenes, lambda scene, name: catalog.scenario(scene.scenario).has_preset(name))
         scenes = [scene for scene, share in zip(scenes, shown, strict=True) if share]
     found = []
     for scene, its_presets, its_trackers, its_controllers in zip(

@@ -99,8 +99,8 @@ def _command(rows: Sequence[Row], span: str) -> str:
             parts += ["--renderer", row["renderer"]]
             parts += ["--link", row["link"]] if judged.judges_controllers else []
             # Neither a person nor a preset's own set path is named.
-            preset = catalog.scenario(row["scenario"]).presets.get(row["preset"])
-            own_path = preset is None or not preset.closed_loop
+            scene, preset = catalog.scenario(row["scenario"]), row["preset"]
+            own_path = not (scene.has_preset(preset) and scene.configuration(preset).closed_loop)
             named = [each or SET_PATH for each in steering if each != HUMAN and (each is not None or not own_path)]
             parts += ["--controllers", *named] if named else []
         parts += ["--trackers", *dict.fromkeys(each["tracker"] for each in rows)]

@@ -73,8 +73,8 @@ def suite_shown(scenario: str, preset: str, link: str | None) -> Suite:
 
     A preset in closed loop belongs to suites of trackers and is steered as there, unless a link is named.
     """
-    configuration = catalog.scenario(scenario).presets.get(preset)
-    as_written = link is None and configuration is not None and configuration.closed_loop
+    shown = catalog.scenario(scenario)
+    as_written = link is None and shown.has_preset(preset) and shown.configuration(preset).closed_loop
     steered = (each for each in suites().values() if not each.follows_many)
     return next(each for each in steered if each.judges_controllers != as_written)
 

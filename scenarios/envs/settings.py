@@ -12,6 +12,7 @@ import numpy as np
 from scenarios import catalog
 from scenarios.command_link import LINKS, Link
 from scenarios.envs.reward import Reward, reward_of
+from scenarios.field_values import changeable, is_drawn
 from scenarios.scenario import RendererName, Scenario
 from sim.checks import check, check_choice
 from sim.rng import generator
@@ -21,7 +22,6 @@ CHANNELS = ("track", "pixels", "depth", "segmentation")
 ActionMode = Literal["command", "correction", "parameters"]
 OutOfRange = Literal["refuse", "clip"]
 Range = tuple[float, float]
-_NOT_CHANGED = ("summary", "closed_loop")
 _OF_ACTIONS: Mapping[str, tuple[ActionMode, ...]] = {
     "controller": ("correction", "parameters"),
     "controller_values": ("correction", "parameters"),
@@ -142,7 +142,10 @@ class FollowSettings:
             check("action", self.action == "command", wanted, repr(self.action))
         if isinstance(self.tracker, str):
             registry.entry(self.tracker)
-        if self.preset is not None:
+        if isinstance(self.preset, str):
+            scenario.configuration(self.preset)
+            check("preset", not is_drawn(self.preset), "fixed values, as `randomise` draws them", repr(self.preset))
+        elif self.preset is not None:
             check_choice("preset", self.preset, scenario.presets)
         alone = self.preset is None or self.difficulty is None
         wanted = "no preset beside it, as it lies between standard and hard"
@@ -238,7 +241,7 @@ class FollowSettings:
             ValueError: for an unknown field, or a value that the preset rejects.
         """
         scenario = catalog.scenario(self.scenario)
-        preset = scenario.presets[self.preset_name]
+        preset = scenario.configuration(self.preset_name)
         if self.difficulty is not None:
             graded = {"standard", "hard"} <= scenario.presets.keys()
             wanted = f"None{' or a number from 0 to 1' if graded else f', as {scenario.id} has no preset hard'}"
@@ -275,11 +278,6 @@ _DEFAULTS = {
     each.name: each.default_factory() if callable(each.default_factory) else each.default
     for each in dataclasses.fields(FollowSettings)
 }
-
-
-def changeable(preset: Any) -> tuple[str, ...]:
-    """Return the fields of a preset that ``changes`` takes, in their order; of them ``randomise`` takes numbers."""
-    return tuple(each.name for each in dataclasses.fields(preset) if each.name not in _NOT_CHANGED)
 
 
 def between(easy: Any, hard: Any, difficulty: float) -> Any:

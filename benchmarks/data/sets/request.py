@@ -60,9 +60,13 @@ class Request:
         check("seeds", 0 <= self.seeds[0] < self.seeds[1], "A:B with 0 <= A < B", ":".join(map(str, self.seeds)))
         self.configuration()
 
-    def configuration(self) -> Any:
-        """Return the preset with the changes asked for. Raises ValueError for changes that it cannot take."""
-        preset = catalog.scenario(self.scenario).configuration(self.preset)
+    def configuration(self, seed: int | None = None) -> Any:
+        """Return the preset with the changes asked for, as in the episode of a seed, None = the first one.
+
+        Raises:
+            ValueError: for changes that it cannot take.
+        """
+        preset = catalog.scenario(self.scenario).configuration(self.preset, self.seeds[0] if seed is None else seed)
         width_px, height_px = self.size_px or (None, None)
         wanted = {
             "width_px": width_px,
@@ -77,7 +81,8 @@ class Request:
 
     def episode(self, seed: int) -> Episode:
         """Build an episode of the data set, with all truth. Raises ValueError if a controller has to steer it."""
-        preset = self.configuration()
+        with of_seed(seed):
+            preset = self.configuration(seed)
         check("preset", not preset.closed_loop, "one on a set path or at rest", f"{self.preset!r}, in closed loop")
         with of_seed(seed):
             return catalog.scenario(self.scenario).episode(preset, seed, renderer=self.renderer)

@@ -68,7 +68,7 @@ class StoredEpisode:
     @property
     def preset(self) -> Any:
         """The configuration of the episode, which the judge of ``frame-out`` asks for."""
-        return self._scenario.presets[self._request.preset]
+        return self._request.configuration(self.seed)
 
     @property
     def camera(self) -> CameraModel:

@@ -125,10 +125,20 @@ def test_names_are_checked_for_all_suites_before_the_first_one_runs(
         (["frame-out", "stereo", "--trackers", "hold"], "got 'hold', which is of suite frame-out"),
         (["follow", "frame-out", "--link", "noisy"], "link: expected prompt, since suite frame-out knows no other"),
         (["frame-out", "follow", "--data", "x"], "data: expected none with suite follow, as stored pictures"),
+        (
+            ["frame-out", "--data", "x", "--set", "rate_hz=9"],
+            "set: expected none with --data or --real, whose pictures",
+        ),
+        (["frame-out", "--set", "rate=9"], "set: expected one of width_px"),
     ):
         assert main(["bench", *wrong, "--seeds", "0:1", "--out", str(tmp_path / "out")]) == 2
         assert told in capsys.readouterr().err
         assert not (tmp_path / "out").exists()
+
+
+def test_rows_name_the_values_that_were_set(tmp_path: Path) -> None:
+    rows = bench(SUITE, out=tmp_path, preset="tiny[rate_hz=10]", **{**TINY, "trackers": "fake_still"}).rows()
+    assert set(rows["preset"]) == {"tiny[rate_hz=10]"}
 
 
 def test_a_tracker_of_a_cell_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -195,6 +195,40 @@ def test_a_channel_that_only_other_scenes_have_is_refused(tmp_path, capsys):
     assert "counts" not in error
 
 
+def test_values_of_fields_are_drawn_for_each_episode_and_kept_in_the_preset_s_name(tmp_path, capsys):
+    words, out = ["--seeds", "3:8", "--modules", *MODULES, "--workers", "0"], tmp_path / "set"
+    assert (
+        main(
+            [
+                "generate",
+                "fake-town",
+                "--preset",
+                "tiny",
+                *words,
+                "--set",
+                "frame_count=4:12",
+                "--set",
+                "rate_hz=10",
+                "--out",
+                str(out),
+            ]
+        )
+        == 0
+    )
+    data = DataSet(str(out))
+    assert data.request.preset == "tiny[frame_count=4:12,rate_hz=10]"
+    lengths = [data.episode(seed).frame_count for seed in data.seeds]
+    assert lengths == [data.request.configuration(seed).frame_count for seed in data.seeds]
+    assert len(set(lengths)) > 1
+    capsys.readouterr()
+    assert (
+        main(["generate", "road-town", *words, "--set", "rate_hz=uniform(-10,10)", "--out", str(tmp_path / "none")])
+        == 2
+    )
+    assert re.match(r"error: seed \d: rate_hz: expected a number in ", capsys.readouterr().err)
+    assert not (tmp_path / "none").exists()
+
+
 def test_a_preset_in_closed_loop_is_refused():
     request = tiny()
     object.__setattr__(request, "preset", "tiny-loop")
