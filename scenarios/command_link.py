@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -104,7 +105,7 @@ class CommandLink:
             ValueError: if the command is not finite.
         """
         wanted = np.array([getattr(command, name) for name in self._names], dtype=float)
-        check("command", bool(np.isfinite(wanted).all()), "finite numbers", command)
+        check("command", all(map(math.isfinite, wanted.tolist())), "finite numbers", command)
         _send_one(self._state, wanted, self._link, self._waiting)
         # A generator takes a tenth of a millisecond on its way to a kernel.
         if self._link.noise > 0.0:

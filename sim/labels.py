@@ -266,25 +266,22 @@ def bright_fractions(
     return own[:, 1] / np.maximum(own[:, 0], 1.0)
 
 
-def ground_homography(
-    camera: Camera, T_world_before: NDArray[np.float64], T_world_after: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return H (3, 3), scaled to H[2, 2] = 1, that takes pixels of ground points (z = 0) from one pose to another.
-
-    A ground point (x, y, 0) is seen at ``K [r1 r2 t] (x, y, 1)``; H is one such matrix times the other's inverse.
-    """
-    K = intrinsic_matrix(camera)
-    before, after = (K @ _from_ground(pose) for pose in (T_world_before, T_world_after))
-    H = after @ np.linalg.inv(before)
-    return H / H[2, 2]
-
-
-def _from_ground(T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``[r1 r2 t]`` (3, 3): from (x, y, 1) on the ground to the camera's frame."""
+def pixels_from_ground(camera: Camera, T_world_camera: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return ``K [r1 r2 t]`` (3, 3): from a ground point (x, y, 1), z = 0, to its homogeneous pixel."""
     R_camera_world = T_world_camera[:3, :3].T
     columns = np.empty((3, 3))
     columns[:, :2], columns[:, 2] = R_camera_world[:, :2], -R_camera_world @ T_world_camera[:3, 3]
-    return columns
+    return intrinsic_matrix(camera) @ columns
+
+
+def ground_homography(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return H (3, 3), scaled to H[2, 2] = 1, that takes pixels of ground points from one picture to another.
+
+    Args:
+        before, after: ``pixels_from_ground`` of the two.
+    """
+    H = after @ np.linalg.inv(before)
+    return H / H[2, 2]
 
 
 def backward_flow(

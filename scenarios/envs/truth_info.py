@@ -123,7 +123,10 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray) and value.ndim:
         array = value.copy()
         if array.dtype.kind == "f":
-            array[array != array] = np.inf
+            array[np.isnan(array)] = np.inf
         return array
-    number = value.item() if isinstance(value, np.ndarray | np.generic) else value
+    number = value.item() if isinstance(value, _OF_NUMPY) else value
     return math.inf if number != number else number
+
+
+_OF_NUMPY = np.ndarray, np.generic

@@ -127,6 +127,7 @@ class Helicopter:
 
     def __init__(self, preset: RoadTown, air: AirState, pulses: list[Pulse], start_m: NDArray[np.float64]) -> None:
         self._dt_s = 1.0 / preset.rate_hz
+        self._response = 1 - np.exp(-self._dt_s / RESPONSE_TIME_S)
         self._air = air
         self._attitude_rad = air.attitude_rad
         self.meet(pulses)
@@ -175,14 +176,14 @@ class Helicopter:
         )
         if not all(math.isfinite(v) for v in (ahead, right, climb, yaw_rate)):
             raise ValueError(f"command: expected finite numbers, got {command}")
-        c, s = np.cos(self._yaw_rad + turned_rad), np.sin(self._yaw_rad + turned_rad)
-        horizontal = np.array([c * ahead + s * right, s * ahead - c * right])
-        horizontal *= min(1.0, MAXIMUM_SPEED_MPS / max(float(np.linalg.norm(horizontal)), 1e-9))
-        climb = min(max(climb, -MAXIMUM_CLIMB_MPS), MAXIMUM_CLIMB_MPS)
-        response = 1 - np.exp(-self._dt_s / RESPONSE_TIME_S)
-        self._velocity_mps += response * (np.array([*horizontal, climb]) - self._velocity_mps)
+        c, s = math.cos(self._yaw_rad + turned_rad), math.sin(self._yaw_rad + turned_rad)
+        wanted_mps = np.array([c * ahead + s * right, s * ahead - c * right, climb])
+        horizontal = wanted_mps[:2]
+        horizontal *= min(1.0, MAXIMUM_SPEED_MPS / max(math.sqrt(horizontal @ horizontal), 1e-9))
+        wanted_mps[2] = min(max(climb, -MAXIMUM_CLIMB_MPS), MAXIMUM_CLIMB_MPS)
+        self._velocity_mps += self._response * (wanted_mps - self._velocity_mps)
         yaw_rate = min(max(yaw_rate, -MAXIMUM_YAW_RATE_RAD_S), MAXIMUM_YAW_RATE_RAD_S)
-        self._yaw_rate_rad_s += response * (yaw_rate - self._yaw_rate_rad_s)
+        self._yaw_rate_rad_s += self._response * (yaw_rate - self._yaw_rate_rad_s)
         self._position_m = self._position_m + self._velocity_mps * self._dt_s
         self._position_m[2] = min(max(self._position_m[2], ALTITUDE_RANGE_M[0]), ALTITUDE_RANGE_M[1])
         self._yaw_rad += self._yaw_rate_rad_s * self._dt_s

@@ -21,7 +21,7 @@ from scenarios.road_town.town import add_vehicle, build_town, parked_cars, town_
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import KeptWorld, Scenario, Setup
 from scenarios.stage import SceneCamera, Stage
-from sim.labels import backward_flow, ground_homography
+from sim.labels import backward_flow, ground_homography, pixels_from_ground
 from sim.meshes.vehicle import VEHICLES
 from sim.optics import CameraMotion
 from sim.render.pipeline import Capture
@@ -104,6 +104,7 @@ class RoadTownEpisode(Stage):
             SceneCamera(setup, world, plan.camera),
             standing=parked_cars(world) if setup.covers_all else (),
         )
+        self._from_ground = pixels_from_ground(plan.camera, self._T_world_camera)
         self._remember_poses()
 
     @property
@@ -127,11 +128,13 @@ class RoadTownEpisode(Stage):
     def _remember_poses(self) -> None:
         """Keep all poses for the next picture; before the first one they are those of frame 0."""
         self._T_world_camera_before = self._T_world_camera
+        self._from_ground_before = self._from_ground
         self._body_poses_before = self.world.poses.copy() if self._setup.covers_all else _NO_POSES
 
     def _capture(self, frame: int) -> Capture[Any]:
         camera, T_world_camera = self.plan.camera, self._T_world_camera
-        self._background_motion = ground_homography(camera, self._T_world_camera_before, T_world_camera)
+        self._from_ground = pixels_from_ground(camera, T_world_camera)
+        self._background_motion = ground_homography(self._from_ground_before, self._from_ground)
         motion = CameraMotion(self._background_motion, 1.0 / self.rate_hz)
         return self._camera.take(self._shader, T_world_camera, frame, motion=motion)
 

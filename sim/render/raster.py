@@ -8,6 +8,7 @@ picture before is the picture. The result equals that of drawing everything, bit
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from sim.gbuffer import GBuffer
@@ -62,7 +63,7 @@ class Canvas:
         Returns:
             arrays that the next call overwrites.
         """
-        if not self._fits(scene, shape) or not np.array_equal(view, self._view):
+        if not self._fits(scene, shape) or view.tobytes() != self._view.tobytes():
             self._forget_layer(view, poses)
             self._draw_all(scene, textures)
         elif not np.array_equal(poses, self._poses):
@@ -126,6 +127,13 @@ class Canvas:
         )
 
 
+@njit(cache=True, error_model="numpy")
+def _invert(nearness: NDArray[np.float32], depth_m: NDArray[np.float32]) -> None:
+    for row in range(nearness.shape[0]):
+        for column in range(nearness.shape[1]):
+            depth_m[row, column] = np.float32(1.0) / nearness[row, column]
+
+
 class Raster:
     """Draws a world. Bodies may be added and moved between pictures; shapes and textures are packed once. What did not
     move before a camera at rest is not drawn again.
@@ -176,8 +184,7 @@ class Raster:
         drawn = self.draw(camera, T_world_camera, pixel_offset=pixel_offset)
         shape = drawn.nearness.shape
         depth_m, instance_id = np.empty(shape, np.float32), np.empty(shape, np.int32)
-        with np.errstate(divide="ignore"):
-            np.divide(np.float32(1.0), drawn.nearness, out=depth_m)
+        _invert(drawn.nearness, depth_m)
         return Visible(*drawn, depth_m, instance_id)
 
     def draw(

@@ -352,6 +352,10 @@ def _draw_body(
     plane = np.empty(3)
     for face in range(scene.first_face[body], scene.first_face[body + 1]):
         a, b, c = scene.faces[face, 0] - start, scene.faces[face, 1] - start, scene.faces[face, 2] - start
+        # Most faces lie between two rows of texels.
+        rows = projected[a, 1], projected[b, 1], projected[c, 1]
+        if np.ceil(min(rows)) > max(rows):
+            continue
         first, last, edge_count = set_up_triangle(projected, a, b, c, 0.0, size, edges, weights)
         if first >= last:
             continue
@@ -369,11 +373,17 @@ def _draw_body(
                 continue
             changed[0], changed[1] = min(changed[0], row), max(changed[1], row + 1)
             changed[2], changed[3] = min(changed[2], left), max(changed[3], right)
-            base = plane[1] * row + plane[2]
-            for column in range(left, right):
-                value = np.float32(base + plane[0] * column)
-                if value > height_m[row, column]:
-                    height_m[row, column] = value
+            _raise_span(plane[1] * row + plane[2], plane[0], np.uint64(left), np.uint64(right), height_m[row])
+
+
+@njit(cache=True, forceinline=True)
+def _raise_span(
+    base: float, per_column: float, first: np.uint64, last: np.uint64, height_m: NDArray[np.float32]
+) -> None:
+    """Raise heights to ``base + per_column * column``, in a form that becomes vector code."""
+    for column in range(first, last):
+        value, old = np.float32(base + per_column * np.int32(column)), height_m[column]
+        height_m[column] = value if value > old else old
 
 
 _CENTRES_PER_SIDE = 6

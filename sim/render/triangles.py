@@ -41,20 +41,25 @@ def sides_of(view: NDArray[np.float64], width: int, height: int, near: float) ->
 
 @njit(cache=True)
 def body_may_show(
-    sides: NDArray[np.float64], pose: NDArray[np.float64], centre_m: NDArray[np.float64], radius_m: float
+    sides: NDArray[np.float64],
+    poses: NDArray[np.float64],
+    centre_m: NDArray[np.float64],
+    radius_m: NDArray[np.float64],
+    n: int,
 ) -> bool:
-    """Return False if a body's bounding sphere surely lies wholly beyond one of ``sides_of`` a picture.
+    """Return False if the n-th body's bounding sphere surely lies wholly beyond one of ``sides_of`` a picture.
 
     Args:
-        pose: T_world_body (4, 4).
-        centre_m: (3,) of the sphere, in the body's frame.
+        poses: T_world_body (B, 4, 4).
+        centre_m, radius_m: (B, 3) and (B,) of the spheres, in the bodies' frames. (Whole arrays, not views of one
+            body's part: making three views costs more than the arithmetic.)
     """
-    a, b, c = centre_m
-    x = pose[0, 0] * a + pose[0, 1] * b + pose[0, 2] * c + pose[0, 3]
-    y = pose[1, 0] * a + pose[1, 1] * b + pose[1, 2] * c + pose[1, 3]
-    z = pose[2, 0] * a + pose[2, 1] * b + pose[2, 2] * c + pose[2, 3]
+    a, b, c = centre_m[n, 0], centre_m[n, 1], centre_m[n, 2]
+    x = poses[n, 0, 0] * a + poses[n, 0, 1] * b + poses[n, 0, 2] * c + poses[n, 0, 3]
+    y = poses[n, 1, 0] * a + poses[n, 1, 1] * b + poses[n, 1, 2] * c + poses[n, 1, 3]
+    z = poses[n, 2, 0] * a + poses[n, 2, 1] * b + poses[n, 2, 2] * c + poses[n, 2, 3]
     # Rounding must not cull a sphere that touches a side.
-    reach_m = (1.0 + 1e-9) * radius_m + 1e-9 * (abs(x) + abs(y) + abs(z))
+    reach_m = (1.0 + 1e-9) * radius_m[n] + 1e-9 * (abs(x) + abs(y) + abs(z))
     for side in range(5):
         if sides[side, 0] * x + sides[side, 1] * y + sides[side, 2] * z + sides[side, 3] < -reach_m:
             return False
@@ -90,17 +95,18 @@ def chunk_may_show(
     matrix: NDArray[np.float64],
     middle_m: NDArray[np.float64],
     half_m: NDArray[np.float64],
+    n: int,
     width: int,
     height: int,
     near: float,
 ) -> bool:
-    """Return False if a box surely lies wholly beyond one side of the picture or before the near plane.
+    """Return False if the n-th box surely lies wholly beyond one side of the picture or before the near plane.
 
     A side is the plane ``n . p + c = 0``; the box is beyond it if ``n . middle + c < -|n| . half``.
 
     Args:
         matrix: as ``view_of_body`` writes it.
-        middle_m, half_m: (3,) of the box, in the body's frame.
+        middle_m, half_m: (C, 3) of the boxes, in the body's frame.
     """
     for side in range(5):
         axis, size, sign = side // 2, 0.0, 1.0
@@ -113,8 +119,8 @@ def chunk_may_show(
         reach = 1e-6 * (1.0 + abs(value))
         for k in range(3):
             coefficient = sign * matrix[axis, k] + size * matrix[2, k]
-            value += coefficient * middle_m[k]
-            reach += abs(coefficient) * half_m[k] + 1e-6 * abs(coefficient * middle_m[k])
+            value += coefficient * middle_m[n, k]
+            reach += abs(coefficient) * half_m[n, k] + 1e-6 * abs(coefficient * middle_m[n, k])
         if value < -reach:
             return False
     return True

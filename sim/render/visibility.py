@@ -98,16 +98,14 @@ def draw_bodies(
     sides = sides_of(view, width, height, NEAR_M)
     count = kept
     for body in bodies:
-        pose = poses[body]
-        if not body_may_show(sides, pose, scene.centre_m[body], scene.radius_m[body]):
+        if not body_may_show(sides, poses, scene.centre_m, scene.radius_m, body):
             continue
-        start = scene.first_vertex[body]
+        pose, start = poses[body], scene.first_vertex[body]
         view_of_body(view, pose, matrix)
         first_face, last_face = scene.first_face[body], scene.first_face[body + 1]
         for chunk in range(scene.first_chunk[body], scene.first_chunk[body + 1]):
             chunk_face, first_face = first_face, min(first_face + CHUNK, last_face)
-            middle_m, half_m = scene.chunk_middle_m[chunk], scene.chunk_half_m[chunk]
-            if not chunk_may_show(matrix, middle_m, half_m, width, height, NEAR_M):
+            if not chunk_may_show(matrix, scene.chunk_middle_m, scene.chunk_half_m, chunk, width, height, NEAR_M):
                 continue
             vertices = scene.chunk_vertices[chunk]
             project_vertices(matrix, scene.vertices_m[vertices[0] : vertices[1]], projected[vertices[0] - start :])

@@ -68,7 +68,7 @@ def right_gains(config: SensorConfig, radiance: NDArray[np.float64]) -> tuple[fl
     """
     if config.white_balance == "off":
         return 1.0, 1.0
-    red, green, blue = np.maximum(radiance, _DARKEST_NIT)
+    red, green, blue = (max(channel, _DARKEST_NIT) for channel in radiance.tolist())
     return _limited(config, green / red), _limited(config, green / blue)
 
 

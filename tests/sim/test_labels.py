@@ -13,6 +13,7 @@ from sim.labels import (
     bright_fractions,
     ground_homography,
     outline,
+    pixels_from_ground,
     seen_ids,
     visible_fraction,
 )
@@ -135,13 +136,17 @@ def test_fraction_is_that_of_drawing_it_alone_on_a_large_picture():
     assert measured == pytest.approx(expected, abs=0.01)
 
 
+def _homography(before, after):
+    return ground_homography(pixels_from_ground(CAMERA, before), pixels_from_ground(CAMERA, after))
+
+
 def test_homography_takes_ground_pixels_along():
     before = look_down_pose(np.array([0, 0, 40.0]), 0.0, 0.1, 0.0)
     after = look_down_pose(np.array([3, -2, 42.0]), 0.2, -0.1, 0.15)
     pixels = np.random.default_rng(0).uniform(0, 240, (30, 2))
     ground = np.column_stack([intersect_plane(CAMERA, before, pixels, 0.0), np.zeros(30)])
     expected, _ = project(CAMERA, after, ground)
-    moved = np.column_stack([pixels, np.ones(30)]) @ ground_homography(CAMERA, before, after).T
+    moved = np.column_stack([pixels, np.ones(30)]) @ _homography(before, after).T
     np.testing.assert_allclose(moved[:, :2] / moved[:, 2:], expected, atol=1e-6)
 
 
@@ -179,7 +184,7 @@ def test_ground_flow_is_the_homographys():
     after_pose = look_down_pose(np.array([1.0, 0.5, 41.0]), 0.15, 0.05, 0.03)
     world, _, gbuffer = _drawn(_pose(500, 0), after_pose)
     flow = backward_flow(gbuffer, CAMERA, after_pose, before_pose, world.poses, world.poses)
-    H = ground_homography(CAMERA, after_pose, before_pose)
+    H = _homography(after_pose, before_pose)
     columns, rows = np.meshgrid(np.arange(320) + 0.5, np.arange(240) + 0.5)
     moved = np.stack([columns, rows, np.ones_like(rows)], axis=-1) @ H.T
     expected = moved[..., :2] / moved[..., 2:] - np.stack([columns, rows], axis=-1)

@@ -123,8 +123,7 @@ class FeatureFilter:
     def __init__(self, carrier: Carrier, beliefs: BeliefFilter | None = None) -> None:
         """``beliefs``: filters the estimates; None = one of its own."""
         limits: dict[str, float] = {axis.name: axis.limit for axis in carrier.axes}
-        self._names = carrier.commands
-        self._limits = np.array([limits.get(name, np.inf) for name in self._names])
+        self._limits = {name: limits.get(name, np.inf) for name in carrier.commands}
         self._beliefs = beliefs or BeliefFilter(carrier.looks)
 
     def update(self, observation: Observation, estimate: Estimate, given: CameraCommand) -> NDArray[np.float32]:
@@ -134,9 +133,9 @@ class FeatureFilter:
             given: the latest command; zeros before the first.
         """
         belief = self._beliefs.update(observation, estimate)
-        command = np.array([[getattr(given, name) for name in self._names]]) / self._limits
+        shares = [min(max(getattr(given, name) / limit, -1.0), 1.0) for name, limit in self._limits.items()]
         features = np.zeros((1, len(FEATURES)), np.float32)
-        features_of(belief, _clipped(command), features)
+        features_of(belief, np.array([shares]), features)
         return _clipped(features[0])
 
 

@@ -83,7 +83,7 @@ def rectangle_similarities(
     Returns:
         (N,) in [0, 1]. The histogram of a rectangle cut by the border is that of its visible pixels.
     """
-    width, height = (max(int(side), 1) for side in np.rint(size_px))
+    width, height = (max(round(side), 1) for side in size_px.tolist())
     return _similarities(bins, np.ascontiguousarray(centres_px), width, height, np.sqrt(template), outside_similarity)
 
 

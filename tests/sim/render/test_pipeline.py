@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.labels import ground_homography
+from sim.labels import ground_homography, pixels_from_ground
 from sim.optics import CameraMotion, look_down_pose
 from sim.render.pipeline import capture
 from sim.render.protocol import create_renderer
@@ -58,7 +58,7 @@ def test_the_same_pictures_again_are_byte_identical(town, renderer):
 
 
 def test_fast_motion_and_scattered_light_go_through_the_stages(town):
-    motion = CameraMotion(ground_homography(CAMERA, PATH[0], PATH[5]), 1e-3)
+    motion = CameraMotion(ground_homography(*(pixels_from_ground(CAMERA, PATH[k]) for k in (0, 5))), 1e-3)
     fused, staged = _parts(town), _parts(town)
     for frame in (0, 1):
         blurred = capture(*fused, CAMERA, PATH[0], frame, motion=motion).picture
