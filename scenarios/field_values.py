@@ -62,13 +62,22 @@ def with_values(name: str, settings: Iterable[str]) -> str:
     return f"{preset}[{changes}]" if changes else preset
 
 
-def is_drawn(name: str) -> bool:
-    """Return whether a preset's name may draw a value for each episode; ``A:B`` of a range does not."""
-    return any(_RANGE.fullmatch(text) or _CALL.fullmatch(text) for text in split_name(name)[1].values())
+def is_drawn(preset: Any, name: str) -> bool:
+    """Return whether a name of a preset with other values draws one for each episode; ``A:B`` of a range does not."""
+    for path, text in split_name(name)[1].items():
+        usual = preset
+        for field in path.split("."):
+            usual = getattr(usual, field)
+        if _CALL.fullmatch(text) or (_RANGE.fullmatch(text) and not _is_pair(usual)):
+            return True
+    return False
 
 
-def changed(preset: Any, values: Mapping[str, str], seed: int) -> Any:
+def changed(preset: Any, values: Mapping[str, str], seed: int, of: str = "") -> Any:
     """Return a preset with other ``values`` of its fields, as they are in the episode of a seed.
+
+    Args:
+        of: what the preset is a field of, with a dot.
 
     Raises:
         ValueError: for an unknown field, a text that is no value of it, and a value that the preset rejects.
@@ -80,20 +89,19 @@ def changed(preset: Any, values: Mapping[str, str], seed: int) -> Any:
         within = changes.get(field, getattr(preset, field))
         if inner:
             check("set", dataclasses.is_dataclass(within), f"a field without parts: {field}", repr(name))
-            changes[field] = changed(within, {inner: text}, seed)
+            changes[field] = changed(within, {inner: text}, seed, f"{of}{field}.")
         else:
-            changes[field] = _value(name, text, within, generator(seed, f"set {name}"))
+            changes[field] = _value(of + name, text, within, generator(seed, f"set {of}{name}"))
     return dataclasses.replace(preset, **changes)
 
 
 def _value(name: str, text: str, usual: Any, rng: np.random.Generator) -> Any:
     """Return a field's value of an episode; ``usual`` is that of the preset, whose kind it has."""
-    is_pair = isinstance(usual, tuple) and len(usual) == 2 and all(map(_is_number, usual))
-    ends = _RANGE.fullmatch(text)
+    is_pair, ends = _is_pair(usual), _RANGE.fullmatch(text)
     if is_pair and ends is not None:
         return tuple(_like(end, _read(each)) for end, each in zip(usual, ends.groups(), strict=True))
     value = _drawn(f"set {name}", text, usual[0] if is_pair else usual, rng)
-    return (value, value) if is_pair and _is_number(value) else value
+    return (value, value) if is_pair and is_number(value) else value
 
 
 def _drawn(parameter: str, text: str, usual: Any, rng: np.random.Generator) -> Any:
@@ -108,11 +116,12 @@ def _drawn(parameter: str, text: str, usual: Any, rng: np.random.Generator) -> A
     check_choice(parameter, kind, (*_DRAWS, "choice"))
     if kind == "choice":
         return _like(usual, _read(given[rng.integers(len(given))]))
-    numbers = [each for each in map(_read, given) if _is_number(each)]
+    numbers = [each for each in map(_read, given) if is_number(each)]
     check(parameter, len(numbers) == len(given) == 2, f"two numbers in {kind}", text)
     check(parameter, kind == "normal" or numbers[0] <= numbers[1], "two numbers in ascending order", text)
     check(parameter, kind != "log_uniform" or numbers[0] > 0, "numbers > 0", text)
-    check(parameter, _is_number(usual), "a value, since it is no number", text)
+    check(parameter, kind != "normal" or numbers[1] >= 0, "a deviation >= 0", text)
+    check(parameter, is_number(usual), "a value, since it is no number", text)
     if kind == "uniform" and isinstance(usual, int):
         return int(rng.integers(round(numbers[0]), round(numbers[1]) + 1))
     value = float(_DRAWS[kind](rng, *numbers))
@@ -131,18 +140,28 @@ def _read(text: str) -> Any:
 
 def _like(usual: Any, value: Any) -> Any:
     """Return a value in the form of the preset's own: tuples for lists, whole numbers where these are wanted."""
-    if isinstance(value, list):
-        values = tuple(_like(None, each) for each in value)
-        named = hasattr(usual, "_fields") and len(values) == len(usual)
-        return type(usual)(*values) if named else values
-    if _is_number(value) and _is_number(usual):
+    if is_number(value) and is_number(usual):
         if isinstance(usual, float):
             return float(value)
         return round(value) if isinstance(value, float) and value == round(value) else value
-    return value
+    return with_tuples(usual, value)
 
 
-def _is_number(value: Any) -> bool:
+def with_tuples(usual: Any, value: Any) -> Any:
+    """Return the tuple that a preset holds, which can be hashed, for a list, such as JSON and YAML have."""
+    if not isinstance(value, list):
+        return value
+    values = tuple(with_tuples(None, each) for each in value)
+    named = hasattr(usual, "_fields") and len(values) == len(usual)
+    return type(usual)(*values) if named else values
+
+
+def _is_pair(value: Any) -> bool:
+    return isinstance(value, tuple) and len(value) == 2 and all(map(is_number, value))
+
+
+def is_number(value: Any) -> bool:
+    """Return whether a value is a number, which ``True`` is not."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 

@@ -43,7 +43,6 @@ from benchmarks.show.progress import progress_bar
 from benchmarks.show.provenance import sequences_in_words
 from benchmarks.show.results import Results
 from benchmarks.statistics.rank_agreement import rank_agreement
-from scenarios.field_values import with_values
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
@@ -150,15 +149,14 @@ class Bench(WithModules):
     def run(self) -> int:
         """Run it; return the exit status."""
         check_metrics(self.metric, self.suites)
-        stored = bool(self.settings) and (self.data is not None or bool(self.real))
-        check("set", not stored, "none with --data or --real, whose pictures exist", " ".join(self.settings))
         if self.csv is not None:
             check_file(self.csv, "csv")
         if not self.real:
             added = process_trackers(self.process, self.limit_s)
             chosen = {
                 "scenarios": self.scenario,
-                "presets": self._presets,
+                "presets": self.preset,
+                "settings": self.settings,
                 "trackers": with_added((*self.trackers, *varied_names(self.vary)), added),
                 "controllers": self.controllers,
             }
@@ -179,12 +177,6 @@ class Bench(WithModules):
             write_atomic(self.csv, numbers_table(rows).to_csv(index=False))
         return int(any(failed for _, failed in made))
 
-    @property
-    def _presets(self) -> tuple[str, ...]:
-        """The presets by name, with the settings; () = the default ones."""
-        usual = (self.preset or ("quick" if self.quick else "standard",)) if self.settings else self.preset
-        return tuple(with_values(name, self.settings) for name in usual)
-
     def _run_suite(self, wanted: Suite) -> tuple[Path, bool]:
         """Return the folder, and whether a tracker failed."""
         pictures = bool(self.real) and wanted.on_sequences is not None
@@ -200,8 +192,7 @@ class Bench(WithModules):
         seeds = self.seeds
         if seeds is None and not self.real:
             seeds = stored_seeds(self.data) if self.data is not None else _QUICK_SEEDS if self.quick else _SEEDS
-        named = {name: getattr(self, name) or None for name in ("scenario", "trackers", "controllers")}
-        named |= {"preset": self._presets or None}
+        named = {name: getattr(self, name) or None for name in ("scenario", "preset", "trackers", "controllers")}
         # All that command and function have in common.
         given = {name: value for name, value in vars(self).items() if name in inspect.signature(bench).parameters}
         with warnings.catch_warnings():

@@ -59,6 +59,7 @@ def bench(
     seeds: range | None = None,
     scenario: str | Sequence[str] | None = None,
     preset: str | Sequence[str] | None = None,
+    settings: str | Sequence[str] = (),
     trackers: str | Sequence[str] | None = None,
     process: str | Sequence[str] | Mapping[str, str] = (),
     controllers: str | Sequence[str] | None = None,
@@ -87,6 +88,7 @@ def bench(
         seeds: of the episodes, ``range(A, B)``; 0 to 9,999 are for development, 10,000 to 19,999 are the test split.
             They must be given, but for ``real``, which has none: all of it runs.
         scenario, preset, trackers, controllers: a name or several; None = as ``frameout bench --help`` says.
+        settings: other values of fields of the presets, ``FIELD=VALUE``, see ``scenarios.field_values``.
         process: trackers in processes of their own: name → command, or arguments as ``frameout bench --process`` takes;
             they run beside the others, or alone if ``trackers`` names them.
         link: how commands reach the carrier where controllers are trackers: prompt, delayed, noisy or late.
@@ -127,6 +129,7 @@ def bench(
     names = {
         "scenarios": several("scenario", scenario),
         "presets": several("preset", preset),
+        "settings": (settings,) if isinstance(settings, str) else tuple(settings),
         "trackers": with_added((*several("trackers", trackers), *other_values), added),
         "controllers": several("controllers", controllers),
     }
@@ -243,7 +246,8 @@ def refuse(expected: str, **given: object) -> None:
 
 def _episodes_of(names: Names) -> Names:
     """Return the names that choose episodes, by argument."""
-    return {"scenario": names["scenarios"], "preset": names["presets"], "controllers": names["controllers"]}
+    given = {"scenario": names["scenarios"], "preset": names["presets"], "set": names["settings"]}
+    return given | {"controllers": names["controllers"]}
 
 
 def _check_steering(wanted: Suite, link: str, data: str | None) -> None:

@@ -35,9 +35,9 @@ class Generate(WithModules):
         out: folder, or URL such as s3://bucket/folder.
         preset: one of the scenario's, on a set path or with a camera at rest.
         settings: another value of one of the preset's fields (`frameout list --contents`), may be given several times:
-            fog=0.3; pattern=grid; drawn for each episode traffic_cars=4:24, sun_elevation_deg=uniform(3,60),
-            log_uniform(A,B), normal(MEAN,DEVIATION), choice(X,Y). It is a part of the preset's name,
-            e.g. standard[traffic_cars=4:24], which every command takes.
+            traffic_cars=3, street_patterns=[grid]; drawn for each episode: traffic_cars=4:24,
+            sun_elevation_deg=uniform(3,60), log_uniform(A,B), normal(MEAN,DEVIATION), choice(X,Y). It is a part of the
+            preset's name, e.g. standard[traffic_cars=4:24], which every command takes.
         seeds: episodes A to B - 1, or A alone.
         channels: names of the pictures and maps to store (default: all that the scenario has).
         pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless) or jpeg (quality 95).
@@ -90,7 +90,7 @@ class Generate(WithModules):
             preset_edition(scenario.id, preset),
             package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )
-        for seed in self.seeds if is_drawn(preset) else ():
+        for seed in self.seeds if is_drawn(request.configuration(), preset) else ():
             with of_seed(seed):
                 request.configuration(seed)
         existing = existing_channels(request, self.on_error)

@@ -26,6 +26,7 @@ from benchmarks.run.process_trackers import process_trackers
 from benchmarks.run.stale_kernels import forget_stale_kernels
 from scenarios import catalog
 from scenarios.command_link import LINKS
+from scenarios.field_values import with_values
 from scenarios.loop import FromPictures, LoopTracker, ManyFromPictures
 from scenarios.scenario import Episode, RendererName, Scenario
 from sim.checks import check, check_choice, suggestion
@@ -323,6 +324,7 @@ def choices(
     *,
     scenarios: Sequence[str] = (),
     presets: Sequence[str] = (),
+    settings: Sequence[str] = (),
     trackers: Sequence[str] = (),
     controllers: Sequence[str] = (),
     added: Mapping[str, TrackerSpec] = MappingProxyType({}),
@@ -335,7 +337,7 @@ def choices(
     knows goes to the first one, which refuses it.
 
     Args:
-        scenarios: () = all of the suite. presets: () = each scenario's default.
+        scenarios: () = all of the suite. presets: () = each scenario's default. settings: values of their fields.
         trackers: () = the scenario's, and those ``added``. controllers: () = all where they compete.
         added: trackers that a user brings, by name.
         variants: whether ablations are included by default.
@@ -354,6 +356,7 @@ def choices(
     if presets:
         shown = _shared(presets, scenes, lambda scene, name: catalog.scenario(scene.scenario).has_preset(name))
         scenes = [scene for scene, share in zip(scenes, shown, strict=True) if share]
+    shown = [tuple(with_values(name, settings) for name in share) for share in shown]
     found = []
     for scene, its_presets, its_trackers, its_controllers in zip(
         scenes,

@@ -31,10 +31,10 @@ from scenarios.envs import observing
 from scenarios.envs.follow_env import FollowEnv
 from scenarios.envs.pictureless.vector_env import PicturelessVectorEnv
 from scenarios.envs.reward import TERMS, Reward
-from scenarios.envs.settings import RESET_OPTIONS, FollowSettings, is_number
+from scenarios.envs.settings import RESET_OPTIONS, FollowSettings
 from scenarios.envs.truth_info import INFO, truth_keys
 from scenarios.envs.vectors import FollowVectorEnv
-from scenarios.field_values import changeable
+from scenarios.field_values import changeable, is_number
 from scenarios.scenario import Scenario
 from scenarios.truth import Truth, dtype_of, meanings
 from trackers.belief import features

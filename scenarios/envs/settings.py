@@ -12,7 +12,7 @@ import numpy as np
 from scenarios import catalog
 from scenarios.command_link import LINKS, Link
 from scenarios.envs.reward import Reward, reward_of
-from scenarios.field_values import changeable, is_drawn
+from scenarios.field_values import changeable, is_drawn, is_number, with_tuples
 from scenarios.scenario import RendererName, Scenario
 from sim.checks import check, check_choice
 from sim.rng import generator
@@ -143,8 +143,8 @@ class FollowSettings:
         if isinstance(self.tracker, str):
             registry.entry(self.tracker)
         if isinstance(self.preset, str):
-            scenario.configuration(self.preset)
-            check("preset", not is_drawn(self.preset), "fixed values, as `randomise` draws them", repr(self.preset))
+            drawn = is_drawn(scenario.configuration(self.preset), self.preset)
+            check("preset", not drawn, "fixed values, as `randomise` draws them", repr(self.preset))
         elif self.preset is not None:
             check_choice("preset", self.preset, scenario.presets)
         alone = self.preset is None or self.difficulty is None
@@ -252,7 +252,7 @@ class FollowSettings:
         for group in ("changes", "randomise"):
             for name in getattr(self, group):
                 check_choice(group, name, sorted(known))
-        values = {name: _without_lists(getattr(preset, name), value) for name, value in self.changes.items()}
+        values = {name: with_tuples(getattr(preset, name), value) for name, value in self.changes.items()}
         values |= {name: _like(getattr(preset, name), value) for name, value in drawn.items()}
         return dataclasses.replace(preset, **values)
 
@@ -298,20 +298,6 @@ def _between(easy: Any, hard: Any, difficulty: float) -> Any:
         return hard if difficulty >= 0.5 else easy
     # The end is exact, and so is what both presets share.
     return hard if difficulty == 1.0 else _like(easy, easy + difficulty * (hard - easy))
-
-
-def _without_lists(example: Any, value: Any) -> Any:
-    """Return the tuple that a preset holds, which can be hashed, for a list, such as JSON and YAML have."""
-    if not isinstance(value, list):
-        return value
-    values = tuple(_without_lists(None, each) for each in value)
-    named = hasattr(example, "_fields") and len(values) == len(example)
-    return type(example)(*values) if named else values
-
-
-def is_number(value: Any) -> bool:
-    """Return whether a value is a number, which ``True`` is not."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _is_range(limits: Any) -> bool:

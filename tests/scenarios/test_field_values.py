@@ -20,7 +20,7 @@ from scenarios.field_values import changeable, is_drawn, split_name, with_values
 TOWN = catalog.scenario("road-town")
 
 
-def values(setting: str, name: str, count: int = 200) -> list[Any]:
+def drawn_values(setting: str, name: str, count: int = 200) -> list[Any]:
     """Return a field's value in several episodes."""
     return [getattr(TOWN.configuration(with_values("standard", [setting]), seed), name) for seed in range(count)]
 
@@ -54,24 +54,24 @@ def test_values_have_the_kind_of_the_field() -> None:
 
 
 def test_draws_have_their_distributions() -> None:
-    cars = values("traffic_cars=4:7", "traffic_cars")
+    cars = drawn_values("traffic_cars=4:7", "traffic_cars")
     assert set(cars) == {4, 5, 6, 7}
     counts = np.bincount(cars)[4:]
     # Within four standard deviations of a binomial count.
     assert np.abs(counts - 50).max() < 4 * np.sqrt(200 * 0.25 * 0.75)
-    share = np.array(values("stop_share=uniform(0.2,0.6)", "stop_share"))
+    share = np.array(drawn_values("stop_share=uniform(0.2,0.6)", "stop_share"))
     assert 0.2 <= share.min() < 0.25 < 0.55 < share.max() <= 0.6
-    rate = np.log(values("rate_hz=log_uniform(5,20)", "rate_hz"))
+    rate = np.log(drawn_values("rate_hz=log_uniform(5,20)", "rate_hz"))
     assert np.median(rate) == pytest.approx(np.log(10), abs=0.12)
-    noise = np.array(values("attitude_noise_deg=normal(2,0.1)", "attitude_noise_deg"))
+    noise = np.array(drawn_values("attitude_noise_deg=normal(2,0.1)", "attitude_noise_deg"))
     assert (noise.mean(), noise.std()) == (pytest.approx(2.0, abs=0.03), pytest.approx(0.1, abs=0.02))
-    assert set(values("traffic_side=choice(left,right)", "traffic_side")) == {"left", "right"}
+    assert set(drawn_values("traffic_side=choice(left,right)", "traffic_side")) == {"left", "right"}
     # A range that is drawn is a number at both ends.
-    assert all(low == high for low, high in values("altitude_m=uniform(50,80)", "altitude_m", 10))
+    assert all(low == high for low, high in drawn_values("altitude_m=uniform(50,80)", "altitude_m", 10))
 
 
 def test_a_draw_depends_on_the_seed_and_its_own_name_alone() -> None:
-    alone, beside = (values(f"traffic_cars=4:24{more}", "traffic_cars", 30) for more in ("", ",stop_share=0:1"))
+    alone, beside = (drawn_values(f"traffic_cars=4:24{more}", "traffic_cars", 30) for more in ("", ",stop_share=0:1"))
     assert alone == beside
     name = "quick[traffic_cars=4:24]"
     assert simulated("road-town-v2", name, 3).configuration == TOWN.configuration(name, 3)
@@ -88,6 +88,7 @@ def test_a_draw_depends_on_the_seed_and_its_own_name_alone() -> None:
         ("traffic_cars=24:4", "set traffic_cars: expected two numbers in ascending order, got 24:4"),
         ("traffic_cars=uniform(3)", r"set traffic_cars: expected two numbers in uniform, got uniform\(3\)"),
         ("rate_hz=log_uniform(0,3)", "set rate_hz: expected numbers > 0"),
+        ("rate_hz=normal(15,-1)", "set rate_hz: expected a deviation >= 0"),
         ("rate_hz=evenly(1,2)", "set rate_hz: expected one of uniform, log_uniform, normal, choice; got 'evenly'"),
         ("traffic_side=0:3", "set traffic_side: expected a value, since it is no number, got 0:3"),
         ("rate_hz.mean=3", "set: expected a field without parts: rate_hz, got 'rate_hz.mean'"),
@@ -102,6 +103,8 @@ def test_a_value_that_cannot_be_is_refused(setting: str, message: str) -> None:
 def test_envs_take_values_and_leave_draws_to_randomise() -> None:
     settings = FollowSettings("road-town-v2", "colour_pf", preset="quick[traffic_cars=3]")
     assert settings.configuration({}).traffic_cars == 3
-    assert not is_drawn("quick[traffic_cars=3]")
+    for values, drawn in (("traffic_cars=3", False), ("altitude_m=55:70", False), ("altitude_m=uniform(55,70)", True)):
+        assert is_drawn(TOWN.presets["quick"], f"quick[{values}]") == drawn
+    FollowSettings("road-town-v2", "colour_pf", preset="quick[altitude_m=55:70]")
     with pytest.raises(ValueError, match=r"^preset: expected fixed values, as `randomise` draws them"):
         FollowSettings("road-town-v2", "colour_pf", preset="quick[traffic_cars=3:5]")

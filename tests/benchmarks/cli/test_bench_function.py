@@ -125,15 +125,16 @@ def test_names_are_checked_for_all_suites_before_the_first_one_runs(
         (["frame-out", "stereo", "--trackers", "hold"], "got 'hold', which is of suite frame-out"),
         (["follow", "frame-out", "--link", "noisy"], "link: expected prompt, since suite frame-out knows no other"),
         (["frame-out", "follow", "--data", "x"], "data: expected none with suite follow, as stored pictures"),
-        (
-            ["frame-out", "--data", "x", "--set", "rate_hz=9"],
-            "set: expected none with --data or --real, whose pictures",
-        ),
         (["frame-out", "--set", "rate=9"], "set: expected one of width_px"),
     ):
         assert main(["bench", *wrong, "--seeds", "0:1", "--out", str(tmp_path / "out")]) == 2
         assert told in capsys.readouterr().err
         assert not (tmp_path / "out").exists()
+
+
+def test_pictures_that_exist_take_no_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--real", "x", "--set", "rate_hz=9", "--out", str(tmp_path / "out")]) == 2
+    assert "set: expected none with --real, which runs no episodes" in capsys.readouterr().err
 
 
 def test_rows_name_the_values_that_were_set(tmp_path: Path) -> None:

@@ -32,6 +32,12 @@ def test_if_nobody_is_named_ours_and_another_watch_and_everybody_steers() -> Non
         assert choice.controllers == tuple(each.name for each in known)
 
 
+def test_values_go_to_the_default_preset_of_each_scene() -> None:
+    chosen = {each.scenario: each.presets for each in choices(FOLLOW, settings=("rate_hz=9",), variants=False)}
+    assert chosen["road-town-v2"] == ("standard[rate_hz=9]",)
+    assert chosen["harbour-v1"] == ("patrol[rate_hz=9]",)
+
+
 def test_names_go_where_they_are_known() -> None:
     town, rooms, *heads = choices(
         FOLLOW,
