@@ -57,7 +57,7 @@ class FrameOuts:
     """Frame-outs of the target.
 
     Attributes:
-        count: range of the number per episode, both ends included.
+        count: range of the number per episode, both ends included; 0 = none.
         frames: range of their lengths, drawn log-uniformly.
         excursion_frames: shortest length of one that hides an excursion: the car is then well off the road.
         turn_share: share that is placed over a turn at a crossing, where the route has one.
@@ -87,7 +87,6 @@ class FrameOuts:
         if self.build_up_s is not None:
             check_within(self, "build_up_s", 0, 60, above=True)
         check_within(self, "turn_share", 0, 1)
-        check("count", self.count[1] >= 1, "a largest number >= 1", self.count)
         earliest = APART_FRAMES - OVERHANG_FRAMES
         good = self.start_frame is None or self.start_frame >= earliest
         check("start_frame", good, f"None or at least {earliest}", self.start_frame)
@@ -98,7 +97,7 @@ class FrameOuts:
         Args:
             apart_frames: shortest time from the end of one to the start of the next.
         """
-        count, frames = max(self.count[0], 1), self.frames[0]
+        count, frames = self.count[0], self.frames[0]
         first = APART_FRAMES - OVERHANG_FRAMES if self.start_frame is None else self.start_frame
         spare = max(frame_count - self.fewest_frames(apart_frames), 0)
         before = [0 if self.start_frame is not None else spare * (k + 1) // (count + 1) for k in range(count)]
@@ -106,7 +105,9 @@ class FrameOuts:
 
     def fewest_frames(self, apart_frames: int) -> int:
         """Return the length of the shortest episode that can contain them, see ``evenly``."""
-        count = max(self.count[0], 1)
+        count = self.count[0]
+        if count == 0:
+            return 1
         ends = APART_FRAMES - OVERHANG_FRAMES
         first = ends if self.start_frame is None else self.start_frame
         return first + count * self.frames[0] + (count - 1) * apart_frames + ends

@@ -284,6 +284,8 @@ def with_excursion(
         The bent route, the layout without the obstacles, and the excursion; or the same route and layout and None if
         there is no room.
     """
+    if between_m[1] - between_m[0] < along_m[0]:
+        return route, layout, None
     obstacles = _Obstacles(layout)
     arc = np.arange(len(route.points_m), dtype=float) * POINT_SPACING_M
     best: tuple[float, _Hits, NDArray[np.float64], float, float] | None = None

@@ -45,7 +45,7 @@ def schedules(
         found = 0
         for _ in range(_PLACEMENTS):
             spans = _place(preset, events, lengths, rng)
-            if spans:
+            if spans is not None:
                 yield spans
                 found += 1
             if found == _SCHEDULES:
@@ -123,7 +123,7 @@ def draw_swings(
     builds_up = closed_loop and preset.frame_outs.build_up_s is not None
     for wanted in schedules(preset, events, preset.apart_frames(closed_loop), rng):
         swings = [_draw_swing(preset, camera, air, *span, closed_loop, rng) for span in wanted]
-        if not builds_up:
+        if not builds_up or not swings:
             return swings
         swings = _within_calm(preset, air, swings, wanted)
         if _are_apart(swings):

@@ -133,6 +133,22 @@ def test_more_frame_outs_than_an_episode_has_room_for_are_refused() -> None:
         _episodes(crowded, True, 1)
 
 
+@pytest.mark.parametrize("closed_loop", [False, True])
+@pytest.mark.parametrize("frame_count", [2, 20, 100])
+def test_episodes_of_any_length_may_have_no_frame_out(frame_count: int, closed_loop: bool) -> None:
+    none = FrameOuts(count=(0, 0))
+    preset = replace(PRESETS["standard"], frame_count=frame_count, frame_outs=none, excursions=(1, 1))
+    for seed in range(3):
+        plan = make_plan(preset, seed, closed_loop=closed_loop)
+        assert plan.pulses == ()
+        assert len(plan.camera_poses) == frame_count
+
+
+def test_some_episodes_have_no_frame_out_where_the_range_begins_at_none() -> None:
+    preset = replace(PRESETS["standard"], frame_outs=FrameOuts(count=(0, 2)))
+    assert {len(swings) for _, swings in _episodes(preset, False, 12)} == {0, 1, 2}
+
+
 @pytest.mark.heavy
 @pytest.mark.parametrize("closed_loop", [False, True])
 @pytest.mark.parametrize(("name", "rate_hz"), [("standard", 15.0), ("oblique", 30.0), ("quick", 5.0)])
