@@ -20,10 +20,10 @@ class Export(WithModules):
     """Write a data set, or the answers of trackers, in a format that other programs read (pip install
     'frameout[data]').
 
-    Formats: coco, davis, kitti-depth, kitti-flow, kitti-stereo, mot, mots, otb, rerun (pip install 'frameout[rerun]'),
-    tao-amodal, vot, webdataset, yolo, and those of `--modules`. Each says in the README.md that it writes where its
-    axes begin, what its boxes enclose, and where the format is defined. Pictures stored as PNG or JPEG are copied,
-    others become PNG.
+    Formats: coco, davis, dota, kitti-depth, kitti-flow, kitti-stereo, mot, mots, otb, rerun (pip install
+    'frameout[rerun]'), tao-amodal, vot, webdataset, yolo, yolo-obb, yolo-seg, and those of `--modules`. Each says in
+    the README.md that it writes where its axes begin, what its boxes enclose, and where the format is defined. Pictures
+    stored as PNG or JPEG are copied, others become PNG.
 
     Of a folder of `frameout bench --keep-estimates` it writes what the trackers answered, in mot (for TrackEval) or vot
     (of one target; for the VOT toolkit); `frameout score` reads both.
@@ -37,9 +37,12 @@ class Export(WithModules):
             is one whose files are not those that were written.
         classes: class = car, person, boat, fish …; kind = the scene's own kinds: models of cars, parts of people in the
             script. Either has the same numbers for all data sets of a scene. Formats without classes have no choice.
-        min_visible: least share (0 to 1) of an object's own pixels that is seen and shows no mirror image of a lamp;
-            labels of those below it are left out (yolo) or marked iscrowd (coco), and counted.
+        min_visible: least share (0 to 1) of an object's own pixels that is seen and shows no mirror image of a lamp.
+            Objects below it are marked so that evaluation ignores them, where the format can say so (iscrowd in coco,
+            DontCare in kitti-object, difficult in dota, distractors in mot, ignored regions in mots); else they are
+            left out.
         min_size: least shorter side of the box around what is seen, pixels; likewise.
+        ignore_standing: what only stands about, parked cars and moored boats; likewise.
     """
 
     directory: Annotated[str, tyro.conf.Positional]
@@ -49,6 +52,7 @@ class Export(WithModules):
     classes: Literal["class", "kind"] = "class"
     min_visible: float = 0.0
     min_size: float = 0.0
+    ignore_standing: bool = False
     resumes = False
 
     def run(self) -> int:
@@ -58,7 +62,7 @@ class Export(WithModules):
         if (Path(self.directory) / ESTIMATES).is_dir():
             from benchmarks.data.predictions.writing import write_predictions
 
-            for name in ("allow_incomplete", "classes", "min_visible", "min_size"):
+            for name in ("allow_incomplete", "classes", "min_visible", "min_size", "ignore_standing"):
                 given, default = getattr(self, name), getattr(Export, name)
                 check(name.replace("_", "-"), given == default, "none for the answers of trackers", given)
             print(f"{self.out}: {counted(write_predictions(Path(self.directory), self.format, self.out), 'file')}")
@@ -77,8 +81,9 @@ class Export(WithModules):
             classes=self.classes,
             min_visible=self.min_visible,
             min_size_px=self.min_size,
+            ignore_standing=self.ignore_standing,
         )
         print(self.out)
         if left_out:
-            print(f"{counted(left_out, 'object')} of single pictures below --min-visible or --min-size")
+            print(f"{counted(left_out, 'object')} of single pictures left out or marked as ignored")
         return 0

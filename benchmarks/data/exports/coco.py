@@ -32,9 +32,8 @@ class Coco(Exporter):
     An annotation is of one object in one picture of which at least one pixel is seen: `segmentation` is the run-length
     code of those pixels, `bbox` the box around them (left, top, width, height; the top left corner of the picture is 0,
     0), `area` their number. Parked cars and moored boats have theirs too. Categories are the classes of the scene's own
-    list, with the same numbers in every export of the scene with the same `--classes`. `iscrowd` is 1 for what shows
-    less than was asked for (`--min-visible`, without what glare covers, `--min-size`), which evaluation then ignores,
-    else 0.
+    list, with the same numbers in every export of the scene with the same `--classes`. `iscrowd` is 1 for what is to be
+    ignored (`--min-visible`, without what glare covers, `--min-size`, `--ignore-standing`), else 0.
 
     `attributes` holds more of each object:
     """
@@ -59,25 +58,22 @@ class Coco(Exporter):
             image_id = len(images) + 1
             image = {"id": image_id, "file_name": name + self.ending, "width": width, "height": height}
             images.append(as_text(image))
-            for each in self.labels.instances(stored):
-                if each.is_seen:
-                    numbers = {"id": len(annotations) + 1, "image_id": image_id}
-                    annotations.append(as_text(numbers | self._annotation(stored, each)))
+            for each, taken in self.labels.seen(stored):
+                numbers = {"id": len(annotations) + 1, "image_id": image_id}
+                annotations.append(as_text(numbers | self._annotation(stored, each, taken)))
 
     def end(self) -> None:
         """Write the JSON file."""
         write_json(self.place("annotations/instances.json"), _head(self), self._lists)
 
-    def _annotation(self, stored: StoredFrame, instance: Instance) -> dict[str, Any]:
-        is_small = not self.labels.takes(instance)
-        self.labels.left_out += is_small
+    def _annotation(self, stored: StoredFrame, instance: Instance, taken: bool) -> dict[str, Any]:
         mask = stored.frame.truth.instance_map == instance.instance_id
         return {
             "category_id": 1 + instance.class_number,
             "bbox": as_xywh(instance.visible_xyxy),
             "area": int(mask.sum()),
             "segmentation": runs_of(mask),
-            "iscrowd": int(is_small),
+            "iscrowd": int(not taken),
             "attributes": instance.attributes(),
         }
 

@@ -51,7 +51,7 @@ class Exporter:
         packages: that writing needs, by their import names. extra: that installs them.
         data_files: pattern of the files of a ``{split}``, if the Hugging Face library ``datasets`` reads them; else ''.
         has_classes: whether it labels objects with classes, those too that only stand about.
-        leaves_out: whether labels of what shows too little can be left out, see ``Labels``.
+        leaves_out: whether objects can be left out or marked as ignored, see ``Labels.takes``.
         has_attributes: whether ``Instance.attributes`` are among its files.
         data: the set. folder: an empty one of this machine. labels: of its objects.
         ending: of exported pictures, with a dot: they are copied as PNG or JPEG, others become PNG.
@@ -184,15 +184,16 @@ def export(
     classes: ClassLevel = "class",
     min_visible: float = 0.0,
     min_size_px: float = 0.0,
+    ignore_standing: bool = False,
 ) -> int:
     """Write a data set into the folder or URL ``out`` in a format, see ``whole_folder``.
 
     Args:
         allow_incomplete: also of a data set in which episodes are missing that were asked for.
-        classes, min_visible, min_size_px: see ``Labels``.
+        classes, min_visible, min_size_px, ignore_standing: see ``Labels``.
 
     Returns:
-        the number of objects in pictures that show less than was asked for.
+        the number of objects in pictures that were left out or marked as ignored.
 
     Raises:
         ValueError: for an unknown format, a missing package, a data set that lacks what the format needs, is
@@ -210,12 +211,13 @@ def export(
     missing = ranges_text(data.missing())
     whole = "all episodes (`frameout generate` makes those that are missing, --allow-incomplete does without)"
     check("data", allow_incomplete or not missing, whole, f"none of the seeds {missing}")
-    labels = Labels(data, classes, min_visible, min_size_px)
+    labels = Labels(data, classes, min_visible, min_size_px, ignore_standing)
     new = f"a set of format {FORMAT}, with what only stands about (`frameout generate` into another folder makes it)"
     check("data", not chosen.has_classes or "standing" in data.tables, new, f"format {data.request.format}")
     check("classes", chosen.has_classes or classes == "class", f"class, since {name} has none", repr(classes))
-    least = (min_visible, min_size_px)
-    check("min_visible min_size", chosen.leaves_out or not any(least), f"0, since {name} holds all", least)
+    asked = (min_visible, min_size_px, ignore_standing)
+    known_as = "min_visible min_size ignore_standing"
+    check(known_as, chosen.leaves_out or not any(asked), f"none, since {name} holds all", asked)
     with whole_folder(str(out)) as folder:
         problem = next(damaged(data), None)
         check("data", problem is None, "a whole data set (see frameout verify)", problem)

@@ -56,6 +56,7 @@ class Instance:
         box_xyxy: (4,) amodal, visible_xyxy: (4,) around what is seen; NaN where there is none.
         visible_fraction, glare_fraction: see ``Truth``; the second is 0 for those that stand about.
         T_world_object: (4, 4). bounds_m: (2, 3), see ``Truth``.
+        stands: whether it only stands about.
     """
 
     name: str
@@ -69,6 +70,7 @@ class Instance:
     glare_fraction: float
     T_world_object: NDArray[np.float64]
     bounds_m: NDArray[np.float64]
+    stands: bool = False
 
     @property
     def is_seen(self) -> bool:
@@ -97,13 +99,18 @@ class Labels:
     Numbers are those of the scene's own full list of a level, so that they are the same in all exports with that level.
 
     Attributes:
-        level, min_visible, min_size_px: as given.
+        level, min_visible, min_size_px, ignore_standing: as given.
         names: of the classes, in the order of their numbers, which begin with 0.
         left_out: number of instances that a format has left out or marked so far, since ``takes`` refuses them.
     """
 
     def __init__(
-        self, data: DataSet, level: ClassLevel = "class", min_visible: float = 0.0, min_size_px: float = 0.0
+        self,
+        data: DataSet,
+        level: ClassLevel = "class",
+        min_visible: float = 0.0,
+        min_size_px: float = 0.0,
+        ignore_standing: bool = False,
     ) -> None:
         """Read the classes of a data set's scene.
 
@@ -111,6 +118,7 @@ class Labels:
             level: ``class`` (car, person, …) or ``kind``, see ``Scenario.classes``.
             min_visible: least share of a label's own pixels, 0 to 1, that is seen and that no glare covers.
             min_size_px: least shorter side of a label's visible box, pixels.
+            ignore_standing: whether what only stands about is no label.
 
         Raises:
             ValueError: for a value that is not possible.
@@ -121,7 +129,7 @@ class Labels:
         self._classes: Mapping[str, str] = scenario.classes
         self._scenario, self.level = scenario.id, level
         self.names = tuple(dict.fromkeys(self._classes.values() if level == "class" else self._classes))
-        self.min_visible, self.min_size_px = min_visible, min_size_px
+        self.min_visible, self.min_size_px, self.ignore_standing = min_visible, min_size_px, ignore_standing
         self.left_out = 0
 
     def class_of(self, kind: str) -> str:
@@ -130,10 +138,22 @@ class Labels:
         return self._classes[kind] if self.level == "class" else kind
 
     def takes(self, instance: Instance) -> bool:
-        """Return whether a seen instance shows enough for a label."""
-        size_px = (instance.visible_xyxy[2:] - instance.visible_xyxy[:2]).min()
+        """Return whether an instance is a label: it shows enough, and does not stand about where that is ignored.
+
+        This is the one rule of all formats for what is left out, or marked so that evaluation ignores it.
+        """
+        size_px = (instance.visible_xyxy[2:] - instance.visible_xyxy[:2]).min() if instance.is_seen else 0.0
         shown = instance.visible_fraction * (1.0 - instance.glare_fraction)
-        return bool(shown >= self.min_visible and size_px >= self.min_size_px)
+        small = shown < self.min_visible or size_px < self.min_size_px
+        return not (small or (instance.stands and self.ignore_standing))
+
+    def seen(self, stored: StoredFrame) -> Iterator[tuple[Instance, bool]]:
+        """Yield each object of which a frame shows a pixel, and whether it is a label; others are counted."""
+        for each in self.instances(stored):
+            if each.is_seen:
+                taken = self.takes(each)
+                self.left_out += not taken
+                yield each, taken
 
     def instances(self, stored: StoredFrame) -> Iterator[Instance]:
         """Yield all objects of a frame, then those that stand about."""
@@ -152,6 +172,7 @@ class Labels:
             (*truth.glare_fraction.tolist(), *[0.0] * len(states)),
             (*truth.T_world_object, *truth.T_world_standing),
             (*truth.bounds_m, *truth.standing_bounds_m),
+            (*[False] * len(truth.names), *[True] * len(states)),
         )
         for name, kind, *rest in zip(*columns, strict=True):
             yield Instance(name, kind, self.names.index(self.class_of(kind)), *rest)

@@ -13,6 +13,8 @@ from benchmarks.data.sets.stored_episode import StoredEpisode
 
 ROOT, SPLIT = "gt/mot_challenge", "frameout-train"
 """Folder, and the name of the benchmark and the split, as TrackEval joins them."""
+DISTRACTOR = 8
+"""Class of MOT Challenge for what is neither an object nor a mistake."""
 
 
 @export_format("mot")
@@ -27,13 +29,17 @@ class Mot(Exporter):
     and pixels are counted from 1: the top left corner of the picture is 1, 1. Boxes are around whole objects, beyond
     the border of the picture and hidden parts too; an object that is outside the picture or reaches behind the camera
     has no row, and one that only stands about, a parked car or a moored boat, has rows where at least one pixel of it
-    is seen. Visibility is the seen share of the object's own pixels. The class is always 1, the one that MOT Challenge
+    is seen. Visibility is the seen share of the object's own pixels. The class is 1, the one that MOT Challenge
     scores; `frameRate` is a whole number, as readers want it, `exactFrameRate` the true one (0.5 for a picture every
     two seconds). `gt/objects.txt` gives identity, name, kind, class and role (`traffic`, `parked`, …) of each object.
+
+    What is to be ignored (`--min-visible`, without what glare covers, `--min-size`, `--ignore-standing`) is a
+    distractor: 0 (does not count), class 8. With `--DO_PREPROC True` TrackEval removes answers that match one.
     """
 
     channels = ("image_rgb",)
     has_classes = True
+    leaves_out = True
 
     def write_episode(self, episode: StoredEpisode) -> None:
         """Write pictures, rows, objects and ``seqinfo.ini``."""
@@ -49,7 +55,10 @@ class Mot(Exporter):
                         words = (each.name, each.kind, self.labels.class_of(each.kind), each.role)
                         objects.append(f"{identities[each.name]},{','.join(words)}")
                     box, seen = as_text(as_xywh(each.box_xyxy, first=1.0)), as_text([each.visible_fraction])
-                    rows.append(f"{stored.index + 1},{identities[each.name]},{box},1,1,{seen}")
+                    taken = self.labels.takes(each)
+                    self.labels.left_out += not taken
+                    counts = "1,1" if taken else f"0,{DISTRACTOR}"
+                    rows.append(f"{stored.index + 1},{identities[each.name]},{box},{counts},{seen}")
         self.write_lines(f"{folder}/gt/gt.txt", rows)
         self.write_lines(f"{folder}/gt/objects.txt", objects)
         entries = {

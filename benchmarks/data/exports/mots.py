@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections import Counter
 
+import numpy as np
+
 from benchmarks.data.codec import runs_of
 from benchmarks.data.exports.exporter import Exporter, export_format
+from benchmarks.data.mots_text import IGNORED
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
 
 CLASSES = {"car": 1, "person": 2}
 """Numbers of the classes that MOTS has; its pedestrians are persons here."""
-OTHERS_FROM = 11
-"""Number of the first other class: 10 stands for what is not annotated."""
+OTHERS_FROM = IGNORED + 1
+"""Number of the first other class."""
 IDS_OF_CLASS = 1000
 
 
@@ -41,6 +44,7 @@ class Mots(Exporter):
     channels = ("image_rgb", "instance_map")
     packages = ("pycocotools",)
     has_classes = True
+    leaves_out = True
 
     def begin(self) -> None:
         """Begin the list of sequences."""
@@ -49,21 +53,27 @@ class Mots(Exporter):
     def write_episode(self, episode: StoredEpisode) -> None:
         """Write pictures and rows."""
         number = f"{len(self._ends):04d}"
-        rows, identities, taken = list[str](), dict[str, int](), Counter[int]()
+        rows, identities, used = list[str](), dict[str, int](), Counter[int]()
         for stored in self.frames(episode):
             self.write_picture(stored, f"training/image_02/{number}/{stored.index:06d}")
-            for each in self.labels.instances(stored):
-                if not each.is_seen:
+            instance_map = stored.frame.truth.instance_map
+            height, width = instance_map.shape
+            ignored = np.zeros((height, width), np.bool_)
+            for each, counts in self.labels.seen(stored):
+                mask = instance_map == each.instance_id
+                if not counts:
+                    ignored |= mask
                     continue
                 kind = CLASSES.get(self.labels.names[each.class_number], OTHERS_FROM + each.class_number)
                 if each.name not in identities:
-                    few = taken[kind] < IDS_OF_CLASS
+                    few = used[kind] < IDS_OF_CLASS
                     check("data", few, f"at most {IDS_OF_CLASS} objects of a class in an episode", "more")
-                    identities[each.name] = kind * IDS_OF_CLASS + taken[kind]
-                    taken[kind] += 1
-                runs = runs_of(stored.frame.truth.instance_map == each.instance_id)
-                size = "{} {}".format(*runs["size"])
-                rows.append(f"{stored.index} {identities[each.name]} {kind} {size} {runs['counts']}")
+                    identities[each.name] = kind * IDS_OF_CLASS + used[kind]
+                    used[kind] += 1
+                rows.append(f"{stored.index} {identities[each.name]} {kind} {height} {width} {runs_of(mask)['counts']}")
+            if ignored.any():
+                region = f"{IGNORED * IDS_OF_CLASS} {IGNORED}"
+                rows.append(f"{stored.index} {region} {height} {width} {runs_of(ignored)['counts']}")
         self.write_lines(f"label_02/{number}.txt", rows)
         self._sequences.append(f"{number},{episode.seed},{self.name_of(episode)}")
         self._ends.append(f"{number} empty 000000 {len(episode) - 1:06d}")

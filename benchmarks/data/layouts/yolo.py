@@ -1,10 +1,11 @@
 """YOLO as our export writes it: ``images/val/NAME_000000.png …``, ``labels/val/NAME_000000.txt``, ``objects.csv``.
 
-https://docs.ultralytics.com/datasets/detect/: a line is class, centre, width and height, as shares of the picture. YOLO
-has no sequences and tracks. Here pictures whose names differ in the last number are a sequence, and ``objects.csv``
-(``file``, ``line``, ``name`` …), which only our export writes, says whose each line is. One target of each sequence is
-followed by its name, see ``layouts.followed``. The box is that of the pixels that are seen; without one the target is
-not seen, and no file says why.
+https://docs.ultralytics.com/datasets/: a line is class, centre, width and height, or class and the points of an outline
+(``yolo-seg``, ``yolo-obb``), about which the box is then, all as shares of the picture. YOLO has no sequences and
+tracks. Here pictures whose names differ in the last number are a sequence, and ``objects.csv`` (``file``, ``line``,
+``name`` …), which only our export writes, says whose each line is. One target of each sequence is followed by its name,
+see ``layouts.followed``. The box is that of the pixels that are seen; without one the target is not seen, and no file
+says why.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from benchmarks.data.box_files import numbers_of, text_lines
 from benchmarks.data.layouts.followed import followed
@@ -24,7 +26,8 @@ from benchmarks.data.sequences import Labelled
 from sim.checks import check
 
 _OBJECTS = "objects.csv"
-_LINE = "class and x, y, width, height as shares of the picture"
+_OF_BOX, _OF_LEAST_OUTLINE = 5, 7
+_LINE = "class and x, y, width, height, or three and more points, as shares of the picture"
 
 
 @layout("yolo", "objects.csv, as our export writes it, beside images/ and labels/")
@@ -50,9 +53,7 @@ def _read(name: str, root: Path, pictures: list[Path], target: Target) -> Labell
     boxes = np.full((len(pictures), 4), np.nan)
     for k, file in enumerate(files):
         if file in lines:
-            x, y, across, down = _shares(root / file, int(lines[file]))
-            corners = np.array([x - across / 2, y - down / 2, x + across / 2, y + down / 2])
-            boxes[k] = corners * (width, height, width, height)
+            boxes[k] = _corners(root / file, int(lines[file])) * (width, height, width, height)
     return Labelled(f"{name}-{chosen}", root / _OBJECTS, pictures, boxes)
 
 
@@ -66,11 +67,16 @@ def _objects(file: Path) -> pd.DataFrame:
     return table
 
 
-def _shares(file: Path, number: int) -> list[float]:
-    """Return x, y, width and height of a line. Raises ValueError, which names file and line, if it is none."""
+def _corners(file: Path, number: int) -> NDArray[np.float64]:
+    """Return the box (4,) of a line, as shares. Raises ValueError, which names file and line, if it is none."""
     lines = text_lines(file) if file.is_file() else []
     text = lines[number - 1] if 0 < number <= len(lines) else ""
-    numbers = numbers_of(text)
-    good = len(numbers) == 5 and all(0 <= each <= 1 for each in numbers[1:]) and min(numbers[3:]) > 0
-    check(f"{short(file)}, line {number}", good, _LINE, repr(text[:80]))
-    return numbers[1:]
+    numbers = np.array(numbers_of(text))
+    count, places = len(numbers), numbers[1:]
+    is_box = count == _OF_BOX and places.min() >= 0 and places.max() <= 1 and places[2:].min() > 0
+    is_outline = count >= _OF_LEAST_OUTLINE and count % 2 == 1
+    check(f"{short(file)}, line {number}", bool(is_box or is_outline), _LINE, repr(text[:80]))
+    if is_box:
+        return np.concatenate([places[:2] - 0.5 * places[2:], places[:2] + 0.5 * places[2:]])
+    points = places.reshape(-1, 2)
+    return np.concatenate([points.min(axis=0), points.max(axis=0)])

@@ -38,7 +38,7 @@ def test_it_says_how_many_show_too_little(tmp_path: Path, capsys: pytest.Capture
             rows, columns = np.nonzero(truth.instance_map == number)
             few += bool(len(rows)) and bool(share < 0.6 or min(np.ptp(rows), np.ptp(columns)) + 1 < 3)
     assert few > 0
-    said = f"{out}\n{2 * few} objects of single pictures below --min-visible or --min-size\n"
+    said = f"{out}\n{2 * few} objects of single pictures left out or marked as ignored\n"
     assert capsys.readouterr().out == said
     assert '  1: "van"\n' in (out / "data.yaml").read_text()
 
@@ -54,7 +54,10 @@ def test_results_without_answers_are_named(tmp_path: Path, capsys: pytest.Captur
     ("words", "message"),
     [
         (["{set}", "--format", "nix", "--out", "{out}"], "format: expected one of coco, "),
-        (["{set}", "--format", "otb", "--out", "{out}", "--min-visible", "0.1"], "min_visible min_size: expected 0"),
+        (
+            ["{set}", "--format", "otb", "--out", "{out}", "--min-visible", "0.1"],
+            "min_visible min_size ignore_standing: expected none",
+        ),
         (
             ["{set}", "--format", "coco", "--out", "{out}", "--min-visible", "5"],
             "min_visible: expected a share of 0 to",

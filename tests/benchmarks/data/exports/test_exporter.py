@@ -139,7 +139,7 @@ def test_a_missing_package_an_unknown_format_and_an_empty_set_are_named(
     monkeypatch: pytest.MonkeyPatch, data: DataSet, tmp_path: Path
 ) -> None:
     assert all("http" in str(each.__doc__) for each in formats().values())
-    with pytest.raises(ValueError, match=r"format: expected one of coco, .*, yolo; got 'nix'"):
+    with pytest.raises(ValueError, match=r"format: expected one of coco, .*, yolo-seg; got 'nix'"):
         export(data, "nix", tmp_path / "out")
     (tmp_path / "dataset.json").write_bytes((Path(data.url) / "dataset.json").read_bytes())
     with pytest.raises(ValueError, match=r"data: expected a data set with episodes, got .* without any"):

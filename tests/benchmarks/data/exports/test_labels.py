@@ -15,6 +15,7 @@ import pytest
 from benchmarks.data.exports.exporter import export, formats
 from benchmarks.data.exports.labels import Instance, Labels
 from benchmarks.data.exports.web_dataset import NO_NUMBER
+from benchmarks.data.mots_text import read_mots
 from benchmarks.data.sets.card import table_configs
 from benchmarks.data.sets.data_set import DataSet
 from scenarios import catalog
@@ -158,6 +159,12 @@ def test_least_values_are_inclusive(data: DataSet) -> None:
     assert not labels.takes(instance(0.24, (0, 0, 9, 4)))
     assert not labels.takes(instance(0.25, (0, 0, 9, 3)))
     assert not labels.takes(instance(0.5, (0, 0, 9, 4), glare=0.6))
+    hidden = instance(0.0, (np.nan,) * 4)
+    assert Labels(data).takes(hidden)
+    assert not Labels(data, min_size_px=1).takes(hidden)
+    parked = replace(instance(1.0, (0, 0, 9, 4)), stands=True)
+    assert Labels(data).takes(parked)
+    assert not Labels(data, ignore_standing=True).takes(parked)
 
 
 def test_what_shows_too_little_is_left_out_or_ignored_and_counted(data: DataSet, tmp_path: Path) -> None:
@@ -176,12 +183,38 @@ def test_what_shows_too_little_is_left_out_or_ignored_and_counted(data: DataSet,
     assert len(lines) == 2 * len(shares) - few
 
 
+def test_what_stands_about_can_be_ignored_in_every_format_that_has_a_word_for_it(
+    parked: DataSet, tmp_path: Path
+) -> None:
+    pytest.importorskip("pycocotools")
+    for name in ("coco", "mot", "mots", "yolo", "dota"):
+        assert export(parked, name, tmp_path / name, ignore_standing=True) == 2 * FRAMES
+        assert "--min-size 0` or standing about (`--ignore-standing`)." in (tmp_path / name / "README.md").read_text()
+    crowds = [each for each in coco_of(tmp_path / "coco")["annotations"] if each["iscrowd"]]
+    assert {each["attributes"]["role"] for each in crowds} == {"parked"}
+    rows = [line.split(",") for path in (tmp_path / "mot").rglob("gt.txt") for line in path.read_text().splitlines()]
+    assert sorted({tuple(row[6:8]) for row in rows}) == [("0", "8"), ("1", "1")]
+    ignored = read_mots(tmp_path / "mots" / "label_02" / "0000.txt")
+    regions = np.flatnonzero(ignored.kind == 10)
+    assert len(regions) == FRAMES
+    x_min, y_min, x_max, y_max = PARKED_XYXY.astype(int)
+    for k in regions:
+        assert ignored.identity[k] == 10_000
+        mask = ignored.mask(int(k))
+        assert mask[y_min:y_max, x_min:x_max].all()
+        assert mask.sum() == 32
+
+
 @pytest.mark.parametrize(
     ("name", "options", "message"),
     [
         ("yolo", {"min_visible": 1.5}, "min_visible: expected a share of 0 to 1, got 1.5"),
         ("yolo", {"min_size_px": -1.0}, "min_size: expected a number of pixels >= 0, got -1.0"),
-        ("mot", {"min_visible": 0.5}, "min_visible min_size: expected 0, since mot holds all, got (0.5, 0.0)"),
+        (
+            "tao-amodal",
+            {"min_visible": 0.5},
+            "min_visible min_size ignore_standing: expected none, since tao-amodal holds all, got (0.5, 0.0, False)",
+        ),
         ("otb", {"classes": "kind"}, "classes: expected class, since otb has none, got 'kind'"),
     ],
 )

@@ -80,8 +80,20 @@ def numbers(scores: list[Score]) -> NDArray[np.float64]:
 
 
 def test_every_format_with_a_target_is_read_back() -> None:
-    """Those of KITTI hold maps of pictures alone, and Rerun's a recording for its own viewer."""
-    assert set(formats()) == {*FORMATS, "kitti-depth", "kitti-flow", "kitti-stereo", "rerun"}
+    """Some hold maps or labels of single pictures alone, and Rerun's a recording for its own viewer."""
+    pictures = {"dota", "kitti-depth", "kitti-flow", "kitti-stereo", "yolo-obb", "yolo-seg"}
+    assert set(formats()) == {*FORMATS, *pictures, "rerun"}
+
+
+@pytest.mark.parametrize(("name", "within_px"), [("yolo-seg", 0.5), ("yolo-obb", 1e-9)])
+def test_outlines_of_yolo_are_read_as_the_boxes_around_them(
+    data: DataSet, tmp_path: Path, name: str, within_px: float
+) -> None:
+    export(data, name, tmp_path / "out")
+    (collection,) = read_collections([tmp_path / "out"], target="target", rate_hz=7.5)
+    for read in collection.sequences:
+        told = expected("yolo", read.pictures)
+        np.testing.assert_allclose(read.box_xyxy, told.box_xyxy, rtol=0, atol=within_px + 1e-9)
 
 
 @pytest.mark.parametrize("name", FORMATS)

@@ -1,4 +1,4 @@
-"""YOLO exports: labels against the instance map, and the split."""
+"""YOLO and DOTA exports, read by the rules of Ultralytics and of DOTA's devkit; and the split."""
 
 from __future__ import annotations
 
@@ -8,8 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.data.exports.exporter import export
 from benchmarks.data.exports.yolo import parts_of
+from benchmarks.data.sets.data_set import DataSet
 from tests.benchmarks.data.exports.painted_scene import FRAMES, HEIGHT_PX, IDS, KINDS, WIDTH_PX, truths
+from tests.benchmarks.data.exports.scoring import Box, average_precision
+from tests.benchmarks.data.exports.test_outlines import filled
 
 yaml = pytest.importorskip("yaml")
 
@@ -47,3 +51,96 @@ def test_whole_episodes_are_validated_on() -> None:
     assert list(parts_of(tuple(range(10))).values()) == ["train"] * 8 + ["val"] * 2
     with pytest.raises(ValueError, match=r"data: expected at least 2 episodes, .*, got 1"):
         parts_of((3,))
+
+
+def labels_of(out: Path) -> dict[str, list[np.ndarray]]:
+    """Return the rows of each picture of a YOLO folder, by its name, as Ultralytics' ``verify_image_label`` reads them.
+
+    Rows of more than six numbers are outlines; of those boxes are made, and centres and sizes checked.
+    """
+    found = {}
+    for file in sorted(out.glob("labels/*/*.txt")):
+        rows = [np.array(line.split(), np.float64) for line in file.read_text().splitlines()]
+        outlines = any(len(row) > 6 for row in rows)
+        for row in rows:
+            checked = row[1:]
+            if outlines:
+                points = row[1:].reshape(-1, 2)
+                low, high = points.min(axis=0), points.max(axis=0)
+                checked = np.concatenate([0.5 * (low + high), high - low])
+            assert len(checked) == 4
+            assert checked.max() <= 1.01
+            assert checked.min() >= -0.01
+            assert row[0] < 3
+        found[file.stem] = rows
+    return found
+
+
+def true_boxes(seeds: tuple[int, ...] = (3, 4)) -> list[Box]:
+    """Return the boxes around what is seen of each object in each picture."""
+    boxes = []
+    for seed in seeds:
+        for frame, truth in enumerate(truths()):
+            for number, identity in enumerate(IDS):
+                y, x = np.nonzero(truth.instance_map == identity)
+                if len(x):
+                    kind = ("bus", "car", "kite").index(KINDS[number])
+                    box = np.array([x.min(), y.min(), x.max() + 1, y.max() + 1], float)
+                    boxes.append((f"painted-v1-quick-{seed:06d}_{frame:06d}", kind, box))
+    return boxes
+
+
+def around(points: np.ndarray) -> np.ndarray:
+    return np.concatenate([points.min(axis=0), points.max(axis=0)])
+
+
+def test_truth_against_what_is_read_is_perfect(exported: Callable[[str], Path]) -> None:
+    boxes = [
+        (name, int(row[0]), np.concatenate([middle - half, middle + half]))
+        for name, rows in labels_of(exported("yolo")).items()
+        for row in rows
+        for middle, half in [(scaled(row)[:2], 0.5 * scaled(row)[2:])]
+    ]
+    assert average_precision(true_boxes(), boxes) == pytest.approx(1.0)
+    shifted = [(name, kind, box + 2.0) for name, kind, box in boxes]
+    assert average_precision(true_boxes(), shifted) < 0.9
+
+
+def test_outlines_are_the_pixels_that_are_seen(exported: Callable[[str], Path]) -> None:
+    labels = labels_of(exported("yolo-seg"))
+    assert len(labels) == 2 * FRAMES
+    for name, rows in labels.items():
+        truth = truths()[int(name[-6:])]
+        shown = [k for k in IDS if (truth.instance_map == k).any()]
+        assert len(rows) == len(shown)
+        for row in rows:
+            mask = truth.instance_map == IDS[KINDS.index(("bus", "car", "kite")[int(row[0])])]
+            back = filled(row[1:].reshape(-1, 2) * (WIDTH_PX, HEIGHT_PX), HEIGHT_PX, WIDTH_PX)
+            np.testing.assert_array_equal(back, mask)
+
+
+@pytest.mark.parametrize("name", ["yolo-obb", "dota"])
+def test_oriented_boxes_of_upright_objects_are_their_boxes(exported: Callable[[str], Path], name: str) -> None:
+    found, out = [], exported(name)
+    if name == "dota":
+        for file in sorted(out.glob("*/labelTxt/*.txt")):
+            assert (out / file.parts[-3] / "images" / f"{file.stem}.png").is_file()
+            heading, gsd, *lines = file.read_text().splitlines()
+            assert (heading.split(":")[0], gsd) == ("imagesource", "gsd:null")
+            for *numbers, kind, difficult in map(str.split, lines):
+                assert difficult == "0"
+                corners = np.array(numbers, float).reshape(4, 2)
+                found.append((file.stem, ("bus", "car", "kite").index(kind), around(corners)))
+    else:
+        for stem, rows in labels_of(out).items():
+            found += [(stem, int(row[0]), around(row[1:].reshape(4, 2) * (WIDTH_PX, HEIGHT_PX))) for row in rows]
+    assert average_precision(true_boxes(), found) == pytest.approx(1.0)
+
+
+def test_what_is_ignored_is_difficult_in_dota_and_left_out_of_yolo(data: DataSet, tmp_path: Path) -> None:
+    few = export(data, "dota", tmp_path / "dota", min_size_px=4)
+    lines = [line for file in (tmp_path / "dota").rglob("labelTxt/*") for line in file.read_text().splitlines()[2:]]
+    assert few == sum(line.endswith(" 1") for line in lines) > 0
+    for name in ("yolo-seg", "yolo-obb"):
+        assert export(data, name, tmp_path / name, min_size_px=4) == few
+        assert sum(map(len, labels_of(tmp_path / name).values())) == len(lines) - few
