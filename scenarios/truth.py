@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, Literal, TypeVar, get_args, get_type_hints
+from typing import Any, ClassVar, Literal, TypeVar, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +87,8 @@ class Truth:
     were hidden. All else, the pictures included, is the same byte for byte.
 
     Attributes:
+        pinhole: of the kind of truth: whether places are seen where a pinhole camera sees them. False: light is bent on
+            its way.
         frame: index from 0.
         time_s: seconds since frame 0.
         T_world_camera: (4, 4), the true pose.
@@ -117,6 +119,8 @@ class Truth:
         standing_id: (S,) ids in ``instance_map``. T_world_standing: (S, 4, 4), standing_bounds_m: (S, 2, 3),
             standing_box_xyxy: (S, 4), standing_visible_fraction: (S,) as those of objects.
     """
+
+    pinhole: ClassVar[bool] = True
 
     frame: int = truth_field("1", coding="index from 0")
     time_s: float = truth_field("s", coding="since frame 0")

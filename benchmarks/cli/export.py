@@ -20,7 +20,7 @@ class Export(WithModules):
     """Write a data set, or the answers of trackers, in a format that other programs read (pip install
     'frameout[data]').
 
-    Formats: coco, davis, dota, kitti-depth, kitti-flow, kitti-stereo, mot, mots, otb, rerun (pip install
+    Formats: coco, davis, dota, kitti-depth, kitti-flow, kitti-object, kitti-stereo, mot, mots, otb, rerun (pip install
     'frameout[rerun]'), tao-amodal, vot, webdataset, yolo, yolo-obb, yolo-seg, and those of `--modules`. Each says in
     the README.md that it writes where its axes begin, what its boxes enclose, and where the format is defined. Pictures
     stored as PNG or JPEG are copied, others become PNG.

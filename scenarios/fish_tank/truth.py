@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,8 @@ class FishTruth(Truth):
         hidden_by: (N,) index of the fish that hides most of each fish, -1 for none; with ``truth="target"`` -1 for all
             but the target.
     """
+
+    pinhole: ClassVar[bool] = False
 
     centre_line_m: NDArray[np.float64] = truth_field("m", "N", CENTRE_LINE_POINTS, 3, coding="from head to tail")
     centre_line_px: NDArray[np.float64] = truth_field("px", "N", CENTRE_LINE_POINTS, 2, coding="from head to tail")

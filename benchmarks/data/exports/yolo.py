@@ -7,21 +7,20 @@ from __future__ import annotations
 
 import json
 import math
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from benchmarks.data.exports.exporter import Exporter, export_format
-from benchmarks.data.exports.labels import ATTRIBUTES, Instance, StoredFrame
+from benchmarks.data.exports.labels import Instance, StoredFrame
 from benchmarks.data.exports.outlines import oriented_box, polygon_of
+from benchmarks.data.exports.sidecar import Sidecar
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
 from sim.optics import project
 
 VALIDATION_SHARE = 0.2
-SIDECAR = "objects.csv"
 _MOST = 1.01
 """Least and greatest shares that Ultralytics' check of labels lets pass are ``1 - _MOST`` and ``_MOST``."""
 
@@ -56,7 +55,7 @@ class LabelFiles(Exporter):
     def begin(self) -> None:
         """Split the seeds."""
         self._parts = parts_of(self.data.seeds)
-        self._rows: list[dict[str, Any]] = []
+        self._sidecar = Sidecar(self.labels)
 
     def write_episode(self, episode: StoredEpisode) -> None:
         """Write pictures and their labels, and note the rows of the sidecar."""
@@ -68,14 +67,12 @@ class LabelFiles(Exporter):
                 line = self.line(stored, each, taken)
                 if line is not None:
                     lines.append(line)
-                    row = {"file": file, "line": len(lines), "class": self.labels.names[each.class_number]}
-                    self._rows.append(row | each.attributes())
+                    self._sidecar.add(file, len(lines), each)
             self.write_lines(file, lines)
 
     def end(self) -> None:
         """Write the sidecar."""
-        table = pd.DataFrame(self._rows, columns=["file", "line", "class", *ATTRIBUTES])
-        table.to_csv(self.folder / SIDECAR, index=False, lineterminator="\n")
+        self._sidecar.write(self.folder)
 
 
 class YoloFormat(LabelFiles):

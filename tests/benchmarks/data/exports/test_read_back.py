@@ -81,7 +81,7 @@ def numbers(scores: list[Score]) -> NDArray[np.float64]:
 
 def test_every_format_with_a_target_is_read_back() -> None:
     """Some hold maps or labels of single pictures alone, and Rerun's a recording for its own viewer."""
-    pictures = {"dota", "kitti-depth", "kitti-flow", "kitti-stereo", "yolo-obb", "yolo-seg"}
+    pictures = {"dota", "kitti-depth", "kitti-flow", "kitti-object", "kitti-stereo", "yolo-obb", "yolo-seg"}
     assert set(formats()) == {*FORMATS, *pictures, "rerun"}
 
 
