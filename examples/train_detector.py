@@ -3,9 +3,9 @@
 Needs `pip install 'frameout[data,train]'`. What is it worth that each seed draws another town, light and flight? AP is
 0.91 with 20 towns, 0.72 with as many frames of one (`--seed` 0 to 2: 0.90-0.92, 0.70-0.74; 2 minutes)::
 
-    G="frameout generate road-town --preset quick --rate-hz 3 --channels image_rgb instance_map"
-    $G --frame-count 64 --seeds 0:20 --out sets/towns; $G --frame-count 1280 --seeds 0:1 --out sets/town
-    $G --frame-count 64 --seeds 900:916 --out sets/unseen
+    G="frameout generate road-town --preset quick --set rate_hz=3 --channels image_rgb instance_map"
+    $G --set frame_count=64 --seeds 0:20 --out sets/towns; $G --set frame_count=1280 --seeds 0:1 --out sets/town
+    $G --set frame_count=64 --seeds 900:916 --out sets/unseen
     python examples/train_detector.py --unseen sets/unseen --data sets/towns  # or sets/town
 """
 

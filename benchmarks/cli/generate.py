@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 import tyro
 
-from benchmarks.cli.arguments import COUNT, ONE_NAME, RATE, SIZE, WORKERS, Names, Seeds, Settings, WithModules
+from benchmarks.cli.arguments import ONE_NAME, WORKERS, Names, Seeds, Settings, WithModules
 from benchmarks.contract.text import counted
 from benchmarks.run.editions import package_versions, preset_edition
 from benchmarks.run.packages import needs_data
@@ -35,16 +35,12 @@ class Generate(WithModules):
         out: folder, or URL such as s3://bucket/folder.
         preset: one of the scenario's, on a set path or with a camera at rest.
         settings: another value of one of the preset's fields (`frameout list --contents`), may be given several times:
-            traffic_cars=3, street_patterns=[grid]; drawn for each episode: traffic_cars=4:24,
+            frame_count=20, width_px=640, street_patterns=[grid]; drawn for each episode: traffic_cars=4:24,
             sun_elevation_deg=uniform(3,60), log_uniform(A,B), normal(MEAN,DEVIATION), choice(X,Y). It is a part of the
             preset's name, e.g. standard[traffic_cars=4:24], which every command takes.
         seeds: episodes A to B - 1, or A alone.
         channels: names of the pictures and maps to store (default: all that the scenario has).
-        pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless) or jpeg (quality 95).
-        size: width and height of the pictures in pixels (default: the preset's). With another size, rate or number of
-            frames the set is no longer that of the preset, and `frameout bench --data` refuses it.
-        rate_hz: frames a second (default: the preset's).
-        frame_count: frames of an episode (default: the preset's).
+        pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless), jpeg (quality 95) or jpeg-QUALITY.
         renderer: raster or pybullet.
         workers: processes; 0 = run in this process. On a cluster: half as many as the episodes under way at once.
         address: of the scheduler of a Dask cluster (`frameout[dask]`; default: processes of this machine).
@@ -60,9 +56,6 @@ class Generate(WithModules):
     settings: Settings = ()
     channels: Names = ()
     pictures: str = "blosc2"
-    size: Annotated[tuple[int, int] | None, SIZE] = None
-    rate_hz: Annotated[float | None, RATE] = None
-    frame_count: Annotated[int | None, COUNT] = None
     renderer: str = "raster"
     workers: Annotated[int | None, WORKERS] = None
     address: Annotated[str | None, ONE_NAME] = None
@@ -84,11 +77,8 @@ class Generate(WithModules):
             (),
             self.pictures,
             check_renderer(self.renderer),
-            self.size,
-            self.rate_hz,
-            self.frame_count,
-            preset_edition(scenario.id, preset),
-            package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
+            scene=preset_edition(scenario.id, preset),
+            packages=package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )
         for seed in self.seeds if is_drawn(request.configuration(), preset) else ():
             with of_seed(seed):

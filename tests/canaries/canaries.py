@@ -5,8 +5,8 @@ An edition in a row promises that the same edition makes the same row. A canary 
 edition must be raised, or the change was not meant.
 
 Trackers, controllers and suites get the stored episodes in ``episodes``, so that a change of a scene is no change of
-theirs. They were made by ``frameout generate SCENARIO --preset quick --pictures jpeg`` with ``--size`` and
-``--frame-count``, as ``dataset.json`` in each of them says. The harbour's trackers get drawn pictures, as they need a
+theirs. They were made by ``frameout generate SCENARIO --preset quick --pictures jpeg`` with another size and number of
+frames, as ``dataset.json`` in each of them says. The harbour's trackers get drawn pictures, as they need a
 background.
 """
 

@@ -34,9 +34,8 @@ def _one_thread() -> Iterator[None]:
 @pytest.fixture(scope="module")
 def town(tmp_path_factory: pytest.TempPathFactory) -> DataSet:
     """Return a set of one short episode of small pictures."""
-    request = Request(
-        "road-town-v2", "quick", (3, 4), ("image_rgb", "instance_map"), size_px=(160, 120), rate_hz=3.0, frame_count=128
-    )
+    preset = "quick[frame_count=128,height_px=120,rate_hz=3,width_px=160]"
+    request = Request("road-town-v2", preset, (3, 4), ("image_rgb", "instance_map"))
     return generate(request, str(tmp_path_factory.mktemp("town")), Workers(0), lambda done, of: None)
 
 

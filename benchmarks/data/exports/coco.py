@@ -43,6 +43,7 @@ class Coco(Exporter):
     has_attributes = True
     has_classes = True
     leaves_out = True
+    of_stills = True
 
     def begin(self) -> None:
         """Begin the lists of the JSON file."""

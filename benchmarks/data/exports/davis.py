@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.data.exports.exporter import Exporter, export_format
-from benchmarks.data.sets.card import split_of
 from benchmarks.data.sets.channels import CODINGS, LOSSY
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios import catalog
@@ -28,9 +27,9 @@ class Davis(Exporter):
 
     Format: DAVIS 2017, https://davischallenge.org (Pont-Tuset et al. 2017, arXiv 1704.00675), as its evaluation and
     trackers of masks read it. A sequence has the pictures `JPEGImages/480p/NAME/FFFFF.jpg`, of whatever size, and the
-    masks `Annotations/480p/NAME/FFFFF.png`, of frames from 0 on. `ImageSets/2017/train.txt` and `val.txt` name the
-    sequences; episodes of the test split are in `val.txt`. Pictures that were stored without loss become JPEG of
-    quality 95.
+    masks `Annotations/480p/NAME/FFFFF.png`, of frames from 0 on. `ImageSets/2017/train.txt` and `val.txt` (and
+    `test.txt`) name the sequences of the set's splits; in a set without shares, episodes of the benchmark's test split
+    are in `val.txt`. Pictures that were stored without loss become JPEG of quality 95.
 
     A pixel of a mask is the number of the object that is seen there, 0 for none. Objects that the first picture shows
     are counted from 1 and keep their numbers; the target is the first of them, if the scene has one. Since a tracker is
@@ -69,7 +68,8 @@ class Davis(Exporter):
             self._write_mask(mask, f"Annotations/480p/{name}/{stored.index:05d}.png")
             content = _as_jpeg(episode, stored.index)
             self.place(f"JPEGImages/480p/{name}/{stored.index:05d}.jpg").write_bytes(content)
-        self._names["val" if split_of(episode.seed) == "test" else "train"].append(name)
+        split = self.data.request.split_of(episode.seed)
+        self._names.setdefault("val" if split == "test" and not self.data.request.splits else split, []).append(name)
 
     def end(self) -> None:
         """Write the lists of sequences and objects."""

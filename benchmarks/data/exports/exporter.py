@@ -22,12 +22,13 @@ from pathlib import Path
 from typing import ClassVar, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.contract.text import counted, ranges_text
 from benchmarks.data import sequence_names
 from benchmarks.data.exports.destination import README, whole_folder
-from benchmarks.data.exports.labels import ClassLevel, Labels, StoredFrame
-from benchmarks.data.sets.card import axes_text, hub_head, split_of, tasks_of
+from benchmarks.data.exports.labels import ClassLevel, Instance, Labels, StoredFrame
+from benchmarks.data.sets.card import axes_text, hub_head, tasks_of
 from benchmarks.data.sets.channels import CODINGS, PICTURES
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.request import FORMAT
@@ -52,6 +53,8 @@ class Exporter:
         data_files: pattern of the files of a ``{split}``, if the Hugging Face library ``datasets`` reads them; else ''.
         has_classes: whether it labels objects with classes, those too that only stand about.
         leaves_out: whether objects can be left out or marked as ignored, see ``Labels.takes``.
+        of_stills: whether its readers take pictures one by one: then of those without a labelled object only the share
+            is written that the set asks for (``Request.negatives``). Sequences are always whole.
         has_attributes: whether ``Instance.attributes`` are among its files.
         data: the set. folder: an empty one of this machine. labels: of its objects.
         ending: of exported pictures, with a dot: they are copied as PNG or JPEG, others become PNG.
@@ -64,12 +67,14 @@ class Exporter:
     data_files: ClassVar[str] = ""
     has_classes: ClassVar[bool] = False
     leaves_out: ClassVar[bool] = False
+    of_stills: ClassVar[bool] = False
     has_attributes: ClassVar[bool] = False
 
     def __init__(self, data: DataSet, folder: Path, labels: Labels) -> None:
         self.data, self.folder, self.labels = data, folder, labels
         self.reads = tuple(channel for channel in self.channels if channel not in PICTURES)
         self.stack = ExitStack()
+        self._written: dict[str, NDArray[np.int64]] = {}
         self._coding = data.request.pictures if data.request.pictures in ("png", "jpeg") else "png"
         self.ending = f".{CODINGS[self._coding].extension}"
 
@@ -92,10 +97,31 @@ class Exporter:
         """Write what comes after the last episode."""
 
     def frames(self, episode: StoredEpisode) -> Iterator[StoredFrame]:
-        """Yield the frames of an episode, with the pixels of ``reads``."""
-        for index in range(len(episode)):
-            boxes = (episode.visible_boxes_of(index, table) for table in ("objects", "standing"))
-            yield StoredFrame(episode, index, episode.frame(index, self.reads), *boxes)
+        """Yield the frames of an episode, with the pixels of ``reads``; see ``of_stills``."""
+        chosen = self._chosen(episode) if self.of_stills and self.data.request.negatives < 1 else range(len(episode))
+        for index in chosen:
+            yield self._frame(episode, index, self.reads)
+
+    def _frame(self, episode: StoredEpisode, index: int, channels: tuple[str, ...]) -> StoredFrame:
+        boxes = (episode.visible_boxes_of(index, table) for table in ("objects", "standing"))
+        return StoredFrame(episode, index, episode.frame(index, channels), *boxes)
+
+    def _chosen(self, episode: StoredEpisode) -> list[int]:
+        """Return the frames with a labelled object, and as many others, evenly spread, as keep their share in what has
+        been written of the episode's split.
+        """
+        frames = (self._frame(episode, index, ()) for index in range(len(episode)))
+        is_positive = np.array([any(self._is_labelled(each) for each in self.labels.instances(one)) for one in frames])
+        written = self._written.setdefault(self.data.request.split_of(episode.seed), np.zeros(2, np.int64))
+        written[1] += is_positive.sum()
+        share, others = self.data.request.negatives, np.flatnonzero(~is_positive)
+        room = int(share / (1.0 - share) * written[1] + 1e-9 - written[0])
+        kept = others[np.linspace(0, len(others) - 1, min(max(room, 0), len(others))).round().astype(int)]
+        written[0] += len(kept)
+        return sorted([*np.flatnonzero(is_positive).tolist(), *kept.tolist()])
+
+    def _is_labelled(self, instance: Instance) -> bool:
+        return instance.is_seen and self.labels.takes(instance)
 
     def name_of(self, episode: StoredEpisode) -> str:
         """Return the name of an episode's sequence, see ``sequence_name``."""
@@ -162,12 +188,9 @@ def formats() -> dict[str, type[Exporter]]:
 
 
 def set_name(data: DataSet) -> str:
-    """Return a name for a data set, without dots: scenario, preset, what was changed in that, and a renderer."""
+    """Return a name for a data set, without dots: scenario, preset with what was changed in that, and a renderer."""
     request = data.request
-    changes = ["{}x{}".format(*request.size_px)] if request.size_px else []
-    changes += [f"{request.rate_hz:g}hz"] if request.rate_hz else []
-    changes += [f"{request.frame_count}frames"] if request.frame_count else []
-    return sequence_names.set_name(request.scenario, request.preset, *changes, renderer=request.renderer)
+    return sequence_names.set_name(request.scenario, request.preset, renderer=request.renderer)
 
 
 def sequence_name(data: DataSet, seed: int) -> str:
@@ -191,6 +214,8 @@ def export(
     Args:
         allow_incomplete: also of a data set in which episodes are missing that were asked for.
         classes, min_visible, min_size_px, ignore_standing: see ``Labels``.
+
+    The set's own ``classes`` are labelled alone, and its ``negatives`` hold in formats of single pictures.
 
     Returns:
         the number of objects in pictures that were left out or marked as ignored.
@@ -227,7 +252,7 @@ def export(
 
 
 def _readme(data: DataSet, name: str, chosen: type[Exporter], labels: Labels) -> str:
-    splits = {split_of(seed): [chosen.data_files.format(split=split_of(seed))] for seed in data.seeds}
+    splits = {split: [chosen.data_files.format(split=split)] for split in data.splits}
     template = page_environment(__file__, autoescape=False).get_template("README.md.jinja")
     channels = chosen.channels or data.request.channels
     tasks = dict.fromkeys(["object-detection"] * chosen.has_classes + tasks_of(channels))

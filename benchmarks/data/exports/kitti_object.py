@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import Instance
 from benchmarks.data.exports.sidecar import Sidecar
-from benchmarks.data.sets.card import split_of
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios import catalog
 from scenarios.visibility import MOSTLY_SEEN
@@ -87,7 +86,7 @@ class KittiObject(Exporter):
             self.write_lines(file, lines)
             self.write_lines(f"{_ROOT}/calib/{number}.txt", calibration_lines(stored.camera, level))
             self._samples.append(f"{number},{episode.seed},{stored.index}")
-            self._splits.setdefault(split_of(episode.seed), []).append(number)
+            self._splits.setdefault(self.data.request.split_of(episode.seed), []).append(number)
 
     def end(self) -> None:
         """Write the lists and the sidecar."""

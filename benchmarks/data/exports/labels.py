@@ -97,6 +97,8 @@ class Labels:
     """Which number each class has, and what is left out.
 
     Numbers are those of the scene's own full list of a level, so that they are the same in all exports with that level.
+    Of a set that keeps some classes (``Request.classes``) they count these, in their order: parts of other scenes have
+    the same numbers.
 
     Attributes:
         level, min_visible, min_size_px, ignore_standing: as given.
@@ -125,10 +127,12 @@ class Labels:
         """
         check("min_visible", 0.0 <= min_visible <= 1.0, "a share of 0 to 1", min_visible)
         check("min_size", 0.0 <= min_size_px < np.inf, "a number of pixels >= 0", min_size_px)
-        scenario = catalog.scenario(data.request.scenario)
+        scenario, kept = catalog.scenario(data.request.scenario), data.request.classes
         self._classes: Mapping[str, str] = scenario.classes
         self._scenario, self.level = scenario.id, level
-        self.names = tuple(dict.fromkeys(self._classes.values() if level == "class" else self._classes))
+        kinds = [kind for kind, name in self._classes.items() if not kept or name in kept]
+        names = (self._classes[kind] for kind in kinds)
+        self.names = tuple(kinds if level == "kind" else kept or dict.fromkeys(names))
         self.min_visible, self.min_size_px, self.ignore_standing = min_visible, min_size_px, ignore_standing
         self.left_out = 0
 
@@ -156,7 +160,7 @@ class Labels:
                 yield each, taken
 
     def instances(self, stored: StoredFrame) -> Iterator[Instance]:
-        """Yield all objects of a frame, then those that stand about."""
+        """Yield all objects of a frame whose classes are kept, then those that stand about."""
         truth = stored.frame.truth
         states = states_of(stored.camera, truth.standing_box_xyxy, truth.standing_visible_fraction)
         # One that reaches behind the camera has no box, and is seen.
@@ -175,7 +179,9 @@ class Labels:
             (*[False] * len(truth.names), *[True] * len(states)),
         )
         for name, kind, *rest in zip(*columns, strict=True):
-            yield Instance(name, kind, self.names.index(self.class_of(kind)), *rest)
+            label = self.class_of(kind)
+            if label in self.names:
+                yield Instance(name, kind, self.names.index(label), *rest)
 
 
 def as_text(numbers: Iterable[float]) -> str:

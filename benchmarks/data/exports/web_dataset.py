@@ -15,7 +15,6 @@ from fsspec.implementations.local import LocalFileSystem
 from benchmarks.data.codec import given
 from benchmarks.data.exports.exporter import Exporter, export_format, set_name
 from benchmarks.data.exports.labels import Labels, StoredFrame
-from benchmarks.data.sets.card import split_of
 from benchmarks.data.sets.channels import value_of
 from benchmarks.data.sets.episode_writer import ShardWriter
 from benchmarks.data.sets.stored_episode import StoredEpisode
@@ -39,8 +38,9 @@ _NONE: dict[str, Any] = {"U": "", "f": NO_NUMBER, "b": False}
 class WebDataset(Exporter):
     """Tar shards of everything: pictures, maps and truth.
 
-    Format: WebDataset, https://github.com/webdataset/webdataset: `SET-train-00000.tar` and so on, and `SET-test-…` for
-    episodes of the test split (seeds 10,000 to 19,999). Files of one sample share a key, `SET-SEED_FRAME`, which no
+    Format: WebDataset, https://github.com/webdataset/webdataset: `SET-train-00000.tar` and so on, `SET-val-…` and
+    `SET-test-…` for the splits of the set; without any, episodes of the benchmark's test split (seeds 10,000 to 19,999)
+    are `test`. Files of one sample share a key, `SET-SEED_FRAME`, which no
     data set of another scene, preset, size, rate, length or renderer has:
 
     - `png` or `jpg`: the picture; `right.png`: the right one of a stereo pair, black where `lost` in the JSON file says
@@ -65,14 +65,14 @@ class WebDataset(Exporter):
         self.reads = tuple(channel for channel in self.data.request.channels if channel not in _NAMES)
         name, files = set_name(self.data), LocalFileSystem()
         self._splits: dict[str, ShardWriter] = {}
-        for split in dict.fromkeys(map(split_of, self.data.seeds)):
+        for split in self.data.splits:
             shards = ShardWriter(files, str(self.folder), f"{name}-{split}", 2 * SHARD_BYTES)
             self._splits[split] = shards
             self.stack.callback(shards.finish)
 
     def write_episode(self, episode: StoredEpisode) -> None:
         """Write the samples of an episode."""
-        shards = self._splits[split_of(episode.seed)]
+        shards = self._splits[self.data.request.split_of(episode.seed)]
         for stored in self.frames(episode):
             for ending, content in self._files(stored):
                 place = shards.add(f"{self.name_of(episode)}_{stored.index:06d}{ending}", content)

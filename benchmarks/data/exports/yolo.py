@@ -16,6 +16,7 @@ from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import Instance, StoredFrame
 from benchmarks.data.exports.outlines import oriented_box, polygon_of
 from benchmarks.data.exports.sidecar import Sidecar
+from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
 from sim.optics import project
@@ -25,8 +26,15 @@ _MOST = 1.01
 """Least and greatest shares that Ultralytics' check of labels lets pass are ``1 - _MOST`` and ``_MOST``."""
 
 
-def parts_of(seeds: tuple[int, ...]) -> dict[int, str]:
-    """Return ``train`` or ``val`` for each seed. Raises ValueError for fewer than two."""
+def parts_of(data: DataSet) -> dict[int, str]:
+    """Return the split of each seed: that of the set, or of one without shares ``train`` or ``val``.
+
+    Raises:
+        ValueError: for fewer than two episodes to split.
+    """
+    if data.request.splits:
+        return {seed: split for split, seeds in data.splits.items() for seed in seeds}
+    seeds = data.seeds
     check("data", len(seeds) >= 2, "at least 2 episodes, to train on one and validate on the other", len(seeds))
     last = math.ceil(VALIDATION_SHARE * len(seeds))
     return {seed: "train" if k < len(seeds) - last else "val" for k, seed in enumerate(seeds)}
@@ -44,6 +52,7 @@ class LabelFiles(Exporter):
     has_attributes = True
     has_classes = True
     leaves_out = True
+    of_stills = True
     pictures: ClassVar[str] = "images/{part}/{name}"
     texts: ClassVar[str] = "labels/{part}/{name}.txt"
     heading: ClassVar[tuple[str, ...]] = ()
@@ -54,7 +63,7 @@ class LabelFiles(Exporter):
 
     def begin(self) -> None:
         """Split the seeds."""
-        self._parts = parts_of(self.data.seeds)
+        self._parts = parts_of(self.data)
         self._sidecar = Sidecar(self.labels)
 
     def write_episode(self, episode: StoredEpisode) -> None:
@@ -87,7 +96,9 @@ class YoloFormat(LabelFiles):
         super().begin()
         # A string of JSON is one of YAML, whatever it holds.
         names = (f"  {number}: {json.dumps(name)}" for number, name in enumerate(self.labels.names))
-        self.write_lines("data.yaml", ["train: images/train", "val: images/val", "names:", *names])
+        splits = dict.fromkeys(["train", "val", *self._parts.values()])
+        folders = (f"{split}: images/{split}" for split in splits)
+        self.write_lines("data.yaml", [*folders, "names:", *names])
 
     def line(self, stored: StoredFrame, instance: Instance, taken: bool) -> str | None:
         """See ``LabelFiles``: none of what is to be ignored, for which YOLO has no mark."""
@@ -107,8 +118,8 @@ class Yolo(YoloFormat):
     is to be ignored (`--min-visible`, without what glare covers, `--min-size`, `--ignore-standing`) has none.
 
     A line is class, x and y of the centre, width and height of the box around the pixels that are seen, as shares of
-    the picture's width and height. Whole episodes are for training or validation: of all seeds in order, the last 20 %,
-    at least one, are for validation.
+    the picture's width and height. Whole episodes are for training, validation or test, as the set's shares say; in a
+    set without shares the last 20 % of all seeds in order, at least one, are for validation.
 
     `objects.csv` says what the format has no place for, a row for each line of the text files: file, line (from 1),
     class, and more of each object.

@@ -20,14 +20,10 @@ def benchmark_of(data: str) -> Request:
     """Return what a data set is of, if scores on it are those of the rendered benchmark.
 
     Raises:
-        ValueError: for a data set that is lossy, changed from its preset, incomplete, or of another edition.
+        ValueError: for a data set that is lossy, incomplete, or of another edition.
     """
     stored = DataSet(data)
     request = stored.request
-    changes = [name for name in ("size_px", "rate_hz", "frame_count") if getattr(request, name) is not None]
-    wanted = f"the frames of the preset {request.preset}, since scores on others are not comparable"
-    options = ", ".join(f"--{name.removesuffix('_px').replace('_', '-')}" for name in changes)
-    check("data", not changes, wanted, f"a set that was made with {options}")
     lossy = [c for c in PICTURES if c in request.channels and coding_of(c, request.pictures) == LOSSY]
     check("data", not lossy, "pictures without loss", f"{request.pictures} for {', '.join(lossy)}")
     gone = sorted(set(range(*request.seeds)) - set(stored.seeds))

@@ -29,16 +29,13 @@ what is parked or moored.
 _STATES: tuple[str, ...] = get_args(VisibilityState)
 _SIZES = ("n<1K", "1K<n<10K", "10K<n<100K", "100K<n<1M", "1M<n<10M", "10M<n<100M", "100M<n<1B")
 """Words of the Hugging Face Hub for powers of ten of samples."""
+_MOST_LISTED = 1000
+"""Episodes that the head of a card names one by one."""
 _TASKS = {
     "instance_map": ("object-detection", "image-segmentation"),
     "depth_m": ("depth-estimation",),
 }
 """Channel -> tasks of the Hub that it is truth for."""
-
-
-def split_of(seed: int) -> str:
-    """Return ``test`` for a seed of the test split, else ``train``."""
-    return "test" if seed in TEST_SPLIT else "train"
 
 
 def tasks_of(channels: Collection[str]) -> list[str]:
@@ -69,14 +66,23 @@ def hub_head(data: DataSet, configs: dict[str, dict[str, list[str]]], tasks: Seq
 
 
 def table_configs(data: DataSet) -> dict[str, dict[str, list[str]]]:
-    """Return the configurations of a data set's tables: frames, objects and what stands about."""
-    folders = {"train": ["00*", "0[2-9]*", "[1-9]*"], "test": [f"{TEST_SPLIT.start // 10_000:02d}*"]}
-    configs: dict[str, dict[str, list[str]]] = {table: {} for table in data.tables}
-    for split, patterns in folders.items():
-        found = [each for each in patterns if any(fnmatch(f"{seed:06d}", each) for seed in data.seeds)]
-        for table in data.tables if found else ():
-            configs[table][split] = [f"episodes/{folder}/{table}.parquet" for folder in found]
-    return configs
+    """Return the configurations of a data set's tables: frames, objects and what stands about. Splits by share have a
+    pattern an episode; where these would be too many there are none.
+    """
+    if data.request.splits:
+        folders = {split: [f"{seed:06d}" for seed in seeds] for split, seeds in data.splits.items()}
+        if len(data.seeds) > _MOST_LISTED:
+            return {}
+    else:
+        wide = {"train": ["00*", "0[2-9]*", "[1-9]*"], "test": [f"{TEST_SPLIT.start // 10_000:02d}*"]}
+        folders = {
+            split: [each for each in wide[split] if any(fnmatch(f"{seed:06d}", each) for seed in seeds)]
+            for split, seeds in data.splits.items()
+        }
+    return {
+        table: {split: [f"episodes/{folder}/{table}.parquet" for folder in found] for split, found in folders.items()}
+        for table in data.tables
+    }
 
 
 def write_card(data: DataSet) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -78,7 +79,12 @@ def _read_image(coded: bytes) -> NDArray[Any]:
 
 
 _encode_png = partial(_encode_image, ".png", (cv2.IMWRITE_PNG_COMPRESSION, 1))
-_encode_jpeg = partial(_encode_image, ".jpg", (cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY))
+
+
+def _encode_jpeg(array: NDArray[Any], quality: int = JPEG_QUALITY) -> bytes:
+    return _encode_image(".jpg", (cv2.IMWRITE_JPEG_QUALITY, quality), array)
+
+
 CODINGS: dict[str, Coding] = {
     "blosc2": Coding("b2nd", _pack, lambda packed: blosc2.ndarray_from_cframe(packed)[:]),
     "png": Coding("png", _encode_png, _read_image),
@@ -93,10 +99,30 @@ def channels_of(scenario: Scenario) -> tuple[str, ...]:
     return (*PICTURES, *maps, NORMALS)
 
 
+def check_pictures(pictures: str) -> None:
+    """Raise ValueError unless ``pictures`` names a coding, or is ``jpeg-QUALITY``."""
+    _quality_of(pictures)
+
+
 def coding_of(channel: str, pictures: str) -> str:
     """Return the name of a channel's coding, where pictures have the coding ``pictures``. Counts are never lossy."""
-    is_coded_so = channel in PICTURES and not (channel == COUNTS and pictures == LOSSY)
-    return pictures if is_coded_so else "blosc2"
+    coding = LOSSY if pictures.startswith(LOSSY) else pictures
+    is_coded_so = channel in PICTURES and not (channel == COUNTS and coding == LOSSY)
+    return coding if is_coded_so else "blosc2"
+
+
+def encoded(channel: str, pictures: str, value: NDArray[Any]) -> bytes:
+    """Return the bytes of a channel's values, where pictures have the coding ``pictures``."""
+    coding = coding_of(channel, pictures)
+    return _encode_jpeg(value, _quality_of(pictures)) if coding == LOSSY else CODINGS[coding].encode(value)
+
+
+def _quality_of(pictures: str) -> int:
+    """Return the quality of JPEG in the name of a coding, ``JPEG_QUALITY`` if it says none."""
+    match = re.fullmatch(rf"{LOSSY}-(\d+)", pictures)
+    good = pictures in CODINGS or (match is not None and 1 <= int(match[1]) <= 100)
+    check("pictures", good, f"one of {', '.join(CODINGS)}, {LOSSY}-1 to {LOSSY}-100", repr(pictures))
+    return JPEG_QUALITY if match is None else int(match[1])
 
 
 def value_of(frame: Frame, channel: str, normals: Callable[[], NDArray[np.float32]]) -> NDArray[Any] | None:

@@ -14,7 +14,7 @@ import pyarrow.dataset
 
 from benchmarks.data.sets.episode_writer import episode_folder, is_whole, read_mark
 from benchmarks.data.sets.places import place_of, reached
-from benchmarks.data.sets.request import Request, request_of
+from benchmarks.data.sets.request import SPLITS, Request, request_of
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios.scenario import Frame
 from sim.checks import check
@@ -101,6 +101,14 @@ class DataSet:
             raise IndexError(f"frame: expected 0 to {len(self) - 1}, got {index}")
         k = int(np.searchsorted(self._episode_ends, index, side="right")) - 1
         return self.episode(self.seeds[k]), index - int(self._episode_ends[k])
+
+    @property
+    def splits(self) -> dict[str, tuple[int, ...]]:
+        """Split -> seeds of its episodes, in the order ``train``, ``val``, ``test``; see ``Request.split_of``."""
+        parts: dict[str, list[int]] = {name: [] for name in SPLITS}
+        for seed in self.seeds:
+            parts[self.request.split_of(seed)].append(seed)
+        return {name: tuple(seeds) for name, seeds in parts.items() if seeds}
 
     @property
     def tables(self) -> tuple[str, ...]:

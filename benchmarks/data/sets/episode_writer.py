@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from benchmarks.data.codec import plain
 from benchmarks.data.sets import tables
-from benchmarks.data.sets.channels import CODINGS, PICTURES, coding_of, value_of
+from benchmarks.data.sets.channels import CODINGS, PICTURES, coding_of, encoded, value_of
 from benchmarks.data.sets.request import Request
 from scenarios import catalog
 from scenarios.scenario import Episode
@@ -272,6 +272,7 @@ def _written(
     for channel, value in values:
         places[channel] = None
         if value is not None:
-            coding = CODINGS[coding_of(channel, pictures)]
-            places[channel] = asdict(shards.add(f"{number:06d}.{channel}.{coding.extension}", coding.encode(value)))
+            extension = CODINGS[coding_of(channel, pictures)].extension
+            coded = encoded(channel, pictures, value)
+            places[channel] = asdict(shards.add(f"{number:06d}.{channel}.{extension}", coded))
     return places

@@ -4,20 +4,27 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from benchmarks.data.sets.channels import CODINGS, channels_of, value_of
+from benchmarks.contract.rows import TEST_SPLIT
+from benchmarks.data.sets.channels import channels_of, check_pictures, value_of
 from scenarios import catalog
+from scenarios.field_values import is_number, with_values
 from scenarios.scenario import Episode, RendererName
-from sim.checks import check
+from sim.checks import check, check_choice
 
-FORMAT = 3
+FORMAT = 4
 """Number of the layout of files and tables; increment it with every change."""
-_READ_TOO = (2,)
-"""Earlier formats that are read: 2 has no objects that stand about, and no bounds."""
+_READ_TOO = (2, 3)
+"""Earlier formats that are read: 2 has no objects that stand about, and no bounds; up to 3 the list of files is JSON,
+and size, rate and number of frames stand beside the preset's name.
+"""
+SPLITS = ("train", "val", "test")
+_TURN, _TURNS = 0x9E3779B97F4A7C15, 2**64
+"""The golden ratio as a share of ``_TURNS``: multiples of it, modulo 1, are spread evenly, wherever one begins."""
 
 OnError = Literal["stop", "skip"]
 """What becomes of the others at an episode that cannot be built."""
@@ -28,12 +35,16 @@ class Request:
     """A data set as it is ordered.
 
     Attributes:
-        scenario: catalogue id with its version. preset: name.
+        scenario: catalogue id with its version.
+        preset: name, which may change values: ``quick[frame_count=20,traffic_cars=4:24]``.
         seeds: first and last + 1 of the episodes.
         channels: stored for each frame, see ``channels_of``.
-        pictures: coding of pictures, see ``CODINGS``.
+        pictures: coding of pictures, see ``check_pictures``.
         renderer: which one draws.
-        size_px: width and height in place of the preset's. rate_hz, frame_count: likewise.
+        splits: ``train``, ``val``, ``test`` -> share of the episodes, which sum to 1; see ``split_of``.
+        classes: those that exports label, with these numbers; none = all of the scene. Truth is whole either way.
+        negatives: largest share of the pictures without a labelled object, in exports of single pictures; see
+            ``benchmarks.data.exports.exporter``.
         scene: its edition, see ``benchmarks.run.editions``. packages: name -> version of what its bytes depend on.
     """
 
@@ -43,41 +54,49 @@ class Request:
     channels: tuple[str, ...]
     pictures: str = "blosc2"
     renderer: RendererName = "raster"
-    size_px: tuple[int, int] | None = None
-    rate_hz: float | None = None
-    frame_count: int | None = None
+    splits: Mapping[str, float] = field(default_factory=dict)
+    classes: tuple[str, ...] = ()
+    negatives: float = 1.0
     scene: str = ""
     packages: dict[str, str] = field(default_factory=dict)
     format: int = FORMAT
 
     def __post_init__(self) -> None:
         """Raise ValueError for a value that is not possible."""
-        scenario = catalog.scenario(self.scenario)
-        known = channels_of(scenario)
+        known = channels_of(catalog.scenario(self.scenario))
         for channel in self.channels:
             check("channels", channel in known, f"some of {', '.join(known)}", repr(channel))
-        check("pictures", self.pictures in CODINGS, f"one of {', '.join(CODINGS)}", repr(self.pictures))
+        check_pictures(self.pictures)
         check("seeds", 0 <= self.seeds[0] < self.seeds[1], "A:B with 0 <= A < B", ":".join(map(str, self.seeds)))
+        for name, share in self.splits.items():
+            check_choice("splits", name, SPLITS)
+            check(f"splits {name}", is_number(share) and 0 <= share <= 1, "a share of 0 to 1", share)
+        total = sum(self.splits.values())
+        check("splits", not self.splits or abs(total - 1) < 1e-9, "shares that sum to 1", f"{total:g}")
+        check("classes", len(set(self.classes)) == len(self.classes), "each class once", ", ".join(self.classes))
+        check("negatives", is_number(self.negatives) and 0 <= self.negatives <= 1, "a share of 0 to 1", self.negatives)
         self.configuration()
 
-    def configuration(self, seed: int | None = None) -> Any:
-        """Return the preset with the changes asked for, as in the episode of a seed, None = the first one.
+    def split_of(self, seed: int) -> str:
+        """Return the split of an episode. It depends on the seed and the shares alone: whatever a set grows to, an
+        episode stays where it is, and of any successive seeds each split has nearly its share.
 
-        Raises:
-            ValueError: for changes that it cannot take.
+        Episodes of the benchmark's own test split are always ``test``, so that nothing is trained on them; without
+        shares all others are ``train``.
         """
-        preset = catalog.scenario(self.scenario).configuration(self.preset, self.seeds[0] if seed is None else seed)
-        width_px, height_px = self.size_px or (None, None)
-        wanted = {
-            "width_px": width_px,
-            "height_px": height_px,
-            "rate_hz": self.rate_hz,
-            "frame_count": self.frame_count,
-        }
-        changes = {name: value for name, value in wanted.items() if value is not None}
-        for name, value in changes.items():
-            check(name, hasattr(preset, name), f"nothing, since {self.preset} of {self.scenario} sets it", value)
-        return dataclasses.replace(preset, **changes)
+        if seed in TEST_SPLIT:
+            return "test"
+        place, end = (seed * _TURN) % _TURNS / _TURNS, 0.0
+        for name in SPLITS:
+            end += self.splits.get(name, 0.0)
+            if place < end:
+                return name
+        # Shares such as 0.7 + 0.2 + 0.1 may sum to a little less than 1.
+        return next((name for name in reversed(SPLITS) if self.splits.get(name)), "train")
+
+    def configuration(self, seed: int | None = None) -> Any:
+        """Return the preset as in the episode of a seed, None = the first one. Raises ValueError for an unknown one."""
+        return catalog.scenario(self.scenario).configuration(self.preset, self.seeds[0] if seed is None else seed)
 
     def episode(self, seed: int) -> Episode:
         """Build an episode of the data set, with all truth. Raises ValueError if a controller has to steer it."""
@@ -111,9 +130,18 @@ def request_of(content: bytes | str, where: str) -> Request:
         version = values["format"]
         check(where, version in (FORMAT, *_READ_TOO), f"a data set of format {FORMAT}", f"format {version}")
         values = {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
-        return Request(**values)
+        return Request(**(_renamed(values) if version in _READ_TOO else values))
     except (json.JSONDecodeError, KeyError, TypeError) as error:
         raise ValueError(f"{where}: expected the description of a data set, got {error}") from None
+
+
+def _renamed(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the request of an earlier format with size, rate and number of frames in the preset's name."""
+    width_px, height_px = values.pop("size_px") or (None, None)
+    changes = {"width_px": width_px, "height_px": height_px}
+    changes |= {name: values.pop(name) for name in ("rate_hz", "frame_count")}
+    settings = (f"{name}={value:g}" for name, value in changes.items() if value is not None)
+    return values | {"preset": with_values(values["preset"], settings)}
 
 
 def first_episode(request: Request, on_error: OnError = "stop") -> Episode:

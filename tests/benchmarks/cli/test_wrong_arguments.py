@@ -74,7 +74,7 @@ def test_help_says_something_of_every_option(
         ),
         (["tune", "--controllers", "centre_as_written"], "controllers: expected one that is used as tuned, got .*"),
         (
-            ["generate", "road-town", "--seeds", "0:1", "--out", "set", "--frame-count", "0"],
+            ["generate", "road-town", "--seeds", "0:1", "--out", "set", "--set", "frame_count=0"],
             "frame_count: expected at least 107 for 2 or more frame-outs, got 0",
         ),
     ],

@@ -19,7 +19,7 @@ from benchmarks.data.mots_text import read_mots
 from benchmarks.data.sets.card import table_configs
 from benchmarks.data.sets.data_set import DataSet
 from scenarios import catalog
-from tests.benchmarks.data.exports.painted_scene import FRAMES, PARKED_ID, PARKED_XYXY, painted_data_set, truths
+from tests.benchmarks.data.exports.painted_scene import FRAMES, IDS, PARKED_ID, PARKED_XYXY, painted_data_set, truths
 from tests.benchmarks.data.exports.test_web_dataset import read
 
 # webdataset leaves closing shards to the garbage collector.
@@ -205,6 +205,36 @@ def test_what_stands_about_can_be_ignored_in_every_format_that_has_a_word_for_it
         assert mask.sum() == 32
 
 
+def test_classes_that_a_set_keeps_are_labelled_alone_with_their_own_numbers(tmp_path: Path) -> None:
+    """The order is that of the request, also of classes that only other scenes have."""
+    data = painted_data_set(tmp_path / "set", "parked")
+    data.request = replace(data.request, classes=("boat", "kite", "car"))
+    labels = Labels(data)
+    assert labels.names == ("boat", "kite", "car")
+    assert Labels(data, "kind").names == ("van", "car", "kite")
+    out = written(data, "yolo", tmp_path)
+    numbers = {line.split()[0] for path in out.rglob("labels/*/*.txt") for line in path.read_text().splitlines()}
+    assert numbers == {"1", "2"}
+    assert {row["class"] for row in csv.DictReader((out / "objects.csv").open())} == {"kite", "car"}
+    assert data.table("objects").num_rows == 3 * len(data), "truth is whole"
+
+
+@pytest.mark.parametrize(("share", "left"), [(0.0, 0), (0.2, 3), (0.3, 5), (0.5, 6), (1.0, 6)])
+def test_of_pictures_without_a_label_the_share_that_is_asked_for_is_written(
+    tmp_path: Path, share: float, left: int
+) -> None:
+    """The car is in six pictures of nine, then out of the picture: twelve of two episodes show it, six do not."""
+    data = painted_data_set(tmp_path / "set")
+    data.request = replace(data.request, classes=("car",), negatives=share, splits={"train": 1.0})
+    shown = sum(bool((truth.instance_map == IDS[1]).any()) for truth in truths())
+    out = written(data, "yolo", tmp_path)
+    texts = [path.read_text() for path in out.rglob("labels/*/*.txt")]
+    assert (sum(map(bool, texts)), len(texts) - sum(map(bool, texts))) == (2 * shown, left)
+    assert len(list(out.rglob("images/*/*.*"))) == len(texts)
+    export(data, "mot", tmp_path / "mot")
+    assert len(list((tmp_path / "mot").rglob("img1/*"))) == len(data), "sequences are whole"
+
+
 @pytest.mark.parametrize(
     ("name", "options", "message"),
     [
@@ -229,7 +259,7 @@ def test_options_that_are_not_possible_are_refused(
 def test_a_set_without_what_stands_about_has_single_targets_alone(tmp_path: Path) -> None:
     """The episodes that canaries watch are of format 2."""
     old = DataSet(str(Path(__file__).parents[3] / "canaries/episodes/road-town"))
-    told = r"^data: expected a set of format 3, with what only stands about \(`frameout generate` .*, got format 2$"
+    told = r"^data: expected a set of format 4, with what only stands about \(`frameout generate` .*, got format 2$"
     old.request = replace(old.request, channels=("image_rgb", "instance_map"))
     for name in ("coco", "mot", "tao-amodal", "webdataset", "yolo"):
         with pytest.raises(ValueError, match=told):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,15 @@ import pytest
 from benchmarks.data.exports.exporter import export
 from benchmarks.data.exports.yolo import parts_of
 from benchmarks.data.sets.data_set import DataSet
-from tests.benchmarks.data.exports.painted_scene import FRAMES, HEIGHT_PX, IDS, KINDS, WIDTH_PX, truths
+from tests.benchmarks.data.exports.painted_scene import (
+    FRAMES,
+    HEIGHT_PX,
+    IDS,
+    KINDS,
+    WIDTH_PX,
+    painted_data_set,
+    truths,
+)
 from tests.benchmarks.data.exports.scoring import Box, average_precision
 from tests.benchmarks.data.exports.test_outlines import filled
 
@@ -46,11 +55,13 @@ def scaled(row: list[str]) -> np.ndarray:
     return np.array(row[1:], float) * [WIDTH_PX, HEIGHT_PX, WIDTH_PX, HEIGHT_PX]
 
 
-def test_whole_episodes_are_validated_on() -> None:
-    assert parts_of((3, 4)) == {3: "train", 4: "val"}
-    assert list(parts_of(tuple(range(10))).values()) == ["train"] * 8 + ["val"] * 2
+def test_whole_episodes_are_validated_on(tmp_path: Path) -> None:
+    data = painted_data_set(tmp_path / "set", seeds=(3, 13))
+    assert list(parts_of(data).values()) == ["train"] * 8 + ["val"] * 2
+    data.request = replace(data.request, splits={"train": 0.5, "val": 0.3, "test": 0.2})
+    assert parts_of(data) == {seed: data.request.split_of(seed) for seed in range(3, 13)}
     with pytest.raises(ValueError, match=r"data: expected at least 2 episodes, .*, got 1"):
-        parts_of((3,))
+        parts_of(painted_data_set(tmp_path / "one", seeds=(3, 4)))
 
 
 def labels_of(out: Path) -> dict[str, list[np.ndarray]]:

@@ -12,10 +12,10 @@ CHANNELS = ("image_rgb", "instance_map", "depth_m", "flow_px", "normal_world")
 HERE = Workers(0, modules=MODULES)
 
 
-def tiny(**changes) -> Request:
+def tiny(frame_count: int = 12, **changes) -> Request:
     """Return a request of two episodes of twelve frames."""
-    asked = {"seeds": (3, 5), "channels": CHANNELS, "frame_count": 12} | changes
-    return Request("fake-town-v1", "tiny", **asked)
+    asked = {"seeds": (3, 5), "channels": CHANNELS, "preset": f"tiny[frame_count={frame_count}]"} | changes
+    return Request("fake-town-v1", **asked)
 
 
 def made(request: Request, out, workers: Workers = HERE) -> DataSet:

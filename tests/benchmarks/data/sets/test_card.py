@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 from benchmarks.data.exports.exporter import sequence_name
-from benchmarks.data.sets.card import axes_text, card_text, hub_head, split_of, table_configs
+from benchmarks.data.sets.card import axes_text, card_text, hub_head, table_configs
 from benchmarks.data.sets.data_set import DataSet
 from sim.optics import look_down_pose, project
 from tests.benchmarks.data.exports.painted_scene import IDS, KINDS, painted_data_set, truths
@@ -38,14 +38,16 @@ def test_the_card_begins_with_what_the_hub_reads(data: DataSet) -> None:
         assert rows == data.table(config["config_name"]).num_rows
 
 
-def test_splits_are_those_of_seeds(tmp_path: Path) -> None:
-    seeds = {0: "train", 9_999: "train", 10_000: "test", 19_999: "test", 20_000: "train"}
-    assert {seed: split_of(seed) for seed in seeds} == seeds
-    data = made(tiny(seeds=(9_999, 10_001), frame_count=2, channels=("image_rgb",)), tmp_path / "set")
-    for table, splits in table_configs(data).items():
-        for split, patterns in splits.items():
+@pytest.mark.parametrize("splits", [{}, {"train": 0.5, "val": 0.5}])
+def test_the_tables_of_each_split_are_found(tmp_path: Path, splits: dict[str, float]) -> None:
+    asked = tiny(seeds=(9_996, 10_001), frame_count=2, channels=("image_rgb",), splits=splits)
+    data = made(asked, tmp_path / "set")
+    assert set(data.splits) == {*(splits or ["train"]), "test"}
+    for table, patterns_of in table_configs(data).items():
+        assert set(patterns_of) == set(data.splits), table
+        for split, patterns in patterns_of.items():
             found = {path.parent.name for pattern in patterns for path in tmp_path.glob(f"set/{pattern}")}
-            assert found == {f"{seed:06d}" for seed in data.seeds if split_of(seed) == split}, table
+            assert found == {f"{seed:06d}" for seed in data.splits[split]}, table
 
 
 @pytest.mark.parametrize(
@@ -94,11 +96,12 @@ def test_what_is_seen_is_counted_by_kind_and_group(tmp_path: Path) -> None:
 
 
 def test_no_two_data_sets_have_a_sequence_of_one_name(tmp_path: Path) -> None:
-    changes = ({}, {"frame_count": 2}, {"rate_hz": 7.5}, {"rate_hz": 75.0}, {"renderer": "pybullet"})
+    presets = ("tiny", "tiny[frame_count=2]", "tiny[rate_hz=7.5]", "tiny[rate_hz=75]")
+    changes = (*({"preset": preset} for preset in presets), {"preset": "tiny", "renderer": "pybullet"})
     names = []
     for k, change in enumerate(changes):
         (tmp_path / str(k)).mkdir()
-        (tmp_path / str(k) / "dataset.json").write_text(replace(tiny(frame_count=None), **change).as_json())
+        (tmp_path / str(k) / "dataset.json").write_text(replace(tiny(), **change).as_json())
         names.append(sequence_name(DataSet(str(tmp_path / str(k))), 3))
         shutil.rmtree(tmp_path / str(k))
     assert names[0] == "fake-town-v1-tiny-000003"

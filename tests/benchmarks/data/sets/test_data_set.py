@@ -55,7 +55,7 @@ def test_what_is_no_data_set_is_named(tmp_path, data):
     with pytest.raises(ValueError, match=r"directory: expected a data set with a file dataset\.json, got none"):
         DataSet(str(tmp_path))
     (tmp_path / "dataset.json").write_text('{"format": 99}')
-    with pytest.raises(ValueError, match="expected a data set of format 3, got format 99"):
+    with pytest.raises(ValueError, match="expected a data set of format 4, got format 99"):
         DataSet(str(tmp_path))
     with pytest.raises(ValueError, match="seed: expected one of the 2 that exist"):
         data.episode(7)

@@ -178,7 +178,13 @@ def test_a_full_disk_leaves_whole_episodes_alone(tmp_path):
     ("changes", "message"),
     [
         ({"channels": ("depth",)}, "channels: expected some of image_rgb, .*, got 'depth'"),
-        ({"pictures": "gif"}, "pictures: expected one of blosc2, png, jpeg, got 'gif'"),
+        ({"pictures": "gif"}, "pictures: expected one of blosc2, png, jpeg, jpeg-1 to jpeg-100, got 'gif'"),
+        ({"pictures": "jpeg-0"}, "pictures: expected one of .*, got 'jpeg-0'"),
+        ({"splits": {"train": 0.5, "val": 0.4}}, "splits: expected shares that sum to 1, got 0.9"),
+        ({"splits": {"trian": 1.0}}, r"splits: expected one of train, val, test; got 'trian' \(did you mean train"),
+        ({"splits": {"train": 1.5, "val": -0.5}}, "splits train: expected a share of 0 to 1, got 1.5"),
+        ({"negatives": 2}, "negatives: expected a share of 0 to 1, got 2"),
+        ({"classes": ("car", "car")}, "classes: expected each class once, got car, car"),
         ({"seeds": (4, 4)}, "seeds: expected A:B with 0 <= A < B, got 4:4"),
     ],
 )
@@ -267,7 +273,7 @@ def refuse(monkeypatch):
 
 def test_an_episode_that_cannot_be_built_is_named_and_what_was_made_is_kept(tmp_path, capsys, refuse):
     refuse([4], ValueError("frame_count: expected enough, got 12"))
-    words = ["fake-town", "--preset", "tiny", "--seeds", "3:6", "--frame-count", "3", "--workers", "0"]
+    words = ["fake-town", "--preset", "tiny", "--seeds", "3:6", "--set", "frame_count=3", "--workers", "0"]
     words += ["--out", str(tmp_path / "set"), "--modules", *MODULES, "--channels", "image_rgb"]
     assert main(["generate", *words]) == 2
     assert capsys.readouterr().err.endswith("\nerror: seed 4: frame_count: expected enough, got 12\n")
@@ -294,7 +300,7 @@ def test_where_no_episode_can_be_built_nothing_is_left_out(tmp_path, refuse):
 @pytest.mark.parametrize("dry", [["--dry-run"], []])
 def test_any_number_of_first_episodes_is_skipped_on_demand_alone(tmp_path, refuse, dry):
     tried = refuse(range(9), RuntimeError("no road"))
-    words = ["generate", "fake-town", "--preset", "tiny", "--seeds", "0:10", "--frame-count", "2", "--workers", "0"]
+    words = ["generate", "fake-town", "--preset", "tiny", "--seeds", "0:10", "--set", "frame_count=2", "--workers", "0"]
     words += ["--out", str(tmp_path / "set"), "--modules", *MODULES, *dry]
     with pytest.raises(RuntimeError, match="no road"):
         main(words)
