@@ -14,6 +14,7 @@ from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.lighting import LightPlan, draw_light_plan
 from scenarios.stereo_follow.presets import StereoFollow
 from sim.meshes.person import RGB, PersonLook
+from sim.meshes.population import draw_person
 from sim.motion.gait import phase_rate_radps
 from sim.rng import generator
 
@@ -70,6 +71,21 @@ def draw_looks(count: int, alike: int, uniformed: int, rng: np.random.Generator)
             look = _in_uniform(look, uniform)
         looks.append(look)
     return looks
+
+
+def of_many_builds(looks: list[PersonLook], alike: int, uniformed: int, rng: np.random.Generator) -> list[PersonLook]:
+    """Return other people in the colours of ``looks``, see ``draw_looks``; who is dressed alike remains so."""
+    made: list[PersonLook] = []
+    for k, look in enumerate(looks):
+        other = replace(draw_person(rng), top_rgb=look.top_rgb, legwear_rgb=look.legwear_rgb)
+        if k == 1 and alike > 0:
+            # The target's twin in clothes, whatever the build.
+            worn = ("legwear", "sleeves", "top_pattern", "top_length", "inner_rgb")
+            other = replace(other, **{name: getattr(made[0], name) for name in worn})
+        if uniformed > 0 and k <= uniformed:
+            other = replace(_in_uniform(other, (look.top_rgb, look.legwear_rgb)), top_length="hip", inner_rgb=None)
+        made.append(other)
+    return made
 
 
 def _look(top_rgb: RGB, rng: np.random.Generator) -> PersonLook:
@@ -147,6 +163,8 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool, kept: Build
     crowd = draw_crowd(preset, floor_plan, generator(seed, "crowd"))
     places = tuple(floor_plan.place_of(place_m) for place_m in crowd.walks[TARGET].place_m)
     looks = draw_looks(len(crowd.walks), preset.alike, preset.uniformed, generator(seed, "wardrobe"))
+    if preset.people_builds == "many":
+        looks = of_many_builds(looks, preset.alike, preset.uniformed, generator(seed, "builds"))
     dropped = generator(seed, "lost pictures").random(preset.frame_count) < preset.dropped_share
     return Plan(
         preset,

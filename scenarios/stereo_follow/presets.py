@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 from scenarios.scenario import check_length, check_size
 from sim.checks import check_types, check_within
@@ -29,6 +30,8 @@ class StereoFollow:
         standers: people who stand beside the target's path.
         alike: number of others with a top of the target's colour; the first of them also has the trousers' colour.
         uniformed: number of others in the same working clothes as the target; 0: no one wears working clothes.
+        people_builds: "one" for adults of one figure; "many" for women, men and children of different figures, with
+            more kinds of hair, headwear, coats, skirts and bags. Who is dressed alike remains so.
         pauses: number of times that the target stands still.
         leg_m, corner_deg: least and largest length of a straight piece of the target's path in a room, and angle
             between two pieces.
@@ -72,6 +75,7 @@ class StereoFollow:
     brightening_s: float = 0.0
     dropped_share: float = 0.0
     odometry: bool = True
+    people_builds: Literal["one", "many"] = "one"
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -138,3 +142,13 @@ PRESETS = {
 PRESETS["paper-b3-dressed-apart"] = replace(
     PRESETS["paper-b3"], summary="the same drives, but no one wears what the person who is followed wears", uniformed=0
 )
+
+VARIED = {
+    "varied": replace(
+        PRESETS["standard"],
+        summary="people of many builds, hair and clothes among the same lamps",
+        people_builds="many",
+    ),
+}
+"""Presets with more variety than those of the tables."""
+PRESETS |= VARIED

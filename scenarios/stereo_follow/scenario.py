@@ -38,7 +38,7 @@ class People(JointedObjects):
 
     def __init__(self, world: World, plan: Plan) -> None:
         self._plan = plan
-        self._bones = [skeleton(look.stature_m, look.build) for look in plan.looks]
+        self._bones = [skeleton(look.stature_m, look.build, look.figure) for look in plan.looks]
         kinds = plan.crowd.kinds
         names = [kind if k == TARGET else f"{kind}-{k}" for k, kind in enumerate(kinds)]
         rng = generator(plan.seed, "clothes")

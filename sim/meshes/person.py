@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,9 +11,10 @@ from scipy.ndimage import gaussian_filter
 
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes import person_parts as shapes
-from sim.meshes.person_parts import HEAD_STATIONS, RGB, Patch, PersonLook, SmoothShape, edge_z
+from sim.meshes.person_head import BARE_CROWN_Z, HEAD_STATIONS, edge_z, head
+from sim.meshes.person_parts import RGB, Body, HairStyle, Headwear, Patch, PersonLook, SmoothShape, TopLength
 from sim.motion.gait import part_poses
-from sim.motion.skeleton import PART_NAMES, skeleton
+from sim.motion.skeleton import PART_NAMES, Figure, skeleton
 
 Picture = NDArray[np.float64]
 
@@ -36,6 +38,8 @@ _RECTANGLES = {
     "backpack": (128, 304, 160, 128),
     "hair": (288, 312, 128, 96),
     "cap": (416, 312, 96, 64),
+    "skirt": (0, 384, 128, 64),
+    "bag": (416, 376, 96, 72),
 }
 PATCHES = {
     name: Patch(
@@ -69,9 +73,14 @@ def paint(look: PersonLook, rng: np.random.Generator) -> Texture:
         "hair": lambda look, shape, rng: _strands(look.hair_rgb, shape, rng),
         "cap": lambda look, shape, rng: _cloth(look.cap_rgb or look.top_rgb, shape, rng),
     }
+    if look.legwear == "skirt":
+        painters["skirt"] = _skirt
+    if look.bag_rgb is not None:
+        painters["bag"] = _bag
     picture = np.empty((*SIZE_TEXELS, 3))
     picture[:] = look.top_rgb
-    for name, (left, top, width, height) in _RECTANGLES.items():
+    for name in painters:
+        left, top, width, height = _RECTANGLES[name]
         picture[top : top + height, left : left + width] = painters[name](look, (height, width), rng)
     return Texture(np.clip(picture + 0.5, 0, 255).astype(np.uint8), smooth=True)
 
@@ -127,18 +136,24 @@ def _strands(rgb: RGB, shape: tuple[int, int], rng: np.random.Generator) -> Pict
 def _pattern(picture: Picture, look: PersonLook) -> Picture:
     """Return a top's cloth with its stripes or check; stripes are 3 to 4 cm wide on trunk and sleeves."""
     rows, columns = (np.arange(n) // _TOP_TEXELS_PER_STRIPE % 2 for n in picture.shape[:2])
-    if look.top_pattern == "plain":
+    if look.top_pattern not in ("stripes", "check"):
         return picture
     down, across = rows[:, None].astype(float), columns[None].astype(float)
     share = np.broadcast_to(down, picture.shape[:2]) if look.top_pattern == "stripes" else 0.5 * (down + across)
     return picture * (1.0 - 0.45 * share[..., None])
 
 
+_COAT_LENGTH = 1.45
+"""Length of a coat, from collar to hem, over that of a top."""
+
+
 def _torso(look: PersonLook, shape: tuple[int, int], rng: np.random.Generator) -> Picture:
     picture = _pattern(_cloth(look.top_rgb, shape, rng, folds=(5.0, 10.0)), look)
-    down, around = _down(shape[0]), _around(shape[1])[None]
+    along, around = _down(shape[0]), _around(shape[1])[None]
+    down = along if look.top_length == "hip" else along * _COAT_LENGTH
+    picture = _front(picture, look, down, around)
     seams = _line(np.abs(around) - 0.5 * np.pi, 0.03) * (down > 0.35)
-    hem = np.maximum(_line(down - 0.955, 0.008), _line(down - 0.975, 0.008))
+    hem = np.maximum(_line(along - 0.955, 0.008), _line(along - 0.975, 0.008))
     armpits = np.exp(-(((np.abs(around) - 0.5 * np.pi) / 0.35) ** 2) - ((down - 0.42) / 0.12) ** 2)
     spine = np.exp(-(((np.abs(around) - np.pi) / 0.18) ** 2)) * (down > 0.2)
     shade = 1.0 - 0.25 * np.maximum(seams, hem) - 0.22 * armpits - 0.06 * spine - 0.1 * (down < 0.09)
@@ -146,6 +161,29 @@ def _torso(look: PersonLook, shape: tuple[int, int], rng: np.random.Generator) -
     if look.backpack_rgb is not None:
         straps = _line(np.abs(around) - 0.52, 0.13) * (down > 0.1) * (down < 0.62)
         picture = picture + np.minimum(2.0 * straps, 1.0)[..., None] * (0.8 * np.array(look.backpack_rgb) - picture)
+    if look.bag_rgb is not None:
+        # From the right shoulder to the left hip, in front and behind.
+        strap = np.minimum(2.0 * _line(np.cos(around - 1.9) * 0.42 + 0.5 - down, 0.035), 1.0) * (down > 0.06)
+        picture = picture + strap[..., None] * (0.7 * np.array(look.bag_rgb) - picture)
+    return picture
+
+
+def _front(picture: Picture, look: PersonLook, down: NDArray[np.float64], around: NDArray[np.float64]) -> Picture:
+    """Return a top with what is on or under its front: a pale band, a print, the shirt in an open jacket, buttons."""
+    if look.top_pattern == "band":
+        picture = picture + 0.7 * ((down > 0.36) & (down < 0.56))[..., None] * (225.0 - picture)
+    elif look.top_pattern == "print":
+        blocks = (np.abs(around) < 0.42) & (down > 0.3) & (down < 0.55) & (np.sin(21.0 * down + 3.0 * around) > -0.5)
+        bright = 30.0 if sum(look.top_rgb) > 330 else 215.0
+        picture = picture + 0.75 * blocks[..., None] * (bright - picture)
+    if look.inner_rgb is not None:
+        inner = np.clip((0.14 + 0.28 * np.minimum(down, 0.9) - np.abs(around)) / 0.03 + 0.5, 0.0, 1.0) * (down < 0.93)
+        edges = _line(0.14 + 0.28 * np.minimum(down, 0.9) - np.abs(around), 0.06)
+        picture = picture + inner[..., None] * (np.array(look.inner_rgb, dtype=float) - picture)
+        return picture * (1.0 - 0.35 * edges)[..., None]
+    if look.top_length == "thigh":
+        buttons = _line(around - 0.16, 0.035) * (np.sin(34.0 * down) > 0.8) * (down > 0.15)
+        return picture * (1.0 - 0.3 * _line(around - 0.1, 0.02) - 0.4 * buttons)[..., None]
     return picture
 
 
@@ -188,19 +226,37 @@ def _thigh(look: PersonLook, shape: tuple[int, int], rng: np.random.Generator) -
     if look.legwear == "trousers":
         return cloth * shade[..., None]
     hem = 1.0 - 0.25 * _line(down - 0.84, 0.02)
-    return np.where((down < 0.87)[..., None], cloth * (shade * hem)[..., None], _skin(look.skin_rgb, shape, rng))
+    return np.where((down < 0.87)[..., None], cloth * (shade * hem)[..., None], _leg(look, shape, rng))
+
+
+def _leg(look: PersonLook, shape: tuple[int, int], rng: np.random.Generator) -> Picture:
+    """Return bare skin, or a stocking."""
+    return _skin(look.stockings_rgb or look.skin_rgb, shape, rng)
 
 
 def _shin(look: PersonLook, shape: tuple[int, int], rng: np.random.Generator) -> Picture:
     down, around = _down(shape[0]), _around(shape[1])[None]
-    if look.legwear == "shorts":
-        return _skin(look.skin_rgb, shape, rng)
+    if look.legwear != "trousers":
+        return _leg(look, shape, rng)
     cloth = _cloth(look.legwear_rgb, shape, rng, folds=(7.0, 6.0))
     # Folds behind the knee and above the shoe.
     creases = np.sin(2.0 * np.pi * 14.0 * down + 1.5 * np.cos(around)) * ((down < 0.18) + (down > 0.78))
     seam = _line(np.abs(around) - 0.5 * np.pi, 0.07)
     hem = _line(down - 0.93, 0.012)
     return cloth * (1.0 + 0.06 * creases - 0.2 * np.maximum(seam, hem))[..., None]
+
+
+def _skirt(look: PersonLook, shape: tuple[int, int], rng: np.random.Generator) -> Picture:
+    down, around = _down(shape[0]), _around(shape[1])[None]
+    pleats = np.sin(11.0 * around + 0.6 * np.sin(3.0 * around)) * np.clip(down / 0.5, 0.0, 1.0)
+    shade = 1.0 + 0.09 * pleats - 0.25 * _line(down - 0.95, 0.02) - 0.3 * (down < 0.08)
+    return _cloth(look.legwear_rgb, shape, rng, folds=(9.0, 4.0)) * shade[..., None]
+
+
+def _bag(look: PersonLook, shape: tuple[int, int], rng: np.random.Generator) -> Picture:
+    down, around = _down(shape[0]), _around(shape[1])[None]
+    flap = _line(down - 0.45 - 0.04 * np.cos(around), 0.02)
+    return _cloth(look.bag_rgb or look.top_rgb, shape, rng) * (1.0 - 0.45 * flap)[..., None]
 
 
 def _shoe(look: PersonLook, shape: tuple[int, int], rng: np.random.Generator) -> Picture:
@@ -237,11 +293,20 @@ def _head(look: PersonLook, shape: tuple[int, int], rng: np.random.Generator) ->
     face = face + (0.75 * brows)[..., None] * (brown - face)
     edge = edge_z(around, look.hair_style) + 0.0015 * _noise(shape, 2.0, 2.0, rng)
     share = np.clip((z - edge) / 0.004 + 0.5, 0.0, 1.0)[..., None]
+    if look.hair_style == "cropped":
+        share = 0.75 * share
+    elif look.hair_style == "receding":
+        share = share * np.clip((BARE_CROWN_Z - z) / 0.008 + 0.5, 0.0, 1.0)[..., None]
     face = face + share * (hair - face)
+    if look.beard:
+        chin = 0.062 + 0.012 * np.clip(np.abs(around) - 0.4, 0.0, 1.0)
+        grown = np.clip((chin - z) / 0.004 + 0.5, 0.0, 1.0) * (np.abs(around) < 1.45) * (1.0 - 0.8 * lips)
+        face = face + (0.8 * grown)[..., None] * (0.9 * hair - face)
     if look.cap_rgb is None:
         return face
-    cap = _cloth(look.cap_rgb, shape, rng) * (1.0 - 0.2 * _line(np.sin(3.0 * around), 0.12))[..., None]
-    return np.where((z > edge_z(around, "cap"))[..., None], cap, face)
+    seams = _line(np.sin(3.0 * around), 0.12) if look.headwear == "cap" else 0.0 * around
+    cap = _cloth(look.cap_rgb, shape, rng) * (1.0 - 0.2 * seams)[..., None]
+    return np.where((z > edge_z(around, look.headwear))[..., None], cap, face)
 
 
 def _features(around: NDArray[np.float64], z: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -275,41 +340,60 @@ def covered(look: PersonLook, texture: Texture) -> dict[str, TexturedMesh]:
 
 def person_size_m(look: PersonLook) -> NDArray[np.float64]:
     """Return length, width and height (3,) of a person who stands: the bounds of all parts, backpack included."""
-    poses = part_poses(skeleton(look.stature_m, look.build), np.eye(4), 0.0, 0.0)
+    poses = part_poses(skeleton(look.stature_m, look.build, look.figure), np.eye(4), 0.0, 0.0)
     points_m = np.concatenate(
         [shape.vertices_m @ T[:3, :3].T + T[:3, 3] for shape, T in zip(_shapes_of(look).values(), poses, strict=True)]
     )
     return np.ptp(points_m, axis=0)
 
 
+class _Cut(NamedTuple):
+    """What the shapes of a person depend on, see ``PersonLook``; ``worn``: headwear or none."""
+
+    stature_m: float
+    build: float
+    figure: Figure
+    hair: HairStyle
+    worn: Headwear | None
+    length: TopLength
+    has_skirt: bool
+    bare_shins: bool
+    backpack: bool
+    bag: bool
+
+
 def _shapes_of(look: PersonLook) -> dict[str, SmoothShape]:
     """Return the shapes by name, in the order of ``PART_NAMES``."""
     one_side = _shapes(
-        look.stature_m,
-        look.build,
-        look.hair_style,
-        look.cap_rgb is not None,
-        look.legwear == "shorts",
-        look.backpack_rgb is not None,
+        _Cut(
+            look.stature_m,
+            look.build,
+            look.figure,
+            look.hair_style,
+            None if look.cap_rgb is None else look.headwear,
+            look.top_length,
+            look.legwear == "skirt",
+            look.legwear != "trousers",
+            look.backpack_rgb is not None,
+            look.bag_rgb is not None,
+        )
     )
     return {name: one_side[name.removeprefix("left_").removeprefix("right_")] for name in PART_NAMES}
 
 
 @lru_cache(maxsize=64)
-def _shapes(
-    stature_m: float, build: float, hair_style: str, cap: bool, bare_shins: bool, backpack: bool
-) -> dict[str, SmoothShape]:
+def _shapes(cut: _Cut) -> dict[str, SmoothShape]:
     """Return the shapes of one side of a person: the two sides are alike."""
-    bones = skeleton(stature_m, build)
+    body = Body(skeleton(cut.stature_m, cut.build, cut.figure), cut.build, cut.figure)
     made = {
-        "pelvis": shapes.pelvis(bones, build, PATCHES),
-        "torso": shapes.torso(bones, build, PATCHES, backpack),
-        "head": shapes.head(bones, PATCHES, hair_style, cap),
-        "upper_arm": shapes.upper_arm(bones, build, PATCHES),
-        "forearm": shapes.forearm(bones, build, PATCHES),
-        "thigh": shapes.thigh(bones, build, PATCHES),
-        "shin": shapes.shin(bones, build, PATCHES, bare_shins),
-        "foot": shapes.foot(bones, PATCHES),
+        "pelvis": shapes.pelvis(body, PATCHES, cut.has_skirt),
+        "torso": shapes.torso(body, PATCHES, cut.length, cut.backpack, cut.bag),
+        "head": head(body, PATCHES, cut.hair, cut.worn),
+        "upper_arm": shapes.upper_arm(body, PATCHES),
+        "forearm": shapes.forearm(body, PATCHES),
+        "thigh": shapes.thigh(body, PATCHES),
+        "shin": shapes.shin(body, PATCHES, cut.bare_shins),
+        "foot": shapes.foot(body.bones, PATCHES),
     }
     return {
         name: SmoothShape(

@@ -1,25 +1,29 @@
-"""Sizes, looks and shapes of a person's clothed parts: limbs, trunk, head, shoes, as shares of stature.
+"""Sizes, looks and shapes of a person's clothed parts: limbs, trunk, shoes, as shares of stature.
 
 Every shape stands in the frame of its part (see ``sim.motion.skeleton``). Ends are rounded and reach beyond the joints,
 so that nothing gapes where they bend. Lengths are those of the skeleton; breadths and depths are chosen by eye for
-clothed adults within the breadths of Drillis and Contini (1966): shoulders 0.259, hips 0.191 of stature.
+clothed adults within the breadths of Drillis and Contini (1966): shoulders 0.259, hips 0.191 of stature; a ``Figure``
+changes them. The head is in ``person_head``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sim.checks import check
-from sim.motion.skeleton import Skeleton, skeleton
+from sim.motion.skeleton import AVERAGE, Figure, Skeleton, skeleton
 
 RGB = tuple[int, int, int]
-HAIR_STYLES = ("short", "long")
-PATTERNS = ("plain", "stripes", "check")
+HairStyle = Literal["short", "long", "bald", "cropped", "receding", "bob", "bun", "ponytail", "curly"]
+Headwear = Literal["cap", "beanie", "hat", "scarf"]
+Pattern = Literal["plain", "stripes", "check", "band", "print"]
+Legwear = Literal["trousers", "shorts", "skirt"]
+TopLength = Literal["hip", "thigh"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,27 +33,38 @@ class PersonLook:
     Attributes:
         stature_m: within ``STATURE_M`` of ``sim.motion.skeleton``.
         build: factor of girths within ``BUILD`` there.
-        hair_style: long hair reaches the shoulders.
-        cap_rgb: of a cap worn over it, None for no cap.
-        top_pattern: horizontal stripes or a check in a darker shade of the top.
+        figure: proportions of the body.
+        hair_style: long hair reaches the shoulders, a bob the chin; the receding one leaves the crown bare.
+        beard: in the colour of the hair.
+        cap_rgb: of a cap worn over it, None for no cap. headwear: what is worn in that colour; a scarf covers all hair.
+        top_pattern: horizontal stripes or a check in a darker shade of the top, one pale band, or a print on the chest.
+        top_length: a coat reaches down to half of the thighs.
+        inner_rgb: of the shirt in an open jacket, None for a closed top.
         sleeves: short ones end above the elbow.
-        legwear: shorts end at the knee.
-        backpack_rgb: None for no backpack.
+        legwear: shorts and skirts end at the knee. stockings_rgb: of the legs below a skirt, None for bare ones.
+        backpack_rgb: None for no backpack. bag_rgb: of a bag at the left hip on a strap, None for no bag.
     """
 
     stature_m: float = 1.74
     build: float = 1.0
     skin_rgb: RGB = (204, 158, 130)
     hair_rgb: RGB = (62, 46, 36)
-    hair_style: Literal["short", "long"] = "short"
+    hair_style: HairStyle = "short"
     cap_rgb: RGB | None = None
     top_rgb: RGB = (70, 92, 128)
-    top_pattern: Literal["plain", "stripes", "check"] = "plain"
+    top_pattern: Pattern = "plain"
     sleeves: Literal["long", "short"] = "long"
-    legwear: Literal["trousers", "shorts"] = "trousers"
+    legwear: Legwear = "trousers"
     legwear_rgb: RGB = (52, 56, 70)
     shoes_rgb: RGB = (44, 42, 44)
     backpack_rgb: RGB | None = None
+    figure: Figure = AVERAGE
+    beard: bool = False
+    headwear: Headwear = "cap"
+    top_length: TopLength = "hip"
+    inner_rgb: RGB | None = None
+    stockings_rgb: RGB | None = None
+    bag_rgb: RGB | None = None
 
     def __post_init__(self) -> None:
         """Check sizes and words.
@@ -57,15 +72,21 @@ class PersonLook:
         Raises:
             ValueError: for an impossible size or an unknown word.
         """
-        skeleton(self.stature_m, self.build)
-        for name in ("skin", "hair", "cap", "top", "legwear", "shoes", "backpack"):
+        skeleton(self.stature_m, self.build, self.figure)
+        for name in ("skin", "hair", "cap", "top", "inner", "legwear", "stockings", "shoes", "backpack", "bag"):
             rgb = getattr(self, f"{name}_rgb")
             good = rgb is None or (len(rgb) == 3 and all(0 <= c <= 255 for c in rgb))
             check(f"{name}_rgb", good, "three numbers from 0 to 255", rgb)
-        check("hair_style", self.hair_style in HAIR_STYLES, f"one of {HAIR_STYLES}", self.hair_style)
-        check("top_pattern", self.top_pattern in PATTERNS, f"one of {PATTERNS}", self.top_pattern)
         check("sleeves", self.sleeves in ("long", "short"), "long or short", self.sleeves)
-        check("legwear", self.legwear in ("trousers", "shorts"), "trousers or shorts", self.legwear)
+        for name, words in (
+            ("hair_style", HairStyle),
+            ("headwear", Headwear),
+            ("top_pattern", Pattern),
+            ("top_length", TopLength),
+            ("legwear", Legwear),
+        ):
+            got = getattr(self, name)
+            check(name, got in get_args(words), f"one of {get_args(words)}", got)
 
 
 Station = tuple[float, float, float, float, float]
@@ -180,27 +201,99 @@ def joined(shapes: Sequence[SmoothShape]) -> SmoothShape:
 
 Patches = Mapping[str, Patch]
 
+
+class Body(NamedTuple):
+    """What the shapes of a person are made to: segments, factor of girths, proportions."""
+
+    bones: Skeleton
+    build: float
+    figure: Figure
+
+
 LIMB_SIDES = 8
 
+Along = Sequence[tuple[float, float]]
+"""Heights, rising, and a factor at each of them."""
+_EVEN: Along = ((0.0, 1.0),)
 
-def _girthed(stations: list[Station], build: float) -> list[Station]:
-    return [(z, centre, ahead * build, behind * build, width * build) for z, centre, ahead, behind, width in stations]
+
+def fitted(
+    stations: list[Station],
+    body: Body,
+    *,
+    tall: float = 1.0,
+    wide: Along = _EVEN,
+    deep: Along = _EVEN,
+    bumps: Sequence[tuple[float, float, float]] = (),
+) -> list[Station]:
+    """Return stations of a body's girths.
+
+    Args:
+        tall: factor of heights. wide, deep: factors of breadth and depth at heights before that.
+        bumps: (height, half height, share) by which the front reaches farther ahead.
+    """
+    made = []
+    for z, centre, ahead, behind, width in stations:
+        broad, thick = (
+            float(np.interp(z, [at for at, _ in along], [factor for _, factor in along])) for along in (wide, deep)
+        )
+        front = 1.0 + sum(share * float(np.exp(-(((z - at) / reach) ** 2))) for at, reach, share in bumps)
+        made.append(
+            (
+                z * tall,
+                centre,
+                ahead * body.build * thick * front,
+                behind * body.build * thick,
+                width * body.build * broad,
+            )
+        )
+    return made
 
 
-def pelvis(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
-    """Return the seat of the trousers, between the hips."""
+_HIPS_Z, _WAIST_Z = -0.03, 0.07
+"""Heights of the broadest hips and of the waist above the joint of the torso, shares of stature."""
+
+
+def pelvis(body: Body, patches: Patches, skirt: bool) -> SmoothShape:
+    """Return the seat of the trousers, between the hips, and a skirt around the thighs or none."""
     stations = [
         (0.105, 0.000, 0.052, 0.050, 0.080),
         (0.060, 0.000, 0.056, 0.058, 0.087),
         (-0.012, 0.000, 0.053, 0.066, 0.093),
         (-0.038, 0.000, 0.044, 0.054, 0.074),
     ]
-    ring = rings(_girthed(stations, build), 10, bones.stature, 2.3)
-    return loft(ring, 0.006 * bones.stature, 0.016 * bones.stature, patches["pelvis"])
+    bones, figure = body.bones, body.figure
+    between = 0.5 * (figure.hips + figure.waist)
+    across: Along = ((-0.012, figure.hips), (0.105, between))
+    bumps = ((0.105, 0.06, figure.belly),)
+    made = fitted(stations, body, tall=figure.trunk, wide=across, deep=across, bumps=bumps)
+    ring = rings(made, 10, bones.stature, 2.3)
+    seat = loft(ring, 0.006 * bones.stature, 0.016 * bones.stature, patches["pelvis"])
+    return joined([seat, _skirt(body, patches)]) if skirt else seat
 
 
-def torso(bones: Skeleton, build: float, patches: Patches, backpack: bool) -> SmoothShape:
-    """Return the top from its collar to its hem, which hangs over the pelvis, and a backpack or none."""
+def _skirt(body: Body, patches: Patches) -> SmoothShape:
+    """Return a skirt from the waist to above the knee, wide enough for most of a stride."""
+    stations = [
+        (0.095, 0.000, 0.055, 0.054, 0.084),
+        (0.020, 0.000, 0.062, 0.068, 0.098),
+        (-0.060, 0.002, 0.070, 0.075, 0.106),
+        (-0.140, 0.004, 0.084, 0.083, 0.113),
+        (-0.215, 0.006, 0.098, 0.094, 0.121),
+    ]
+    bones, figure = body.bones, body.figure
+    ring = rings(
+        fitted(stations, body, wide=((0.0, figure.hips), (0.095, 0.5 * (figure.hips + figure.waist)))),
+        12,
+        bones.stature,
+        2.2,
+    )
+    ring[..., 2] *= np.where(ring[..., 2] < 0.0, figure.limbs, figure.trunk)
+    return loft(ring, 0.002 * bones.stature, -0.03 * bones.stature, patches["skirt"])
+
+
+def torso(body: Body, patches: Patches, length: TopLength, backpack: bool, bag: bool) -> SmoothShape:
+    """Return the top from its collar to its hem, which hangs over the pelvis, with a backpack and a bag or none."""
     stations = [
         (0.2330, -0.002, 0.034, 0.036, 0.036),
         (0.2150, -0.006, 0.044, 0.050, 0.083),
@@ -211,12 +304,31 @@ def torso(bones: Skeleton, build: float, patches: Patches, backpack: bool) -> Sm
         (-0.0300, 0.000, 0.066, 0.068, 0.0970),
         (-0.0680, 0.000, 0.068, 0.076, 0.1020),
     ]
-    ring = rings(_girthed(stations, build), 12, bones.stature, 2.3)
-    cloth = loft(ring, 0.004 * bones.stature, -0.02 * bones.stature, patches["torso"])
-    return joined([cloth, _backpack(bones, build, patches)]) if backpack else cloth
+    if length == "thigh":
+        stations[-1] = (-0.1000, 0.000, 0.072, 0.080, 0.1060)
+        stations.append((-0.2150, 0.000, 0.088, 0.096, 0.1180))
+    bones, figure = body.bones, body.figure
+    shoulders = figure.shoulders * figure.elbow_room
+    wide: Along = (
+        (_HIPS_Z, figure.hips),
+        (_WAIST_Z, figure.waist),
+        (0.130, 0.5 * (figure.waist + shoulders)),
+        (0.187, shoulders),
+        (0.215, shoulders),
+        (0.233, 1.0),
+    )
+    deep: Along = ((_HIPS_Z, figure.hips), (_WAIST_Z, figure.waist), (0.150, 0.5 + 0.5 * figure.waist), (0.2, 1.0))
+    bumps = ((0.015, 0.075, figure.belly), (0.130, 0.035, figure.bust))
+    ring = rings(fitted(stations, body, tall=figure.trunk, wide=wide, deep=deep, bumps=bumps), 12, bones.stature, 2.3)
+    parts = [loft(ring, 0.004 * bones.stature, -0.02 * bones.stature, patches["torso"])]
+    if backpack:
+        parts.append(_backpack(body, patches))
+    if bag:
+        parts.append(_shoulder_bag(body, patches))
+    return joined(parts) if len(parts) > 1 else parts[0]
 
 
-def _backpack(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
+def _backpack(body: Body, patches: Patches) -> SmoothShape:
     """Return a rounded bag that leans on the shoulder blades."""
     stations = [
         (0.205, -0.082, 0.030, 0.016, 0.050),
@@ -225,12 +337,28 @@ def _backpack(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
         (0.035, -0.088, 0.042, 0.056, 0.086),
         (0.015, -0.086, 0.036, 0.044, 0.078),
     ]
+    bones, figure = body.bones, body.figure
     ring = rings(stations, 8, bones.stature, 3.2)
-    ring[..., 0] -= 0.058 * (build - 1.0) * bones.stature
+    ring[..., 0] -= 0.058 * (body.build * (0.5 + 0.5 * figure.waist) - 1.0) * bones.stature
+    ring[..., 2] *= figure.trunk
     return loft(ring, 0.004 * bones.stature, 0.003 * bones.stature, patches["backpack"])
 
 
-def upper_arm(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
+def _shoulder_bag(body: Body, patches: Patches) -> SmoothShape:
+    """Return a flat bag at the left hip."""
+    stations = [
+        (0.010, -0.010, 0.062, 0.062, 0.014),
+        (0.002, -0.010, 0.072, 0.072, 0.020),
+        (-0.085, -0.010, 0.074, 0.074, 0.024),
+        (-0.100, -0.010, 0.066, 0.066, 0.018),
+    ]
+    bones = body.bones
+    ring = rings(stations, 8, bones.stature, 3.4)
+    ring[..., 1] += (0.102 * body.build * max(body.figure.hips, body.figure.waist) + 0.018) * bones.stature
+    return loft(ring, 0.003 * bones.stature, 0.003 * bones.stature, patches["bag"])
+
+
+def upper_arm(body: Body, patches: Patches) -> SmoothShape:
     """Return a sleeve from the shoulder to the elbow."""
     stations = [
         (-0.0010, -0.001, 0.017, 0.018, 0.0130),
@@ -239,11 +367,17 @@ def upper_arm(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
         (-0.1250, 0.000, 0.027, 0.027, 0.0255),
         (-0.1860, 0.000, 0.023, 0.024, 0.0225),
     ]
-    ring = rings(_girthed(stations, build), LIMB_SIDES, bones.stature)
+    bones = body.bones
+    ring = rings(_of_an_arm(stations, body), LIMB_SIDES, bones.stature)
     return loft(ring, 0.003 * bones.stature, 0.014 * bones.stature, patches["upper_arm"])
 
 
-def forearm(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
+def _of_an_arm(stations: list[Station], body: Body) -> list[Station]:
+    girth: Along = ((0.0, 0.5 + 0.5 * body.figure.shoulders),)
+    return fitted(stations, body, tall=body.figure.limbs, wide=girth, deep=girth)
+
+
+def forearm(body: Body, patches: Patches) -> SmoothShape:
     """Return a forearm from the elbow to the wrist and a hand half closed, its palm towards the thigh."""
     arm = [
         (0.0080, 0.000, 0.020, 0.021, 0.019),
@@ -257,16 +391,19 @@ def forearm(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
         (-0.2080, 0.004, 0.0190, 0.0175, 0.0125),
         (-0.2260, 0.007, 0.0130, 0.0120, 0.0100),
     ]
+    bones = body.bones
     sleeve = loft(
-        rings(_girthed(arm, build), LIMB_SIDES, bones.stature),
+        rings(_of_an_arm(arm, body), LIMB_SIDES, bones.stature),
         0.010 * bones.stature,
         0.001 * bones.stature,
         patches["forearm"],
     )
-    return joined([sleeve, loft(rings(hand, 6, bones.stature), 0.0, 0.006 * bones.stature, patches["hand"])])
+    palm = rings(hand, 6, bones.stature)
+    palm[..., 2] *= body.figure.limbs
+    return joined([sleeve, loft(palm, 0.0, 0.006 * bones.stature, patches["hand"])])
 
 
-def thigh(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
+def thigh(body: Body, patches: Patches) -> SmoothShape:
     """Return a trouser leg from the hip to the knee."""
     stations = [
         (0.0100, 0.000, 0.034, 0.046, 0.036),
@@ -275,11 +412,14 @@ def thigh(bones: Skeleton, build: float, patches: Patches) -> SmoothShape:
         (-0.1300, 0.002, 0.045, 0.044, 0.0420),
         (-0.2450, 0.002, 0.034, 0.031, 0.0325),
     ]
-    ring = rings(_girthed(stations, build), LIMB_SIDES, bones.stature, 2.1)
+    bones, figure = body.bones, body.figure
+    girth: Along = ((-0.245, 1.0), (-0.06, figure.hips))
+    made = fitted(stations, body, tall=figure.limbs, wide=girth, deep=girth)
+    ring = rings(made, LIMB_SIDES, bones.stature, 2.1)
     return loft(ring, 0.010 * bones.stature, 0.016 * bones.stature, patches["thigh"])
 
 
-def shin(bones: Skeleton, build: float, patches: Patches, bare: bool) -> SmoothShape:
+def shin(body: Body, patches: Patches, bare: bool) -> SmoothShape:
     """Return a trouser leg from the knee to the hem above the shoe, or a bare shin."""
     cloth = [
         (0.0150, 0.002, 0.031, 0.027, 0.0295),
@@ -293,7 +433,8 @@ def shin(bones: Skeleton, build: float, patches: Patches, bare: bool) -> SmoothS
         (-0.1500, 0.000, 0.020, 0.024, 0.0205),
         (-0.2400, 0.000, 0.017, 0.021, 0.0160),
     ]
-    ring = rings(_girthed(skin if bare else cloth, build), LIMB_SIDES, bones.stature, 2.1)
+    bones = body.bones
+    ring = rings(fitted(skin if bare else cloth, body, tall=body.figure.limbs), LIMB_SIDES, bones.stature, 2.1)
     return loft(ring, 0.012 * bones.stature, (0.002 if bare else -0.01) * bones.stature, patches["shin"])
 
 
@@ -314,104 +455,3 @@ def foot(bones: Skeleton, patches: Patches) -> SmoothShape:
     shoe.vertices_m[:, 1] *= np.interp(x / bones.stature, [-0.04, 0.0, 0.06, 0.1145], [0.86, 0.86, 1.08, 1.0])
     shoe.vertices_m[:, 2] += bones.toe_rise * np.maximum((x - bones.ball) / (bones.toe - bones.ball), 0.0)
     return shoe
-
-
-HEAD_STATIONS: list[Station] = [
-    (0.1520, -0.002, 0.020, 0.024, 0.0200),
-    (0.1350, 0.000, 0.048, 0.050, 0.0410),
-    (0.1180, 0.000, 0.0540, 0.0560, 0.0440),
-    (0.0870, 0.000, 0.0545, 0.0540, 0.0435),
-    (0.0720, 0.001, 0.0545, 0.0500, 0.0425),
-    (0.0590, 0.002, 0.0550, 0.0460, 0.0405),
-    (0.0480, 0.003, 0.0525, 0.0420, 0.0385),
-    (0.0370, 0.004, 0.0510, 0.0360, 0.0345),
-    (0.0260, 0.006, 0.0460, 0.0300, 0.0270),
-]
-"""From crown to chin, above the joint of the head at the base of the neck."""
-
-HEAD_FORWARD = 0.012
-"""Of the head's middle before that joint, share of stature."""
-
-
-def head(bones: Skeleton, patches: Patches, hair: str, cap: bool) -> SmoothShape:
-    """Return head, neck, ears and nose, and hair that stands off from the head where it grows.
-
-    Args:
-        hair: ``"short"``, or ``"long"`` down to the shoulders.
-        cap: worn over it.
-    """
-    ring = rings(HEAD_STATIONS, 12, 1.0, 2.1)
-    _raise(ring, hair, 0.006 if hair == "long" else 0.0035)
-    if cap:
-        _raise(ring, "cap", 0.003)
-    _raise_nose(ring)
-    ring[..., 0] += HEAD_FORWARD
-    skull = loft(bones.stature * ring, 0.003 * bones.stature, 0.002 * bones.stature, patches["head"], upright=True)
-    neck_stations = [(0.060, 0.004, 0.028, 0.030, 0.0290), (-0.022, -0.003, 0.036, 0.038, 0.0380)]
-    neck = loft(rings(neck_stations, 6, bones.stature), 0.0, 0.0, patches["neck"])
-    parts = [skull, neck, _ear(bones, patches, 1.0), _ear(bones, patches, -1.0)]
-    if hair == "long":
-        parts.append(_mane(bones, patches))
-    if cap:
-        parts.append(_brim(bones, patches))
-    return joined(parts)
-
-
-def edge_z(azimuth_rad: NDArray[np.float64], edge: str) -> NDArray[np.float64]:
-    """Return the height of the lower edge of hair or cap above the joint of the head, share of stature.
-
-    Args:
-        azimuth_rad: from straight ahead, either way.
-        edge: that of ``"short"`` or ``"long"`` hair or of a ``"cap"``.
-    """
-    at = np.abs((azimuth_rad + np.pi) % (2.0 * np.pi) - np.pi)
-    edges = {
-        "short": [0.128, 0.127, 0.112, 0.078, 0.075, 0.050, 0.044],
-        "long": [0.128, 0.126, 0.105, 0.060, 0.040, 0.030, 0.026],
-        "cap": [0.108, 0.108, 0.106, 0.100, 0.097, 0.094, 0.092],
-    }
-    return np.interp(at, np.deg2rad([0, 30, 55, 75, 95, 130, 180]), edges[edge])
-
-
-def _raise(ring: NDArray[np.float64], edge: str, thickness: float) -> None:
-    """Move the points (S, N, 3) above an edge outwards from the middle of the head, in shares of stature."""
-    covered = np.clip((ring[..., 2] - edge_z(np.arctan2(ring[..., 1], ring[..., 0]), edge)) / 0.008 + 0.5, 0.0, 1.0)
-    away = ring - np.array([0.0, 0.0, 0.09])
-    ring += (thickness * covered)[..., None] * away / np.linalg.norm(away, axis=2, keepdims=True)
-
-
-def _raise_nose(ring: NDArray[np.float64]) -> None:
-    """Move the points straight ahead, and those under the cheekbones beside them, into a nose and eye sockets."""
-    front = ring.shape[1] // 2
-    ring[:, front, 0] += np.interp(ring[:, front, 2], [0.050, 0.059, 0.073, 0.087, 0.1], [0, 0.0125, 0.008, 0.001, 0])
-    for side in (front - 1, front + 1):
-        ring[:, side, 0] -= np.interp(ring[:, side, 2], [0.059, 0.073, 0.087, 0.1], [0, 0.003, 0.0035, 0.0])
-
-
-def _ear(bones: Skeleton, patches: Patches, side: float) -> SmoothShape:
-    stations = [(0.0860, -0.004, 0.007, 0.009, 0.0050), (0.0650, -0.001, 0.006, 0.007, 0.0045)]
-    ring = rings(stations, 4, bones.stature)
-    ring += bones.stature * np.array([HEAD_FORWARD, side * 0.0455, 0.0])
-    return loft(ring, 0.004 * bones.stature, 0.004 * bones.stature, patches["ear"])
-
-
-def _mane(bones: Skeleton, patches: Patches) -> SmoothShape:
-    """Return hair that falls behind the ears onto the shoulders."""
-    stations = [
-        (0.115, -0.012, 0.026, 0.047, 0.0410),
-        (0.088, -0.012, 0.024, 0.0515, 0.0490),
-        (0.050, -0.013, 0.018, 0.0500, 0.0505),
-        (0.010, -0.018, 0.016, 0.0430, 0.0490),
-        (-0.030, -0.030, 0.012, 0.0300, 0.0420),
-    ]
-    ring = rings(stations, 8, bones.stature, 2.4) + bones.stature * np.array([HEAD_FORWARD, 0.0, 0.0])
-    return loft(ring, 0.004 * bones.stature, 0.004 * bones.stature, patches["hair"])
-
-
-def _brim(bones: Skeleton, patches: Patches) -> SmoothShape:
-    """Return the peak of a cap."""
-    stations = [(0.1130, 0.040, 0.050, 0.030, 0.0370), (0.1080, 0.040, 0.053, 0.030, 0.0400)]
-    ring = rings(stations, 6, bones.stature, 2.4)
-    ring[..., 2] -= 0.15 * np.maximum(ring[..., 0] - 0.06 * bones.stature, 0.0)
-    ring[..., 0] += HEAD_FORWARD * bones.stature
-    return loft(ring, 0.001 * bones.stature, 0.001 * bones.stature, patches["cap"])

@@ -102,6 +102,8 @@ _PART_OF_PATCH = {
     "backpack": PersonPart.BACKPACK,
     "hair": PersonPart.HAIR,
     "cap": PersonPart.HAIR,
+    "skirt": PersonPart.LEGS,
+    "bag": PersonPart.BACKPACK,
 }
 _HAIRLINE, _NAPE = 0.35, 0.75
 """Shares of the head's height, from its top, above which hair covers its front and its back."""
@@ -121,7 +123,7 @@ def _clothes(look: PersonLook, rng: np.random.Generator) -> Texture:
             down = np.linspace(0.0, 1.0, len(part))[:, None]
             is_behind = np.abs(np.linspace(-1.0, 1.0, part.shape[1])) > 0.5
             part[down < np.where(is_behind, _NAPE, _HAIRLINE)] = PersonPart.HAIR
-        bare = (name == "forearm" and look.sleeves == "short") or (name == "shin" and look.legwear == "shorts")
+        bare = (name == "forearm" and look.sleeves == "short") or (name == "shin" and look.legwear != "trousers")
         picture[top:bottom, left:right, 0] = PersonPart.SKIN if bare else part
     return Texture(picture)
 

@@ -25,7 +25,7 @@ from scenarios.stereo_follow.building import (
 )
 from scenarios.stereo_follow.floor_plan import Area, draw_floor_plan
 from scenarios.stereo_follow.panels import Panel, box, wall
-from scenarios.stereo_follow.plan import draw_looks, make_plan
+from scenarios.stereo_follow.plan import draw_looks, make_plan, of_many_builds
 from scenarios.stereo_follow.presets import PRESETS
 from sim.mesh import Texture
 
@@ -187,6 +187,20 @@ def test_who_is_in_uniform_wears_what_the_target_wears(seed, uniformed):
     assert all(worn != clothes[0] for worn in clothes[uniformed + 1 :])
     statures_m = [look.stature_m for look in others if 1.52 < look.stature_m < 1.93]
     assert len(set(statures_m)) == len(statures_m), "but for the limits, at which two may be cut"
+
+
+@settings(max_examples=40, deadline=None)
+@given(seed=SEEDS, alike=st.integers(0, 4), uniformed=st.sampled_from([0, 5]))
+def test_who_is_dressed_alike_remains_so_whatever_the_build(seed, alike, uniformed):
+    looks = draw_looks(8, alike, uniformed, np.random.default_rng(seed))
+    made = of_many_builds(looks, alike, uniformed, np.random.default_rng(seed + 1))
+    assert [(look.top_rgb, look.legwear_rgb) for look in made] == [(look.top_rgb, look.legwear_rgb) for look in looks]
+    assert len({(look.stature_m, look.figure) for look in made}) == len(made)
+    if alike:
+        assert (made[1].legwear, made[1].top_length) == (made[0].legwear, made[0].top_length)
+    if uniformed:
+        cuts = {(look.sleeves, look.legwear, look.top_length, look.top_pattern) for look in made[: uniformed + 1]}
+        assert cuts == {("long", "trousers", "hip", "plain")}
 
 
 def test_the_papers_experiment_has_as_many_frames():
