@@ -166,6 +166,8 @@ class Setup:
         closed_loop: whether commands steer the camera.
         covers_all: whether truth covers all objects, or leaves out what ``truth="target"`` does, see ``Truth``.
         kept: the world that the episode takes place in; None: its own.
+        day_seed: of the first episode that shares its background pictures, see ``Scenario.day_of``; None: its own.
+        background: whether ``Start`` has pictures without targets, which take time to draw.
     """
 
     scenario: Scenario[Any]
@@ -175,15 +177,26 @@ class Setup:
     closed_loop: bool = False
     covers_all: bool = True
     kept: KeptWorld | None = None
+    day_seed: int | None = None
+    background: bool = True
 
     def rng(self, stream: str) -> np.random.Generator:
         """Return the generator of a named stream of the episode, e.g. ``traffic``."""
         return generator(self.seed, stream)
 
+    def day_rng(self, stream: str) -> np.random.Generator:
+        """Return the generator of a named stream that all episodes with the same background pictures share."""
+        return generator(self.seed if self.day_seed is None else self.day_seed, stream)
+
 
 def _all_alike(preset: Any) -> Hashable:
     """Return one kind for all worlds. A lambda could not be pickled."""
     return None
+
+
+def _own_day(preset: Any, seed: int) -> int:
+    """Return the seed itself: no episode shares another's background pictures."""
+    return seed
 
 
 @dataclass(frozen=True)
@@ -208,6 +221,8 @@ class Scenario(Generic[_E]):
         seeded_as: the id that seeds of episodes derive from, if it is not its own.
         new_world: builds the world of an episode, without the episode; None if its worlds cannot be kept.
         world_kind: returns what of a preset decides, with the seed, what a kept world is.
+        day_of: returns, of a preset and a seed, the seed of the first episode with the same background pictures: a
+            data set has them once.
     """
 
     id: str
@@ -224,6 +239,7 @@ class Scenario(Generic[_E]):
     seeded_as: str = ""
     new_world: Callable[[Setup], KeptWorld] | None = None
     world_kind: Callable[[Any], Hashable] = _all_alike
+    day_of: Callable[[Any, int], int] = _own_day
 
     def configuration(self, preset: Any, seed: int = 0) -> Any:
         """Return a preset by its name, which may change fields, or a configuration unchanged.
@@ -253,6 +269,7 @@ class Scenario(Generic[_E]):
         closed_loop: bool | None = None,
         truth: TruthExtent = "all",
         kept: KeptWorld | None = None,
+        background: bool = True,
     ) -> _E:
         """Build one episode.
 
@@ -262,6 +279,7 @@ class Scenario(Generic[_E]):
             closed_loop: whether commands steer the camera; None: as in the preset.
             truth: ``target`` leaves out expensive fields that scores of following do not use, see ``Truth``.
             kept: a world of ``keep_world`` that the episode takes place in; None: its own.
+            background: False leaves out the pictures without targets of ``Start``; all frames stay the same.
 
         Raises:
             ValueError: for an unknown preset, renderer or extent of truth, a negative seed, or a loop that cannot be
@@ -271,7 +289,11 @@ class Scenario(Generic[_E]):
         check("kept", kept is None or self.new_world is not None, f"none, as {self.id} keeps no worlds", type(kept))
         configuration = self.configuration(preset, seed)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
-        return self.stage(Setup(self, configuration, self._own(seed), renderer, looped, truth == "all", kept))
+        day_seed, covers_all = self._own(self.day_of(configuration, seed)), truth == "all"
+        own_seed = self._own(seed)
+        return self.stage(
+            Setup(self, configuration, own_seed, renderer, looped, covers_all, kept, day_seed, background)
+        )
 
     def keep_world(self, preset: Any, seed: int) -> KeptWorld:
         """Build the world of the seed's episode, without the episode, for several of them.

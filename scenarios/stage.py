@@ -225,7 +225,7 @@ class Stage(ABC):
     def start(self) -> Start:
         """What a tracker gets before the first picture: here the target's box in it, and ``_empty_pictures``."""
         if self._background is None:
-            self._background = tuple(self._empty_pictures())
+            self._background = tuple(self._empty_pictures()) if self._setup.background else ()
             if self._background:
                 self._move_to(max(self._frame, 0))
         return Start(self._first_camera, self._first_box_xyxy.copy(), self._background)

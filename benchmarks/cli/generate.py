@@ -41,6 +41,8 @@ class Generate(WithModules):
         seeds: episodes A to B - 1, or A alone.
         channels: names of the pictures and maps to store (default: all that the scenario has).
         pictures: coding of pictures: blosc2 (lossless, fastest), png (lossless), jpeg (quality 95) or jpeg-QUALITY.
+        background: with --no-background the pictures without targets are left out, from which trackers of the harbour
+            learn (50 to 95 MB, stored once for all episodes of a day): `frameout bench --data` then refuses the set.
         renderer: raster or pybullet.
         workers: processes; 0 = run in this process. On a cluster: half as many as the episodes under way at once.
         address: of the scheduler of a Dask cluster (`frameout[dask]`; default: processes of this machine).
@@ -56,6 +58,7 @@ class Generate(WithModules):
     settings: Settings = ()
     channels: Names = ()
     pictures: str = "blosc2"
+    background: bool = True
     renderer: str = "raster"
     workers: Annotated[int | None, WORKERS] = None
     address: Annotated[str | None, ONE_NAME] = None
@@ -77,6 +80,7 @@ class Generate(WithModules):
             (),
             self.pictures,
             check_renderer(self.renderer),
+            background=self.background,
             scene=preset_edition(scenario.id, preset),
             packages=package_versions() | {name: importlib.metadata.version(name) for name in ("blosc2", "pyarrow")},
         )

@@ -308,14 +308,15 @@ class Plan:
     before_y_m: tuple[float, ...]
 
 
-def draw_plan(preset: Harbour, rng: np.random.Generator) -> Plan:
-    """Draw an episode's visits."""
+def draw_plan(preset: Harbour, rng: np.random.Generator, day_rng: np.random.Generator | None = None) -> Plan:
+    """Draw an episode's visits; from ``day_rng``, None = the same, in which bays cars stand."""
     last_s = preset.frame_count / preset.rate_hz
+    day_rng = rng if day_rng is None else day_rng
     bays = [y for y in PARKING_Y_M if abs(y) < 15.5 and y not in OPEN_BAYS_Y_M]
-    bays = [bays[k] for k in rng.permutation(len(bays))]
+    bays = [bays[k] for k in day_rng.permutation(len(bays))]
     taken = tuple(bays[: preset.cars])
     others = [y for y in PARKING_Y_M if y not in OPEN_BAYS_Y_M and y not in taken]
-    usual = tuple(sorted(others[k] for k in rng.permutation(len(others))[:_USUAL_CARS]))
+    usual = tuple(sorted(others[k] for k in day_rng.permutation(len(others))[:_USUAL_CARS]))
     visits, people = _drives(preset, taken, last_s, rng)
     visits += _sails(preset, last_s, rng)
     visits += [_patrols(last_s, rng) for _ in range(preset.patrols)]

@@ -58,6 +58,9 @@ class Harbour:
         background: pictures without intruders before the first frame, evenly over three days.
         cloud_before, wind_before_mps, swell_before_m: of those days, which are dry and the three before the episode's.
         days_before: these days one by one in place of that, the earliest first; () for none.
+        episodes_a_day: so many episodes with successive seeds are of one day, at the same hours: weather, tide, what is
+            moored and parked, the camera and the days before are the same, and a data set has the pictures of these
+            once. Who comes differs. A divisor of 10,000: no day is in both splits.
     """
 
     summary: str
@@ -87,6 +90,7 @@ class Harbour:
     wind_before_mps: Range = (0.5, 7.0)
     swell_before_m: Range = (0.02, 0.2)
     days_before: tuple[DayBefore, ...] = ()
+    episodes_a_day: int = 1
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -116,6 +120,8 @@ class Harbour:
         check_within(self, "rain_mm_h", 0, 20)
         check_within(self, "swell_m swell_before_m", 0, 1)
         check_within(self, "background", 0, 2000)
+        alike = self.episodes_a_day
+        check("episodes_a_day", alike >= 1 and 10_000 % max(alike, 1) == 0, "a divisor of 10,000", alike)
 
 
 PRESETS = {

@@ -13,7 +13,7 @@ import numpy as np
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.layout import CAMERA_M
 from scenarios.harbour.presets import Harbour
-from scenarios.harbour.scenario import HarbourEpisode
+from scenarios.harbour.scenario import HarbourEpisode, day_of
 from scenarios.harbour.truth import HarbourTruth
 from scenarios.pan_tilt_zoom import Head, Mount
 from scenarios.scenario import Scenario, Setup
@@ -103,4 +103,5 @@ HARBOUR_PTZ = Scenario(
     truth=HarbourTruth,
     target="person-0",
     widest_view_m=WIDEST_VIEW_M,
+    day_of=day_of,
 )

@@ -90,11 +90,13 @@ class HarbourEpisode(Stage):
         self._view = replace(
             CAMERA, width_px=preset.width_px, height_px=preset.height_px, focal_px=CAMERA.focal_px * scale
         )
-        self._conditions = draw_conditions(preset, setup.rng("conditions"))
-        plan = draw_plan(preset, setup.rng("plan"))
+        self._conditions = draw_conditions(preset, setup.day_rng("conditions"))
+        # Alone on its day an episode draws all of a kind from one stream.
+        alone = preset.episodes_a_day == 1
+        plan = draw_plan(preset, setup.rng("plan"), None if alone else setup.day_rng("bays"))
         world = World()
-        scenery = build_scenery(world, setup.rng("scenery"))
-        self._clutter = Clutter(world, plan, self._conditions, setup.rng("clutter"))
+        scenery = build_scenery(world, setup.day_rng("scenery"))
+        self._clutter = Clutter(world, plan, self._conditions, setup.day_rng("clutter"))
         self._labels = {body.index: body.category for body in world.bodies}
         intruders = Intruders(world, plan, self._conditions, self._time_s, setup.rng("looks"), scenery.bay_k)
         self._thermals = Thermals(
@@ -104,17 +106,17 @@ class HarbourEpisode(Stage):
             self._clutter,
             intruders,
             preset.rate_hz,
-            setup.rng("waves"),
+            setup.day_rng("waves"),
         )
         self._shader = self._thermals.shader
         self._afloat = self._clutter.afloat(self._time_s, before=False)
         self._config = ThermalConfig(rate_hz=preset.rate_hz)
         self._T_world_camera = overview_pose()
-        self._surveyed = EgoPose(_surveyed(self._T_world_camera, setup.rng("survey")))
+        self._surveyed = EgoPose(_surveyed(self._T_world_camera, setup.day_rng("survey")))
         super().__init__(
             setup,
             intruders,
-            self._overview(setup, world),
+            self._overview(setup, world, None if alone else setup.rng("noise")),
             standing=self._clutter.standing,
             head=self._head_before(setup, intruders),
         )
@@ -145,9 +147,10 @@ class HarbourEpisode(Stage):
         self._clutter.move_to(self._afloat, frame, DAYS_BEFORE)
         self._thermals.show_frame(frame)
 
-    def _overview(self, setup: Setup, world: World) -> SceneCamera:
+    def _overview(self, setup: Setup, world: World, noise_rng: np.random.Generator | None = None) -> SceneCamera:
         """Return the overview camera; all have the same pattern of pixels, as there is only one."""
-        return SceneCamera(setup, world, self._view, ThermalSensor(self._config, setup.rng("sensor")))
+        sensor = ThermalSensor(self._config, setup.day_rng("sensor"), noise_rng)
+        return SceneCamera(setup, world, self._view, sensor)
 
     def _ego(self) -> EgoPose:
         return self._surveyed
@@ -195,6 +198,11 @@ def _surveyed(T_world_camera: NDArray[np.float64], rng: np.random.Generator) -> 
     return T
 
 
+def day_of(preset: Any, seed: int) -> int:
+    """Return the seed of the first episode of the same day, see ``Scenario.day_of``."""
+    return seed - seed % int(preset.episodes_a_day)
+
+
 HARBOUR = Scenario(
     id="harbour-v1",
     summary="a harbour through a thermal camera; people, cars and boats come and go",
@@ -209,4 +217,5 @@ HARBOUR = Scenario(
     truth=HarbourTruth,
     target="person-0",
     pictureless=HarbourPictureless(),
+    day_of=day_of,
 )

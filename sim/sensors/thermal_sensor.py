@@ -257,10 +257,19 @@ _GAIN, _DRIFT, _COLUMNS, _LEVEL, _RESIDUE = range(5)
 class ThermalSensor:
     """A ``Sensor`` of one band, see ``sim.render.pipeline``. Its gain control is settled at the first picture."""
 
-    def __init__(self, config: ThermalConfig, rng: np.random.Generator) -> None:
-        """Draw the keys of all noise to come, and the time of the first correction, from ``rng``."""
+    def __init__(
+        self, config: ThermalConfig, rng: np.random.Generator, noise_rng: np.random.Generator | None = None
+    ) -> None:
+        """Draw the keys of all noise to come, and the time of the first correction, from ``rng``.
+
+        Args:
+            noise_rng: of the noise from picture to picture, where another sensor of the same ``rng`` takes pictures of
+                the same numbers with the same pattern.
+        """
         self.config = config
         self._noise_key, self._pattern_key = (int(key) for key in rng.integers(1 << 63, size=2))
+        if noise_rng is not None:
+            self._noise_key = int(noise_rng.integers(1 << 63))
         self._phase = float(rng.uniform())
         self._warming = float(rng.choice([-1.0, 1.0]))
         self._patterns: dict[tuple[int, int, int], tuple[NDArray[np.float32], ...]] = {}

@@ -24,6 +24,7 @@ def benchmark_of(data: str) -> Request:
     """
     stored = DataSet(data)
     request = stored.request
+    check("data", request.background, "a set with background pictures", "one that was made with --no-background")
     lossy = [c for c in PICTURES if c in request.channels and coding_of(c, request.pictures) == LOSSY]
     check("data", not lossy, "pictures without loss", f"{request.pictures} for {', '.join(lossy)}")
     gone = sorted(set(range(*request.seeds)) - set(stored.seeds))

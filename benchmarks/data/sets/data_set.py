@@ -88,7 +88,7 @@ class DataSet:
         check("seed", seed in self._known, f"one of the {len(self.seeds)} that exist in {self.url}", seed)
         episode = self._episodes.pop(seed, None)
         if episode is None:
-            episode = StoredEpisode(self.files, episode_folder(self.root, seed), self.request)
+            episode = StoredEpisode(self.files, self.root, episode_folder(self.root, seed), self.request)
         self._episodes[seed] = episode
         # Threads may read at once.
         for old in list(self._episodes)[:-_KEPT]:
@@ -189,6 +189,6 @@ def stored_episode(url: str, seed: int) -> StoredEpisode:
     files, root = place_of(url)
     try:
         request = request_of(files.cat_file(f"{root}/{REQUEST}"), REQUEST)
-        return StoredEpisode(files, episode_folder(root, seed), request)
+        return StoredEpisode(files, root, episode_folder(root, seed), request)
     except FileNotFoundError as error:
         raise ValueError(f"seed: expected a whole episode in {url}, got {seed} ({error})") from None

@@ -1,5 +1,8 @@
 """Writes one episode: tables, shards and, last of all, its mark, without which it does not exist.
 
+Background pictures, which several episodes may share, lie in a folder of their own, likewise with a mark; that of each
+episode names them, with their checksums.
+
 Shards are tar files with the coded channels of many frames. Any program can open them; the place of each value stands
 in the table of frames, so that one value is read without the others.
 """
@@ -12,7 +15,7 @@ import json
 import secrets
 import shutil
 import tarfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -34,7 +37,7 @@ from scenarios.scenario import Episode
 from scenarios.truth import Truth, check_truth, without_pixels
 from trackers.types import Observation
 
-MARK = "episode.json"
+MARK, BACKGROUND_MARK = "episode.json", "background.json"
 _UNFINISHED = ".unfinished-"
 ROWS_AT_ONCE = 256
 """Frames of a row group: what is held in memory until it is written."""
@@ -134,54 +137,106 @@ def episode_folder(root: str, seed: int) -> str:
     return f"{root}/episodes/{seed:06d}"
 
 
-def read_mark(files: AbstractFileSystem, folder: str) -> dict[str, Any]:
+def background_folder(root: str, day: int) -> str:
+    """Return the folder of background pictures in a data set; ``day``: see ``Request.day_of``."""
+    return f"{root}/backgrounds/{day:06d}"
+
+
+def read_mark(files: AbstractFileSystem, folder: str, name: str = MARK) -> dict[str, Any]:
     """Return an episode's mark. Raises ValueError if it is damaged, FileNotFoundError if there is none."""
     try:
-        mark: dict[str, Any] = json.loads(files.cat_file(f"{folder}/{MARK}"))
+        mark: dict[str, Any] = json.loads(files.cat_file(f"{folder}/{name}"))
     except ValueError as error:
-        raise ValueError(f"{folder}/{MARK}: expected the mark of an episode, got {error}") from None
+        raise ValueError(f"{folder}/{name}: expected the mark of an episode, got {error}") from None
     return mark
 
 
 def is_whole(files: AbstractFileSystem, root: str, seed: int) -> bool:
     """Return whether an episode was written to its end."""
+    return _has_mark(files, episode_folder(root, seed), MARK)
+
+
+def has_background(files: AbstractFileSystem, root: str, day: int) -> bool:
+    """Return whether background pictures were written to their end."""
+    return _has_mark(files, background_folder(root, day), BACKGROUND_MARK)
+
+
+def _has_mark(files: AbstractFileSystem, folder: str, name: str) -> bool:
     try:
-        read_mark(files, episode_folder(root, seed))
+        read_mark(files, folder, name)
     except (FileNotFoundError, ValueError):
         return False
     return True
 
 
 def write_episode(files: AbstractFileSystem, root: str, request: Request, seed: int, live: Episode) -> None:
-    """Run an episode and write it; after a failure nothing of it is left.
+    """Run an episode and write it, and its background pictures if they are not there yet.
 
-    In a folder of this machine it is written beside and moved: a worker that outlived a killed run may still be writing
-    the same one.
+    After a failure nothing of it is left.
     """
-    final = episode_folder(root, seed)
-    is_local = isinstance(files, LocalFileSystem)
-    folder = f"{root}/episodes/{_UNFINISHED}{seed:06d}-{secrets.token_hex(8)}" if is_local else final
-    files.makedirs(folder, exist_ok=True)
-    try:
-        with EpisodeFiles(files, folder) as opened:
-            write_background(opened, request, live.start.background)
-            _write_frames(opened, request, seed, live)
-        mark = {
+    background = write_background(files, root, request, seed, live) if request.background else None
+
+    def write(opened: EpisodeFiles) -> dict[str, Any]:
+        _write_frames(opened, request, seed, live)
+        return {
             "seed": seed,
             "frame_count": live.frame_count,
             "rate_hz": live.rate_hz,
             "start": {name: plain(getattr(live.start, name)) for name in ("camera", "box_xyxy", "site")},
-            "files": opened.marks(),
+            "background": background,
         }
-        files.pipe_file(f"{folder}/{MARK}", (json.dumps(mark, indent=1) + "\n").encode())
+
+    _write_folder(files, episode_folder(root, seed), MARK, write)
+
+
+def write_background(
+    files: AbstractFileSystem, root: str, request: Request, seed: int, live: Episode
+) -> dict[str, Any] | None:
+    """Write the pictures without targets that trackers learn from, if there are any and they are not there yet.
+
+    Returns:
+        ``day``, see ``Request.day_of``, and ``files``, size and checksum of each; None if there are no pictures.
+    """
+    day = request.day_of(seed)
+    folder = background_folder(root, day)
+    if not has_background(files, root, day):
+        pictures = live.start.background
+        if not pictures:
+            return None
+
+        def write(opened: EpisodeFiles) -> dict[str, Any]:
+            _write_pictures(opened, request, pictures)
+            return {"day": day}
+
+        _write_folder(files, folder, BACKGROUND_MARK, write)
+    return read_mark(files, folder, BACKGROUND_MARK)
+
+
+def _write_folder(
+    files: AbstractFileSystem, final: str, mark_name: str, write: Callable[[EpisodeFiles], dict[str, Any]]
+) -> None:
+    """Write a folder's files and, last of all, what ``write`` returns with their checksums, its mark.
+
+    In a folder of this machine it is written beside and moved: a worker that outlived a killed run may still be writing
+    the same one.
+    """
+    is_local = isinstance(files, LocalFileSystem)
+    parent, name = final.rsplit("/", 1)
+    folder = f"{parent}/{_UNFINISHED}{name}-{secrets.token_hex(8)}" if is_local else final
+    files.makedirs(folder, exist_ok=True)
+    try:
+        with EpisodeFiles(files, folder) as opened:
+            mark = write(opened)
+        mark["files"] = opened.marks()
+        files.pipe_file(f"{folder}/{mark_name}", (json.dumps(mark, indent=1) + "\n").encode())
         if is_local:
             # One that is there already is the same, unless its mark is gone.
-            if not is_whole(files, root, seed):
+            if not _has_mark(files, final, mark_name):
                 shutil.rmtree(final, ignore_errors=True)
             try:
                 Path(folder).rename(final)
             except OSError:
-                if not is_whole(files, root, seed):
+                if not _has_mark(files, final, mark_name):
                     raise
                 shutil.rmtree(folder)
     except BaseException:
@@ -194,7 +249,7 @@ def write_episode(files: AbstractFileSystem, root: str, request: Request, seed: 
 def clear(files: AbstractFileSystem, root: str) -> None:
     """Remove what killed runs have left."""
     if isinstance(files, LocalFileSystem):
-        for folder in Path(root, "episodes").glob(f"{_UNFINISHED}*"):
+        for folder in Path(root).glob(f"*/{_UNFINISHED}*"):
             shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -251,10 +306,8 @@ def _write_frames(opened: EpisodeFiles, request: Request, seed: int, live: Episo
             table.write_table(tables.object_table(truths, boxes[name], seed, name))
 
 
-def write_background(opened: EpisodeFiles, request: Request, background: Sequence[Observation]) -> None:
-    """Write the pictures without targets that trackers learn from, if there are any, with the coding of others."""
-    if not background:
-        return
+def _write_pictures(opened: EpisodeFiles, request: Request, background: Sequence[Observation]) -> None:
+    """Write background pictures with the coding of others."""
     pictures = tuple(channel for channel in request.channels if channel in PICTURES)
     schema, shards = tables.observation_schema(pictures), opened.shards("background")
     rows = []

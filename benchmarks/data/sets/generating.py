@@ -19,7 +19,7 @@ from joblib.externals.loky.process_executor import BrokenProcessPool
 
 from benchmarks.data.sets.card import CARD, write_card
 from benchmarks.data.sets.data_set import LEFT_OUT, MANIFEST, REQUEST, DataSet
-from benchmarks.data.sets.episode_writer import EpisodeFiles, clear, write_background, write_episode
+from benchmarks.data.sets.episode_writer import clear, has_background, write_background, write_episode
 from benchmarks.data.sets.places import new_folder, place_of, put, reached
 from benchmarks.data.sets.request import OnError, Request, first_episode, of_seed, request_of
 from benchmarks.data.sets.verifying import files_of
@@ -174,7 +174,9 @@ def make_episode(request: Request, out: str, modules: tuple[str, ...], seed: int
     load_modules(modules)
     files, root = place_of(out)
     try:
-        live = request.episode(seed)
+        with of_seed(seed):
+            draws = request.background and not has_background(files, root, request.day_of(seed))
+        live = request.episode(seed, background=draws)
         try:
             with of_seed(seed):
                 write_episode(files, root, request, seed, live)
@@ -219,13 +221,12 @@ class FramesAlone:
 
 def forecast(request: Request, frames: int = 30, on_error: OnError = "stop") -> Forecast:
     """Measure the first frames of the ``first_episode``, which are written to memory alone."""
-    live = first_episode(request, on_error)
+    live = first_episode(request, on_error, background=request.background)
     root = f"memory://forecast-{id(live)}"
     files, path = place_of(root)
     try:
         began = time.perf_counter()
-        with EpisodeFiles(files, f"{path}/background") as opened:
-            write_background(opened, request, live.start.background)
+        background = write_background(files, path, request, request.seeds[0], live) if request.background else None
         background_s = time.perf_counter() - began
         first = FramesAlone(live, frames)
         began = time.perf_counter()
@@ -237,11 +238,12 @@ def forecast(request: Request, frames: int = 30, on_error: OnError = "stop") -> 
         live.close()
         if files.exists(path):
             files.rm(path, recursive=True)
-    episodes = len(range(*request.seeds))
-    background_bytes = sum(mark["bytes"] for mark in opened.marks().values())
+    frame_total = len(range(*request.seeds)) * live.frame_count
+    days = 0 if background is None else len({request.day_of(seed) for seed in range(*request.seeds)})
+    background_bytes = sum(mark["bytes"] for mark in background["files"].values()) if background else 0
     return Forecast(
-        episodes * live.frame_count,
+        frame_total,
         each,
-        episodes * (live.frame_count * sum(each.values()) + background_bytes),
-        episodes * (live.frame_count * frame_s + background_s),
+        frame_total * sum(each.values()) + days * background_bytes,
+        frame_total * frame_s + days * background_s,
     )

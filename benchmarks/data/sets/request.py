@@ -20,7 +20,7 @@ FORMAT = 4
 """Number of the layout of files and tables; increment it with every change."""
 _READ_TOO = (2, 3)
 """Earlier formats that are read: 2 has no objects that stand about, and no bounds; up to 3 the list of files is JSON,
-and size, rate and number of frames stand beside the preset's name.
+size, rate and number of frames stand beside the preset's name, and each episode has background pictures of its own.
 """
 SPLITS = ("train", "val", "test")
 _TURN, _TURNS = 0x9E3779B97F4A7C15, 2**64
@@ -45,6 +45,7 @@ class Request:
         classes: those that exports label, with these numbers; none = all of the scene. Truth is whole either way.
         negatives: largest share of the pictures without a labelled object, in exports of single pictures; see
             ``benchmarks.data.exports.exporter``.
+        background: whether pictures without targets, which trackers learn from, are stored where the scene has them.
         scene: its edition, see ``benchmarks.run.editions``. packages: name -> version of what its bytes depend on.
     """
 
@@ -57,6 +58,7 @@ class Request:
     splits: Mapping[str, float] = field(default_factory=dict)
     classes: tuple[str, ...] = ()
     negatives: float = 1.0
+    background: bool = True
     scene: str = ""
     packages: dict[str, str] = field(default_factory=dict)
     format: int = FORMAT
@@ -98,13 +100,27 @@ class Request:
         """Return the preset as in the episode of a seed, None = the first one. Raises ValueError for an unknown one."""
         return catalog.scenario(self.scenario).configuration(self.preset, self.seeds[0] if seed is None else seed)
 
-    def episode(self, seed: int) -> Episode:
-        """Build an episode of the data set, with all truth. Raises ValueError if a controller has to steer it."""
+    def day_of(self, seed: int) -> int:
+        """Return the seed of the first episode with the same background pictures.
+
+        Drawn values may differ between episodes of a day: one that has others than the first has its own pictures.
+        """
+        preset = self.configuration(seed)
+        first = catalog.scenario(self.scenario).day_of(preset, seed)
+        return first if first == seed or self.configuration(first) == preset else seed
+
+    def episode(self, seed: int, background: bool = True) -> Episode:
+        """Build an episode of the data set, with all truth. Raises ValueError if a controller has to steer it.
+
+        Args:
+            background: whether it has background pictures; False is faster.
+        """
         with of_seed(seed):
             preset = self.configuration(seed)
         check("preset", not preset.closed_loop, "one on a set path or at rest", f"{self.preset!r}, in closed loop")
         with of_seed(seed):
-            return catalog.scenario(self.scenario).episode(preset, seed, renderer=self.renderer)
+            scenario = catalog.scenario(self.scenario)
+            return scenario.episode(preset, seed, renderer=self.renderer, background=background)
 
     def as_json(self) -> str:
         """Return it as JSON."""
@@ -144,18 +160,18 @@ def _renamed(values: dict[str, Any]) -> dict[str, Any]:
     return values | {"preset": with_values(values["preset"], settings)}
 
 
-def first_episode(request: Request, on_error: OnError = "stop") -> Episode:
+def first_episode(request: Request, on_error: OnError = "stop", background: bool = False) -> Episode:
     """Build the first episode; with ``skip`` the first that can be built. Raises what the last one tried raises."""
     *others, last = range(*request.seeds) if on_error == "skip" else request.seeds[:1]
     for seed in others:
         try:
-            return request.episode(seed)
+            return request.episode(seed, background)
         except OSError:
             # Of the disk, not of the episode.
             raise
         except Exception:
             continue
-    return request.episode(last)
+    return request.episode(last, background)
 
 
 def existing_channels(request: Request, on_error: OnError = "stop") -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from pyarrow import ArrowException
 from benchmarks.data.codec import value_of
 from benchmarks.data.sets import tables
 from benchmarks.data.sets.channels import CODINGS, NORMALS, PICTURES, coding_of
-from benchmarks.data.sets.episode_writer import ROWS_AT_ONCE, read_mark, shard_name
+from benchmarks.data.sets.episode_writer import ROWS_AT_ONCE, background_folder, read_mark, shard_name
 from benchmarks.data.sets.request import Request
 from scenarios import catalog
 from scenarios.scenario import Frame
@@ -36,17 +36,25 @@ class StoredEpisode:
     Attributes:
         seed, frame_count, rate_hz: of the episode.
         marks: name -> size and SHA-256 of its files.
+        background_marks: likewise of the background pictures, which other episodes may share.
     """
 
     closed_loop = False
 
-    def __init__(self, files: AbstractFileSystem, folder: str, request: Request) -> None:
-        """Open an episode. Raises ValueError if its mark is damaged, FileNotFoundError if there is none."""
+    def __init__(self, files: AbstractFileSystem, root: str, folder: str, request: Request) -> None:
+        """Open the episode in a folder of the data set at ``root``.
+
+        Raises:
+            ValueError: if its mark is damaged. FileNotFoundError: if there is none.
+        """
         self._files, self._folder, self._request = files, folder, request
         self._scenario = catalog.scenario(request.scenario)
         mark = read_mark(files, folder)
         self.seed, self.frame_count, self.rate_hz = mark["seed"], mark["frame_count"], mark["rate_hz"]
         self.marks: dict[str, dict[str, Any]] = mark["files"]
+        shared = mark.get("background")
+        self.background_marks: dict[str, dict[str, Any]] = self.marks if shared is None else shared["files"]
+        self._background_folder = folder if shared is None else background_folder(root, shared["day"])
         hints = get_type_hints(Start)
         self._start = {name: value_of(value, hints[name]) for name, value in mark["start"].items()}
         self._next = 0
@@ -86,7 +94,7 @@ class StoredEpisode:
         stored = self._request.channels
         wanted = stored if channels is None else channels
         check("channels", set(wanted) <= set(stored), f"some of {', '.join(stored)}", ", ".join(map(str, wanted)))
-        pixels = self._pixels("pixels", row, set(wanted) - {NORMALS})
+        pixels = self._pixels(self._folder, "pixels", row, set(wanted) - {NORMALS})
         fields = {name: values for table in objects.values() for name, values in table.items()}
         truth = tables.truth_of(self._scenario.truth, row, fields, pixels)
         pictures = {channel: pixels[channel] for channel in PICTURES if channel in pixels}
@@ -95,7 +103,7 @@ class StoredEpisode:
     def normals_of(self, index: int) -> NDArray[np.float32]:
         """Return the normals of a frame, see ``Episode.normals``. Raises ValueError if they are not stored."""
         check("channels", NORMALS in self._request.channels, f"a data set with {NORMALS}", "one without")
-        return self._pixels("pixels", self._row(index)[0], [NORMALS])[NORMALS]
+        return self._pixels(self._folder, "pixels", self._row(index)[0], [NORMALS])[NORMALS]
 
     def visible_boxes_of(self, index: int, table: str = "objects") -> NDArray[np.float64]:
         """Return the boxes (N, 4) about the visible pixels of a frame's objects; NaN where none is seen.
@@ -109,7 +117,8 @@ class StoredEpisode:
     def coded(self, index: int, channel: str) -> tuple[str, bytes] | None:
         """Return the name of the coding and the stored bytes of a frame's channel; None if it has none."""
         place = self._row(index)[0][channel]
-        return None if place is None else (coding_of(channel, self._request.pictures), self._bytes("pixels", place))
+        coding = coding_of(channel, self._request.pictures)
+        return None if place is None else (coding, self._bytes(self._shard(self._folder, "pixels", place), place))
 
     def step(self, command: CameraCommand | None = None) -> Frame:
         """Return the next frame; see ``Episode.step``. Raises ValueError for a command, StopIteration at the end."""
@@ -126,7 +135,7 @@ class StoredEpisode:
     def map_of(self) -> Any:
         """Return the scenario's map, of the same episode built anew without its pictures."""
         if self._live is None:
-            self._live = self._request.episode(self.seed)
+            self._live = self._request.episode(self.seed, background=False)
         return self._live.map_of()
 
     def larger_view(self, scale: float) -> NDArray[np.uint8]:
@@ -153,10 +162,12 @@ class StoredEpisode:
         return group[at]
 
     def _group(self, number: int) -> list[tuple[dict[str, Any], _Objects]]:
-        group: list[tuple[dict[str, Any], _Objects]] = [(row, {}) for row in self._table("frames", number).to_pylist()]
+        group: list[tuple[dict[str, Any], _Objects]] = [
+            (row, {}) for row in self._table(self._folder, "frames", number).to_pylist()
+        ]
         for name in ("objects", "standing"):
             if f"{name}.parquet" in self.marks:
-                rows = self._table(name, number)
+                rows = self._table(self._folder, name, number)
                 begins = np.searchsorted(rows["frame"].to_numpy(), number * ROWS_AT_ONCE + np.arange(1, len(group)))
                 arrays = tables.object_arrays(self._scenario.truth, rows, name)
                 parts = {field: np.split(values, begins) for field, values in arrays.items()}
@@ -164,8 +175,8 @@ class StoredEpisode:
                     objects[name] = {field: of_frames[k] for field, of_frames in parts.items()}
         return group
 
-    def _table(self, name: str, row_group: int) -> pa.Table:
-        path = f"{self._folder}/{name}.parquet"
+    def _table(self, folder: str, name: str, row_group: int) -> pa.Table:
+        path = f"{folder}/{name}.parquet"
         try:
             with self._files.open(path, "rb") as file:
                 return pq.ParquetFile(file).read_row_group(row_group)
@@ -173,30 +184,37 @@ class StoredEpisode:
             raise _damaged(path, "table", error) from None
 
     def _background(self) -> Iterator[Observation]:
-        if "background.parquet" in self.marks:
-            pictures = [channel for channel in self._request.channels if channel in PICTURES]
-            for row in self._table("background", 0).to_pylist():
-                yield tables.observation_of(row, self._pixels("background", row, pictures))
+        if "background.parquet" in self.background_marks:
+            folder, known = self._background_folder, self._request.channels
+            pictures = [channel for channel in known if channel in PICTURES]
+            for row in self._table(folder, "background", 0).to_pylist():
+                yield tables.observation_of(row, self._pixels(folder, "background", row, pictures))
 
-    def _pixels(self, shards: str, row: dict[str, Any], channels: Iterable[str]) -> dict[str, NDArray[Any]]:
+    def _pixels(
+        self, folder: str, shards: str, row: dict[str, Any], channels: Iterable[str]
+    ) -> dict[str, NDArray[Any]]:
         """Return the values of those of the channels that a row has."""
-        return {channel: self._value(shards, channel, row[channel]) for channel in channels if row[channel] is not None}
+        present = {channel: row[channel] for channel in channels if row[channel] is not None}
+        return {
+            channel: self._value(self._shard(folder, shards, place), channel, place)
+            for channel, place in present.items()
+        }
 
-    def _value(self, shards: str, channel: str, place: dict[str, int]) -> NDArray[Any]:
+    def _value(self, path: str, channel: str, place: dict[str, int]) -> NDArray[Any]:
         try:
-            return CODINGS[coding_of(channel, self._request.pictures)].decode(self._bytes(shards, place))
+            return CODINGS[coding_of(channel, self._request.pictures)].decode(self._bytes(path, place))
         except (FileNotFoundError, RuntimeError) as error:
             # blosc2 knows no file.
-            raise _damaged(self._shard(shards, place), "shard", error) from None
+            raise _damaged(path, "shard", error) from None
 
-    def _bytes(self, shards: str, place: dict[str, int]) -> bytes:
-        path, begin = self._shard(shards, place), place["offset"]
+    def _bytes(self, path: str, place: dict[str, int]) -> bytes:
+        begin = place["offset"]
         found: bytes = self._files.cat_file(path, start=begin, end=begin + place["bytes"])
         check(path, len(found) == place["bytes"], f"{place['bytes']} bytes (see frameout verify)", len(found))
         return found
 
-    def _shard(self, shards: str, place: dict[str, int]) -> str:
-        return f"{self._folder}/{shard_name(shards, place['shard'])}"
+    def _shard(self, folder: str, shards: str, place: dict[str, int]) -> str:
+        return f"{folder}/{shard_name(shards, place['shard'])}"
 
 
 def _damaged(path: str, what: str, error: Exception) -> ValueError:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.data.sets.data_set import MANIFEST, DataSet
-from benchmarks.data.sets.episode_writer import MARK, episode_folder, read_mark
+from benchmarks.data.sets.episode_writer import MARK, background_folder, episode_folder, read_mark
 from benchmarks.run.experiment import Progress
 
 
@@ -35,8 +35,9 @@ def damaged(data: DataSet, progress: Progress = lambda done, of: None) -> Iterat
     expected = {f"{seed:06d}" for seed in range(*data.request.seeds) if seed not in data.left_out}
     # That of before the set grew says nothing.
     known = manifest if manifest is not None and expected <= set(manifest) else None
+    backgrounds: dict[int, str | None] = {}
     for done, seed in enumerate(data.seeds, start=1):
-        what = _damage(data, seed, known)
+        what = _damage(data, seed, known) or _damage_of_background(data, seed, backgrounds)
         if what:
             yield Problem(seed, what)
         progress(done, len(data.seeds))
@@ -50,6 +51,22 @@ def _damage(data: DataSet, seed: int, known: dict[str, Any] | None) -> str | Non
         return f"its mark is that of episode {made_as}"
     if known is not None and known.get(f"{seed:06d}") != files:
         return f"it is not the one that {MANIFEST} lists"
+    return _damage_of_files(data, folder, files)
+
+
+def _damage_of_background(data: DataSet, seed: int, known: dict[int, str | None]) -> str | None:
+    """Return what is wrong with an episode's background pictures; ``known``: by day, what was wrong with others."""
+    shared = read_mark(data.files, episode_folder(data.root, seed)).get("background")
+    if shared is None:
+        return None
+    day = shared["day"]
+    if day not in known:
+        found = _damage_of_files(data, background_folder(data.root, day), shared["files"])
+        known[day] = found and f"its background {day:06d}: {found}"
+    return known[day]
+
+
+def _damage_of_files(data: DataSet, folder: str, files: dict[str, dict[str, Any]]) -> str | None:
     for name, mark in files.items():
         path = f"{folder}/{name}"
         if not data.files.exists(path):
@@ -64,7 +81,13 @@ def _damage(data: DataSet, seed: int, known: dict[str, Any] | None) -> str | Non
 
 
 def discard(data: DataSet, seeds: list[int]) -> None:
-    """Remove episodes, so that the command that made the data set makes them again."""
+    """Remove episodes and damaged backgrounds, so that the command that made the data set makes them again."""
+    backgrounds: dict[int, str | None] = {}
+    for seed in seeds:
+        if seed in data.seeds:
+            _damage_of_background(data, seed, backgrounds)
+    for folder in (background_folder(data.root, day) for day, what in backgrounds.items() if what):
+        data.files.rm(folder, recursive=True)
     for folder in (episode_folder(data.root, seed) for seed in seeds):
         if data.files.exists(folder):
             data.files.rm(folder, recursive=True)
