@@ -25,7 +25,7 @@ from scenarios.harbour.layout import (
 )
 from scenarios.harbour.presets import Harbour
 from sim.meshes.person_parts import PersonLook
-from sim.meshes.vehicle import VEHICLES
+from sim.meshes.vehicle import CARS
 
 Points = NDArray[np.float64]
 
@@ -512,7 +512,7 @@ def draw_person(rng: np.random.Generator) -> PersonLook:
 
 def draw_car(rng: np.random.Generator) -> CarLook:
     """Draw a car; its sizes differ from its model's by up to 20 %, models from each other by more."""
-    model = str(rng.choice(list(VEHICLES)))
+    model = str(rng.choice(CARS))
     length, width, height = (float(each) for each in rng.uniform(*SIZE_FACTORS, 3))
     return CarLook(model, (length, width, height))
 

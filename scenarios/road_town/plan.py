@@ -6,20 +6,23 @@ It needs no rendering, so surveys over many seeds and searches over schedules ar
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.road_town.blocks import fill_blocks
 from scenarios.road_town.canvas import draw_paint
+from scenarios.road_town.fleet import CRUISES_AT, draw_car, draw_model, livery
 from scenarios.road_town.flight import AirState, Pulse
+from scenarios.road_town.kept_apart import Room, simulate_apart
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.patterns import make_streets
 from scenarios.road_town.pilot import Drive, plan_flight
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.route import Excursion, Route, random_route, with_excursion
 from scenarios.road_town.traffic import Driver, Motion, simulate
-from sim.meshes.vehicle import VEHICLES, vehicle
+from sim.meshes.vehicle import class_of, vehicle
 from sim.rng import generator
 from trackers.types import CameraModel
 
@@ -108,10 +111,13 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | 
     target, layout, excursions = _target_driver(preset, layout, streams["traffic"], clears=kept is None)
     if closed_loop and preset.starts_at_turn:
         target = _at_first_turn(target)
-    drivers = [target, *_traffic(preset, layout, target, streams["traffic"])]
-    looks = _draw_looks(preset, len(drivers) - 1, streams["looks"])
-    sizes = np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
-    motion = simulate(drivers, preset.frame_count, preset.rate_hz, preset.driver)
+    if preset.keeps_apart:
+        drivers, looks, motion = _moved_apart(preset, layout, target, excursions, streams)
+    else:
+        drivers = [target, *_traffic(preset, layout, target, streams["traffic"], _Spaced(target))]
+        looks = _draw_looks(preset, len(drivers) - 1, streams["looks"])
+        motion = simulate(drivers, preset.frame_count, preset.rate_hz, preset.driver)
+    sizes = _sizes_m(looks)
     camera = camera_of(preset)
     events = _events(target.route, excursions, motion)
     drive = Drive(
@@ -141,9 +147,30 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | 
     )
 
 
+def _moved_apart(
+    preset: RoadTown,
+    layout: Layout,
+    target: Driver,
+    excursions: tuple[Excursion, ...],
+    streams: dict[str, np.random.Generator],
+) -> tuple[list[Driver], tuple[Look, ...], Motion]:
+    """Return drivers, looks and motion of vehicles that never touch."""
+    looks = _draw_looks(preset, preset.traffic_cars, streams["looks"])
+    sizes = _sizes_m(looks)
+    start = _Apart(looks, sizes)
+    start.room.take(target, sizes[TARGET], excursions)
+    drivers = [target, *_traffic(preset, layout, target, streams["traffic"], start)]
+    motion, kept = simulate_apart(
+        drivers, sizes[: len(drivers)], preset.frame_count, preset.rate_hz, preset.driver, excursions
+    )
+    return [drivers[car] for car in kept], tuple(looks[car] for car in kept), motion
+
+
 def _draw_looks(preset: RoadTown, others: int, rng: np.random.Generator) -> tuple[Look, ...]:
-    models = list(VEHICLES)
-    target = Look(models[int(rng.integers(len(models)))], draw_paint(rng))
+    model, paint = draw_car(preset.vehicles, rng)
+    if preset.target_vehicle not in ("any", model):
+        model, paint = preset.target_vehicle, livery(preset.target_vehicle, paint, rng)
+    target = Look(model, paint)
     looks = [target]
     for k in range(others):
         if preset.traffic_looks == "twins" and k % 2 == 0:
@@ -152,8 +179,13 @@ def _draw_looks(preset: RoadTown, others: int, rng: np.random.Generator) -> tupl
         paint = draw_paint(rng)
         while paint == target.paint_rgb:
             paint = draw_paint(rng)
-        looks.append(Look(models[int(rng.integers(len(models)))], paint))
+        model = draw_model(preset.vehicles, rng)
+        looks.append(Look(model, livery(model, paint, rng, target.paint_rgb)))
     return tuple(looks)
+
+
+def _sizes_m(looks: tuple[Look, ...]) -> NDArray[np.float64]:
+    return np.array([vehicle(look.model, look.paint_rgb).size_m for look in looks], dtype=float)
 
 
 def _target_driver(
@@ -229,11 +261,63 @@ def _stops(preset: RoadTown, route: Route, start_m: float, rng: np.random.Genera
     )
 
 
-def _traffic(preset: RoadTown, layout: Layout, target: Driver, rng: np.random.Generator) -> list[Driver]:
+class _Room(Protocol):
+    """What decides where the next of the other cars may start."""
+
+    def cruise_share(self, car: int) -> float:
+        """Return the speed of a car on a free straight, as a share of that drawn."""
+        ...
+
+    def is_free(self, car: int, driver: Driver) -> bool:
+        """Return whether a car may start where its driver does."""
+        ...
+
+    def take(self, car: int, driver: Driver) -> None:
+        """Let it start there."""
+        ...
+
+
+class _Spaced:
+    """Cars start so far apart that one of usual length stops behind another."""
+
+    def __init__(self, target: Driver) -> None:
+        self._places = [_start_m(target)]
+
+    def cruise_share(self, car: int) -> float:
+        return 1.0
+
+    def is_free(self, car: int, driver: Driver) -> bool:
+        return bool(np.linalg.norm(np.array(self._places) - _start_m(driver), axis=1).min() >= _SPAWN_GAP_M)
+
+    def take(self, car: int, driver: Driver) -> None:
+        self._places.append(_start_m(driver))
+
+
+class _Apart:
+    """Vehicles start so that none can touch another."""
+
+    def __init__(self, looks: tuple[Look, ...], size_m: NDArray[np.float64]) -> None:
+        self.room = Room()
+        self._looks, self._size_m = looks, size_m
+
+    def cruise_share(self, car: int) -> float:
+        return CRUISES_AT[class_of(self._looks[car].model)]
+
+    def is_free(self, car: int, driver: Driver) -> bool:
+        return self.room.is_free(driver, self._size_m[car])
+
+    def take(self, car: int, driver: Driver) -> None:
+        self.room.take(driver, self._size_m[car])
+
+
+def _start_m(driver: Driver) -> NDArray[np.float64]:
+    return driver.route.at(np.array(driver.start_m))[0]
+
+
+def _traffic(preset: RoadTown, layout: Layout, target: Driver, rng: np.random.Generator, room: _Room) -> list[Driver]:
     """Return the other cars' drivers, as many as there is room for; they start near the target's path."""
     span = np.linspace(target.start_m, target.route.length_m, 60)
     path = target.route.at(span)[0]
-    places = [target.route.at(np.array(target.start_m))[0]]
     drivers: list[Driver] = []
     draws = 0
     while len(drivers) < preset.traffic_cars and draws < _MOST_DRAWS:
@@ -244,15 +328,16 @@ def _traffic(preset: RoadTown, layout: Layout, target: Driver, rng: np.random.Ge
             layout.graph, rng, length + 120.0, keep_within_m=0.42 * preset.extent_m, turn_preference=1.0
         )
         start = float(rng.uniform(2.0, 110.0))
-        place = route.at(np.array(start))[0]
-        if np.linalg.norm(np.array(places) - place, axis=1).min() < _SPAWN_GAP_M:
+        car = TARGET + 1 + len(drivers)
+        driver = Driver(route, start, cruise * room.cruise_share(car))
+        if not room.is_free(car, driver):
             continue
         # The further from the target's path, the less likely a car is kept: cars outside the picture are useless.
-        distance = np.linalg.norm(path - place, axis=1).min()
+        distance = np.linalg.norm(path - route.at(np.array(start))[0], axis=1).min()
         if rng.random() < min(1.0, distance / _NEAR_TARGET_M) ** 2:
             continue
-        places.append(place)
-        drivers.append(Driver(route, start, cruise, _stops(preset, route, start, rng)))
+        room.take(car, driver)
+        drivers.append(replace(driver, stops=_stops(preset, route, start, rng)))
         draws = 0
     return drivers
 

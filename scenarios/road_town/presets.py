@@ -9,7 +9,8 @@ from typing import Literal
 from scenarios.road_town.patterns import SMALLEST_EXTENT_M, STREET_PATTERNS
 from scenarios.road_town.swing_geometry import PEAK_SPEED, SHORT_OF_NADIR_RAD
 from scenarios.scenario import MOST_FRAMES, check_length, check_size
-from sim.checks import check, check_types, check_within
+from sim.checks import check, check_choice, check_types, check_within
+from sim.meshes.vehicle import CARS, VEHICLES
 
 SETTLE_FRAMES = 25
 """Shortest time that the target is whole in the picture at both ends and between frame-outs."""
@@ -126,6 +127,11 @@ class RoadTown:
         traffic_cars: number of moving cars besides the target, up to 60; a small town may have room for fewer.
         traffic_looks: ``others`` = any model and any paint but the target's; ``twins`` = half of them have the target's
             model and paint.
+        vehicles: models of which traffic, target and parked cars are; one that is named twice drives twice as often.
+            Shares of kinds: ``fleet.SHARES``.
+        target_vehicle: the target's model, or ``any`` of these.
+        traffic_keeps_apart: whether no two bodies ever touch, see ``kept_apart``; always so where others than cars
+            drive. Else all count as 4.8 m long, and they keep apart on most crossings.
         cruise_mps: range of the target's speed on a free straight.
         turn_preference: weight of turning against going straight on at a crossing.
         start_before_bend: whether the target starts shortly before the sharpest bend of its route.
@@ -155,6 +161,9 @@ class RoadTown:
     extent_m: float = 420.0
     traffic_cars: int = 16
     traffic_looks: Literal["others", "twins"] = "others"
+    vehicles: tuple[str, ...] = CARS
+    target_vehicle: str = "any"
+    traffic_keeps_apart: bool = False
     cruise_mps: tuple[float, float] = (7.0, 12.0)
     turn_preference: float = 1.0
     start_before_bend: bool = False
@@ -191,6 +200,10 @@ class RoadTown:
         known = f"some of {', '.join(STREET_PATTERNS)}"
         patterns = set(self.street_patterns)
         check("street_patterns", bool(patterns) and patterns <= set(STREET_PATTERNS), known, self.street_patterns)
+        check("vehicles", bool(self.vehicles), "one model at least", self.vehicles)
+        for model in self.vehicles:
+            check_choice("vehicles", model, VEHICLES)
+        check_choice("target_vehicle", self.target_vehicle, ("any", *VEHICLES))
         low, high = self.camera_pitch_deg
         wanted = f"0, or angles of which gusts can make use: above {self._least_pitch_deg:.1f}"
         check("camera_pitch_deg", high == 0 or low > self._least_pitch_deg, wanted, self.camera_pitch_deg)
@@ -215,6 +228,11 @@ class RoadTown:
         hold = max(frames - round((1 - OUT_FROM_SHARE) * 2 * slope), 1)
         delay = max(math.ceil(OUT_FROM_SHARE * slope) - (APART_FRAMES - OVERHANG_FRAMES), 0)
         return max(APART_FRAMES, 2 * slope + hold - frames + CALM_FRAMES + delay)
+
+    @property
+    def keeps_apart(self) -> bool:
+        """Whether bodies of vehicles never touch, see ``traffic_keeps_apart``."""
+        return self.traffic_keeps_apart or not {*self.vehicles, self.target_vehicle} <= {"any", *CARS}
 
     @property
     def _least_pitch_deg(self) -> float:
@@ -311,3 +329,13 @@ ABLATIONS: dict[str, RoadTown] = {
     ),
 }
 """Further presets: ``standard`` with one assumption of a tracker violated in each."""
+WORLDS: dict[str, RoadTown] = {
+    "mixed-traffic": replace(
+        STANDARD,
+        summary="lorries, buses and motorbikes too, more of them; no two ever touch",
+        traffic_cars=24,
+        vehicles=tuple(VEHICLES),
+        traffic_keeps_apart=True,
+    ),
+}
+"""Further worlds, which tables do not rest on yet."""

@@ -15,14 +15,14 @@ from scenarios.road_town.ground import TEXTURE_PX
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.plan import TARGET, Plan, camera_of, draw_layout, make_plan
-from scenarios.road_town.presets import ABLATIONS, PRESETS, RoadTown
+from scenarios.road_town.presets import ABLATIONS, PRESETS, WORLDS, RoadTown
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import add_vehicle, build_town, parked_cars, town_of
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.scenario import KeptWorld, Scenario, Setup
 from scenarios.stage import SceneCamera, Stage
 from sim.labels import backward_flow, ground_homography, pixels_from_ground
-from sim.meshes.vehicle import VEHICLES
+from sim.meshes.vehicle import VEHICLES, class_of
 from sim.optics import CameraMotion
 from sim.render.pipeline import Capture
 from sim.shaders.daylight import SHADOW_TEXELS, DaylightShader, Sun
@@ -79,7 +79,7 @@ class RoadTownEpisode(Stage):
         plan = make_plan(
             setup.preset, setup.seed, closed_loop=setup.closed_loop, kept=None if kept is None else kept.content.layout
         )
-        world = town_of(plan.seed, plan.layout) if kept is None else kept.world.copy()
+        world = town_of(plan.seed, plan.layout, plan.preset.vehicles) if kept is None else kept.world.copy()
         cars = [
             add_vehicle(world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
             for car, look in enumerate(plan.looks)
@@ -169,21 +169,23 @@ def _light(plan: Plan) -> Light:
 def keep_town(setup: Setup) -> KeptWorld:
     """Build the town of an episode as its picture needs it. Excursions of others there lead where nothing stands."""
     layout, detail = draw_layout(setup.preset, setup.seed), detail_for(setup.preset)
-    return KeptWorld(build_town(layout, setup.rng("town"), detail.ground_px), KeptTown(layout, detail))
+    return KeptWorld(
+        build_town(layout, setup.rng("town"), detail.ground_px, setup.preset.vehicles), KeptTown(layout, detail)
+    )
 
 
 def kind_of_town(preset: RoadTown) -> Hashable:
     """Return what of a configuration decides what a kept town is."""
-    return preset.street_patterns, preset.extent_m, preset.traffic_side, detail_for(preset), tuple(VEHICLES)
+    return preset.street_patterns, preset.extent_m, preset.traffic_side, detail_for(preset), preset.vehicles
 
 
 class _Vehicles(Mapping[str, str]):
-    """All models of vehicles, also those registered later, as cars."""
+    """All models of vehicles, also those registered later, and their classes."""
 
     def __getitem__(self, model: str) -> str:
         if model not in VEHICLES:
             raise KeyError(model)
-        return "car"
+        return class_of(model)
 
     def __iter__(self) -> Iterator[str]:
         return iter(VEHICLES)
@@ -197,7 +199,7 @@ ROAD_TOWN = Scenario(
     summary="a car in a town, seen from a helicopter that often loses it from view",
     start="the first picture and the car's box in it; measured ego pose where the preset has instruments",
     stage=RoadTownEpisode,
-    presets=PRESETS | ABLATIONS,
+    presets=PRESETS | ABLATIONS | WORLDS,
     classes=_Vehicles(),
     carrier=HELICOPTER,
     truth=RoadTruth,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,8 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from scenarios.objects import Standing
-from scenarios.road_town.canvas import KERB, Rgb, draw_paint, rings_of
+from scenarios.road_town.canvas import KERB, Rgb, rings_of
+from scenarios.road_town.fleet import draw_car
 from scenarios.road_town.ground import TEXTURE_PX, paint_countryside, paint_ground
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.road_map import road_area
@@ -19,7 +21,7 @@ from sim.mesh import Texture, TexturedMesh
 from sim.meshes.ground import ground, kerb, surroundings
 from sim.meshes.house import house
 from sim.meshes.tree import FOLIAGE_RGB, tree
-from sim.meshes.vehicle import VEHICLES, vehicle
+from sim.meshes.vehicle import CARS, vehicle
 from sim.meshes.woodland import hedge, wood
 from sim.pose import pose_on_ground
 from sim.rng import generator
@@ -108,27 +110,29 @@ _KERB_TOLERANCE_M = 0.06
 _KERB_PIECE_M = 25.0
 _KERB_PIECE_CORNERS = 12
 _KINDS_OF_TREES = 12
+_LARGEST_PARKED_M = (5.4, 2.2)
+_ANY_PAINT: Rgb = (128, 128, 128)
 
 _latest: tuple[tuple[object, ...], World] | None = None
 """What the latest town was drawn from, and the town. Threads share it: each reads it once."""
 
 
-def town_of(seed: int, layout: Layout) -> World:
+def town_of(seed: int, layout: Layout, vehicles: Sequence[str] = CARS) -> World:
     """Return a new world of an episode's town.
 
     Drawing it takes two thirds of the time before the first picture, so the latest town is kept: the same seed often
     comes again at once, with another controller or preset, or for the report.
 
     Args:
-        seed: of the episode. layout: its streets, buildings and trees.
+        seed: of the episode. layout: its streets, buildings and trees. vehicles: models of parked cars.
     """
     global _latest
     # The bytes stand for the content: layouts hold arrays, which have no hash.
-    key, latest = (pickle.dumps(layout), seed, tuple(VEHICLES)), _latest
+    key, latest = (pickle.dumps(layout), seed, tuple(vehicles)), _latest
     if latest is None or latest[0] != key:
         # Let go before drawing, so that two towns need not be held at a time.
         latest = _latest = None
-        latest = _latest = key, build_town(layout, generator(seed, "town"))
+        latest = _latest = key, build_town(layout, generator(seed, "town"), vehicles=vehicles)
     return latest[1].copy()
 
 
@@ -138,11 +142,14 @@ def forget_town() -> None:
     _latest = None
 
 
-def build_town(layout: Layout, rng: np.random.Generator, ground_px: int = TEXTURE_PX) -> World:
+def build_town(
+    layout: Layout, rng: np.random.Generator, ground_px: int = TEXTURE_PX, vehicles: Sequence[str] = CARS
+) -> World:
     """Return the world of a town with all its static objects.
 
     Args:
         ground_px: side of the picture of the ground.
+        vehicles: models of parked cars; those that are too large for a bay stand in none.
     """
     world = World()
     town = Texture(paint_ground(layout, rng, ground_px), smooth=True)
@@ -159,7 +166,7 @@ def build_town(layout: Layout, rng: np.random.Generator, ground_px: int = TEXTUR
         mesh = _scaled(grown[int(rng.integers(len(grown)))], planted.radius_m)
         pose = pose_on_ground(*planted.centre_m, float(rng.uniform(-np.pi, np.pi)))
         world.add(mesh, pose, name=f"tree-{k}", category="tree")
-    _park_cars(world, layout, rng)
+    _park_cars(world, layout, vehicles, rng)
     return world
 
 
@@ -168,13 +175,13 @@ def add_vehicle(world: World, name: str, model: str, paint_rgb: Rgb) -> Body:
     return world.add(vehicle(model, paint_rgb), np.eye(4), name=name, category="vehicle", movable=True)
 
 
-def _park_cars(world: World, layout: Layout, rng: np.random.Generator) -> None:
+def _park_cars(world: World, layout: Layout, vehicles: Sequence[str], rng: np.random.Generator) -> None:
     """Put cars into the taken bays, slightly askew, some backwards."""
-    models = list(VEHICLES)
+    models = [model for model in vehicles if (vehicle(model, _ANY_PAINT).size_m[:2] <= _LARGEST_PARKED_M).all()]
     bays = [bay for park in layout.car_parks for bay, taken in zip(park.bays, park.taken, strict=True) if taken]
-    for k, (x, y, facing) in enumerate(bays):
-        model = models[int(rng.integers(len(models)))]
-        mesh = vehicle(model, draw_paint(rng))
+    for k, (x, y, facing) in enumerate(bays if models else ()):
+        model, paint = draw_car(models, rng)
+        mesh = vehicle(model, paint)
         yaw = facing + np.pi * float(rng.random() < 0.3) + float(rng.normal(0.0, 0.02))
         place = np.array([x, y]) + rng.normal(0.0, (0.1, 0.1))
         pose = pose_on_ground(place[0], place[1], yaw)

@@ -145,7 +145,7 @@ def simulate(
     Args:
         model: sets their speeds.
     """
-    state = (_State if model == "idm" else _GippsState)(drivers)
+    state = (State if model == "idm" else GippsState)(drivers)
     arcs, speeds = np.empty((2, frame_count, len(drivers)))
     for frame in range(frame_count):
         arcs[frame], speeds[frame] = state.arc_m, state.speed_mps
@@ -171,7 +171,7 @@ def speed_limit_mps(route: Route, cruise_mps: float) -> NDArray[np.float64]:
 
 
 @dataclass(eq=False)
-class _State:
+class State:
     """Places and speeds of all cars, and which may enter each crossing."""
 
     drivers: list[Driver]
@@ -194,6 +194,11 @@ class _State:
         self.next_passage = [sum(p.leave_m <= d.start_m for p in d.route.passages) for d in self.drivers]
         self.stops = [list(d.stops) for d in self.drivers]
         self.waited_s = np.zeros(len(self.drivers))
+        self.half_m = np.full(len(self.drivers), 0.5 * _CAR_LENGTH_M)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Let those into crossings that are at one."""
         self.ways_m: dict[tuple[int, int], NDArray[np.float64]] = {}
         self.crossings = Crossings(self._near_crossings())
 
@@ -268,7 +273,7 @@ class _State:
         if not self.stops[car]:
             return np.inf
         place_m, seconds = self.stops[car][0]
-        gap = place_m - self.arc_m[car] - 0.5 * _CAR_LENGTH_M
+        gap = place_m - self.arc_m[car] - self.half_m[car]
         if self.speed_mps[car] < HALTS_BELOW_MPS and gap < 2 * STANDSTILL_GAP_M:
             self.waited_s[car] += dt_s
         if self.waited_s[car] >= seconds or gap < -PASSED_STOP_M:
@@ -279,7 +284,7 @@ class _State:
 
 
 @dataclass(eq=False)
-class _GippsState(_State):
+class GippsState(State):
     """The same with the speeds of ``gipps``."""
 
     def __post_init__(self) -> None:

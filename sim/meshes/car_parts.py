@@ -22,6 +22,14 @@ class Swatch(IntEnum):
     LIGHT = 5
     RED = 6
     CHROME = 7
+    STRIPE = 8
+    BOX = 9
+    ROOF = 10
+    ALUMINIUM = 11
+    WOOD = 12
+    AMBER = 13
+    CLOTH = 14
+    HELMET = 15
 
 
 def colour(swatch: Swatch) -> tuple[float, float]:
@@ -175,15 +183,16 @@ def _window_colours(shape: CabinShape) -> list[Swatch]:
 def add_wheels(facets: Facets, shape: BodyShape) -> None:
     """Add two axles, each a cylinder across the car whose ends are the wheels."""
     for x in (shape.axle_centre + 0.5 * shape.wheelbase, shape.axle_centre - 0.5 * shape.wheelbase):
-        _add_axle(facets, x, shape.wheel_radius, 0.5 * shape.width * 0.985 + 0.012)
+        add_axle(facets, x, shape.wheel_radius, 0.5 * shape.width * 0.985 + 0.012)
 
 
-def _add_axle(facets: Facets, x: float, radius: float, half_width: float) -> None:
-    angles = (np.arange(8) + 0.5) * (2.0 * np.pi / 8)
+def add_axle(facets: Facets, x: float, radius: float, half_width: float, corners: int = 8) -> None:
+    """Add one axle: a prism of ``corners`` sides across the vehicle."""
+    angles = (np.arange(corners) + 0.5) * (2.0 * np.pi / corners)
     rings = []
     for y, scale in ((-half_width, 0.55), (-half_width, 1.0), (half_width, 1.0), (half_width, 0.55)):
         # Counter-clockwise seen from the left, where y grows to.
-        circle = np.column_stack([np.sin(angles), np.full(8, y), np.cos(angles)]) * (scale, 1.0, scale)
+        circle = np.column_stack([np.sin(angles), np.full(corners, y), np.cos(angles)]) * (scale, 1.0, scale)
         rings.append(circle * (radius, 1.0, radius) + (x, 0.0, radius))
     facets.loft(rings, lambda segment, side: colour(Swatch.BLACK), colour(Swatch.CHROME), colour(Swatch.CHROME))
 

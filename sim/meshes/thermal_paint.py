@@ -162,7 +162,7 @@ _BODY_FROM_M = 0.22
 def _standard_car(model: str) -> TexturedMesh:
     mesh = vehicle(model, (0, 0, 0))
     swatch = np.floor(mesh.uv[:, 0] * len(Swatch)).astype(int)
-    part = np.array([_PART_OF_SWATCH[each] for each in Swatch])[swatch]
+    part = np.array([_PART_OF_SWATCH.get(each, CarPart.BODY) for each in Swatch])[swatch]
     # Faces do not share vertices, so that each vertex belongs to one part.
     middle_m = np.zeros_like(mesh.vertices_m)
     middle_m[mesh.faces] = mesh.vertices_m[mesh.faces].mean(axis=1)[:, None]

@@ -1,25 +1,29 @@
-"""Cars of several models, each in any paint. Add one with ``@vehicle_model("name")``."""
+"""Vehicles of several models, each in any paint. Add one with ``@vehicle_model("name")``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, lru_cache
+from typing import Literal
 
 import numpy as np
 
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.car_parts import BodyShape, CabinShape, Swatch, add_body, add_cabin, add_mirrors, add_wheels, colour
 from sim.meshes.facets import Facets, palette
+from sim.meshes.large_vehicles import add_bus, add_coach, add_flatbed, add_lorry, add_motorbike, add_tanker
 
 VehicleModel = Callable[[Facets], None]
-"""Adds a car's faces: x ahead, y left, z up, standing on z = 0; colours by ``car_parts.colour``."""
+"""Adds a vehicle's faces: x ahead, y left, z up, standing on z = 0; colours by ``car_parts.colour``."""
+VehicleClass = Literal["car", "lorry", "bus", "motorbike"]
 
 VEHICLES: dict[str, VehicleModel] = {}
 """Every model by its name."""
+_CLASSES: dict[str, VehicleClass] = {}
 
 
-def vehicle_model(name: str) -> Callable[[VehicleModel], VehicleModel]:
-    """Return a decorator that enters a model into ``VEHICLES``.
+def vehicle_model(name: str, of: VehicleClass = "car") -> Callable[[VehicleModel], VehicleModel]:
+    """Return a decorator that enters a model into ``VEHICLES``, as one ``of`` a class.
 
     Raises:
         ValueError: if the name is taken.
@@ -28,16 +32,21 @@ def vehicle_model(name: str) -> Callable[[VehicleModel], VehicleModel]:
     def enter(model: VehicleModel) -> VehicleModel:
         if name in VEHICLES:
             raise ValueError(f"name: expected one that is not taken yet, got {name!r}")
-        VEHICLES[name] = model
+        VEHICLES[name], _CLASSES[name] = model, of
         return model
 
     return enter
 
 
-def vehicle(model: str, paint_rgb: tuple[int, int, int]) -> TexturedMesh:
-    """Return a car on the ground under the centre of its bounds, x ahead; about 4-5.4 x 1.9 x 1.4-2.3 m.
+def class_of(model: str) -> VehicleClass:
+    """Return the class of a model."""
+    return _CLASSES[model]
 
-    Cars of one model share shapes, those of one paint textures, and those of both are one mesh.
+
+def vehicle(model: str, paint_rgb: tuple[int, int, int]) -> TexturedMesh:
+    """Return a vehicle on the ground under the centre of its bounds, x ahead.
+
+    Those of one model share shapes, those of one paint textures, and those of both are one mesh.
 
     Args:
         model: a name in ``VEHICLES``.
@@ -75,6 +84,7 @@ def _paint(rgb: tuple[int, int, int]) -> Texture:
         r, g, b = (round(c + share * (other - c)) for c in rgb)
         return (r, g, b)
 
+    stripe, box, roof, cloth, helmet = (table[sum(rgb) % len(table)] for table in _LIVERIES)
     colours = {
         Swatch.PAINT: rgb,
         Swatch.DARK_PAINT: mixed(0, 0.35),
@@ -84,8 +94,26 @@ def _paint(rgb: tuple[int, int, int]) -> Texture:
         Swatch.LIGHT: (226, 228, 222),
         Swatch.RED: (158, 22, 20),
         Swatch.CHROME: (142, 144, 146),
+        Swatch.STRIPE: stripe,
+        Swatch.BOX: box,
+        Swatch.ROOF: roof,
+        Swatch.ALUMINIUM: (176, 178, 178),
+        Swatch.WOOD: (132, 106, 74),
+        Swatch.AMBER: (214, 140, 30),
+        Swatch.CLOTH: cloth,
+        Swatch.HELMET: helmet,
     }
     return palette([colours[swatch] for swatch in Swatch])
+
+
+_LIVERIES: tuple[tuple[tuple[int, int, int], ...], ...] = (
+    ((238, 238, 234), (32, 66, 132), (196, 40, 36), (232, 186, 40), (40, 44, 52), (58, 122, 72), (224, 112, 30)),
+    ((226, 226, 222), (214, 214, 210), (206, 62, 40), (44, 84, 140), (208, 192, 146)),
+    ((198, 200, 198), (174, 178, 180), (208, 204, 192)),
+    ((38, 38, 42), (52, 62, 84), (86, 72, 56), (126, 34, 32), (70, 78, 62), (30, 30, 34), (48, 48, 44), (96, 96, 90)),
+    ((222, 222, 218), (30, 30, 32), (190, 30, 30), (36, 78, 160)),
+)
+"""Further colours, one of each row for every paint: of a stripe, a lorry's box, a bus's roof, clothes and a helmet."""
 
 
 def _add_car(facets: Facets, body: BodyShape, cabin: CabinShape) -> None:
@@ -149,3 +177,16 @@ def _add_roof_rails(facets: Facets, span_x: tuple[float, float], y: float, z: fl
     for side in (-1.0, 1.0):
         low, high = sorted((side * y, side * (y + 0.05)))
         facets.box((span_x[0], low, z), (span_x[1], high, z + 0.05), colour(Swatch.CHROME))
+
+
+CARS = tuple(VEHICLES)
+"""The models that are passenger cars or light vans."""
+for _name, _class, _model in (
+    ("lorry", "lorry", add_lorry),
+    ("flatbed", "lorry", add_flatbed),
+    ("tanker", "lorry", add_tanker),
+    ("bus", "bus", add_bus),
+    ("coach", "bus", add_coach),
+    ("motorbike", "motorbike", add_motorbike),
+):
+    vehicle_model(_name, _class)(_model)  # type: ignore[arg-type]

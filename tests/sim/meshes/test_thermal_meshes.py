@@ -21,7 +21,7 @@ from sim.meshes.thermal_paint import (
     thermal_person,
     varied,
 )
-from sim.meshes.vehicle import VEHICLES, vehicle
+from sim.meshes.vehicle import CARS, vehicle
 from tests.sim.meshes.mesh_checks import require_closed, require_sound, texels
 
 
@@ -65,7 +65,7 @@ def test_unknown_boats_and_impossible_sizes_are_named() -> None:
         varied(16, np.zeros((2, 2)))
 
 
-@pytest.mark.parametrize("model", VEHICLES)
+@pytest.mark.parametrize("model", CARS)
 def test_a_car_has_its_engine_ahead_tyres_at_the_bottom_and_its_roof_on_top(model: str) -> None:
     factors = (1.1, 0.9, 1.05)
     mesh = thermal_car(model, factors)
