@@ -166,7 +166,10 @@ class JointedObjects(SceneObjects):
 
     Attributes:
         part_poses: of each object, T_world_part (P, 4, 4) at present.
+        cover_id: ids of standing bodies that hide objects: they count in ``hidden_fraction``, not in ``hidden_by``.
     """
+
+    cover_id = np.empty(0, np.int64)
 
     def __init__(
         self,
@@ -237,13 +240,14 @@ class JointedObjects(SceneObjects):
                 T_world_camera,
                 seen.instance_id if seen is not None and wanted[k] else _NO_PICTURE,
                 own,
-                hiders=self.instance_id[self.instance_id != own],
+                hiders=np.concatenate([self.instance_id[self.instance_id != own], self.cover_id]),
                 shift_px=None if shift_px is None else shift_px[k],
             )
             boxes[k] = one.box_xyxy
             if wanted[k]:
                 fraction[k], hidden[k] = one.visible_fraction, one.hidden_fraction
-                hidden_by[k] = np.searchsorted(self.instance_id, one.hidden_by) if one.hidden_by >= 0 else -1
+                is_object = one.hidden_by >= 0 and one.hidden_by not in self.cover_id
+                hidden_by[k] = np.searchsorted(self.instance_id, one.hidden_by) if is_object else -1
         return Labels(self._centres_px(camera, T_world_camera), boxes, fraction, hidden_by, hidden)
 
 

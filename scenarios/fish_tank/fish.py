@@ -89,7 +89,7 @@ class Fish(JointedObjects):
         line_shift_px = line_px - project(camera, T_world_camera, points_m)[0].reshape(count, points, 2)
         shift_px = np.einsum("sk,nkp->nsp", _LINE_TO_SEGMENTS, line_shift_px)
         plain = self._labels(camera, T_world_camera, seen, in_full, shift_px)
-        # Only fish hide fish; at the rim of a thin body the bent samples miss it at times.
+        # Only fish and leaves hide fish; at the rim of a thin body the bent samples miss it at times.
         share = np.where(np.isfinite(plain.box_xyxy).all(axis=1), 1.0 - plain.hidden_fraction, 0.0)
         fraction = np.where(np.isnan(plain.visible_fraction), np.nan, share)
         middle = points // 2
@@ -103,7 +103,7 @@ class Fish(JointedObjects):
 def _size_m(look: FishLook) -> NDArray[np.float64]:
     """Return length, width and height (3,) of a straight fish."""
     half_width, reach = half_size(np.linspace(0.0, 1.0, 101)).max(axis=1)
-    return look.length_m * np.array([1.0, 2.0 * look.width * half_width, 2.0 * reach])
+    return look.length_m * np.array([1.0, 2.0 * look.width * half_width, 2.0 * look.height * reach])
 
 
 def _poses(

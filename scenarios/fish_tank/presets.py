@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
+from typing import Literal, NamedTuple
 
 from scenarios.scenario import check_length, check_size
-from sim.checks import check_types, check_within
+from sim.checks import check, check_types, check_within
+from sim.meshes.fish import Species
 from sim.shaders.water import Water
 from sim.water_surface import Ripples
 
@@ -134,6 +135,13 @@ class FishTank:
         glare: how much of the water mirrors lamps, 0 to 1, see ``room_lights``.
         lamp: brightness of the lamp that throws sharp shadows and caustics, 0 to 1.
         ripples: of the surface. water: what is in it.
+        species: of the fish, in turn: the first fish is of the first one.
+        tank_m: length, width and depth of the water, as wide as long if the tank is round.
+        tank_shape, floor: of the tank.
+        leaves: number of leaves that float on the water and hide fish.
+        lamps: "room" for two tubes, a skylight and a lamp; "varied" for one to four tubes or panels and up to three
+            lamps anywhere around the tank, warm to cold.
+        glare_edge: of what the water mirrors, see ``smooth_glare`` of ``WaterShader``.
     """
 
     summary: str
@@ -149,6 +157,13 @@ class FishTank:
     lamp: float = 1.0
     ripples: Ripples = field(default_factory=Ripples)
     water: Water = field(default_factory=Water)
+    species: tuple[Species, ...] = ("zebrafish",)
+    tank_m: tuple[float, float, float] = (0.60, 0.42, 0.12)
+    tank_shape: Literal["rectangle", "round"] = "rectangle"
+    floor: Literal["plain", "gravel", "sand"] = "plain"
+    leaves: int = 0
+    lamps: Literal["room", "varied"] = "room"
+    glare_edge: Literal["sharp", "smooth"] = "sharp"
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -156,6 +171,18 @@ class FishTank:
         check_length(self, _LONGEST_S)
         check_within(self, "fish", 1, 150)
         check_within(self, "variety glare lamp", 0, 1)
+        check("species", len(self.species) > 0, "one at least", self.species)
+        check_within(self, "leaves", 0, 200)
+        length_m, width_m, depth_m = self.tank_m
+        good = 0.2 <= width_m <= length_m <= 2.0 and 0.06 <= depth_m <= 0.5
+        check(
+            "tank_m",
+            good,
+            "length and width within [0.2, 2], the length greater, depth within [0.06, 0.5]",
+            self.tank_m,
+        )
+        is_square = self.tank_shape == "rectangle" or length_m == width_m
+        check("tank_m", is_square, "a round tank's length and width alike", self.tank_m)
 
 
 PRESETS = {
@@ -180,3 +207,29 @@ PRESETS = {
         ripples=Ripples(slope_rms=0.003),
     ),
 }
+
+VARIED = {
+    "mixed": replace(
+        PRESETS["standard"],
+        summary="zebrafish, tetras, guppies and barbs over gravel, under other lamps and floating leaves",
+        fish=16,
+        species=("zebrafish", "tetra", "guppy", "barb"),
+        floor="gravel",
+        leaves=14,
+        lamps="varied",
+        glare_edge="smooth",
+    ),
+    "round": replace(
+        PRESETS["standard"],
+        summary="two species in a round tank with a floor of sand",
+        fish=12,
+        species=("zebrafish", "barb"),
+        tank_m=(0.5, 0.5, 0.15),
+        tank_shape="round",
+        floor="sand",
+        lamps="varied",
+        glare_edge="smooth",
+    ),
+}
+"""Presets with more variety than those of the tables."""
+PRESETS |= VARIED

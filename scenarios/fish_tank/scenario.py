@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from scenarios.fish_tank.fish import Fish, FishLabels
 from scenarios.fish_tank.pictureless.bank import TankPictureless
-from scenarios.fish_tank.presets import PRESETS
-from scenarios.fish_tank.shoal import swim
-from scenarios.fish_tank.tank import VOLUME_M, build_tank, room_lights
+from scenarios.fish_tank.presets import PRESETS, FishTank
+from scenarios.fish_tank.shoal import kind_of, swim
+from scenarios.fish_tank.tank import VOLUME_M, Volume, add_leaves, build_tank, room_lights, varied_lights
 from scenarios.fish_tank.truth import FishTruth
 from scenarios.objects import Labels
 from scenarios.pan_tilt_zoom import Head, Mount
@@ -56,8 +56,6 @@ MOUNT = Mount(
 
 _HEIGHT_M, _PIXELS_PER_M = 1.6, 925.0
 """Height of the overview camera above the floor, and its scale there in pictures 640 pixels wide."""
-_MIDDLE_M = 0.5 * VOLUME_M[2]
-"""Measured poses are relative to the plane at half the water's depth: their "ground"."""
 _AMBIENT_LX = 250.0
 """Light from all around: of walls and ceiling."""
 _SENSOR = SensorConfig(longest_exposure_s=8e-3, mid_grey=0.3)
@@ -74,17 +72,34 @@ class FishTankEpisode(Stage):
 
     def __init__(self, setup: Setup) -> None:
         preset, world = setup.preset, World()
-        build_tank(world, setup.rng("tank"))
-        focal_px = _PIXELS_PER_M * _HEIGHT_M * min(preset.width_px / 640, preset.height_px / 480)
+        self._volume_m, is_round = preset.tank_m, preset.tank_shape == "round"
+        build_tank(world, setup.rng("tank"), preset.tank_m, is_round=is_round, floor=preset.floor)
+        leaf_id = add_leaves(world, preset.leaves, preset.tank_m, setup.rng("leaves"), is_round=is_round)
+        focal_px = _PIXELS_PER_M * _HEIGHT_M * min(preset.width_px / 640, preset.height_px / 480) * _closeness(preset)
         self._view = CameraModel(preset.width_px, preset.height_px, focal_px)
         rng = setup.rng("looks")
-        looks = [draw_look(rng, preset.variety) for _ in range(preset.fish)]
+        kinds = [preset.species[k % len(preset.species)] for k in range(preset.fish)]
+        looks = [draw_look(rng, preset.variety, kind) for kind in kinds]
         lengths_m = np.array([look.length_m for look in looks])
-        swims = swim(VOLUME_M, lengths_m, preset.frame_count, preset.rate_hz, preset.character, setup.rng("shoal"))
-        self._surface = _surface(preset.ripples, setup.rng("ripples"))
+        swims = swim(
+            preset.tank_m,
+            lengths_m,
+            preset.frame_count,
+            preset.rate_hz,
+            preset.character,
+            setup.rng("shoal"),
+            [] if set(kinds) == {"zebrafish"} else [kind_of(kind) for kind in kinds],
+            is_round=is_round,
+        )
+        self._surface = _surface(preset.ripples, preset.tank_m, setup.rng("ripples"))
         fish = Fish(world, swims, looks, self._surface, rng)
-        lights = room_lights(setup.rng("light"), preset.glare, preset.lamp)
-        self._shader = WaterShader(world, self._surface, preset.water, lights, _AMBIENT_LX)
+        fish.cover_id = leaf_id
+        if preset.lamps == "room":
+            lights = room_lights(setup.rng("light"), preset.glare, preset.lamp)
+        else:
+            lights = varied_lights(setup.rng("light"), preset.glare, preset.lamp, preset.tank_m)
+        is_smooth = preset.glare_edge == "smooth"
+        self._shader = WaterShader(world, self._surface, preset.water, lights, _AMBIENT_LX, smooth_glare=is_smooth)
         self._T_world_camera = look_down_pose(np.array([0.0, 0.0, _HEIGHT_M]), 0.5 * np.pi, 0.0, 0.0)
         super().__init__(setup, fish, self._overview(setup, world, "sensor"), head=self._head_over(setup, fish))
 
@@ -94,14 +109,16 @@ class FishTankEpisode(Stage):
 
     def map_of(self) -> tuple[float, float, float]:
         """Return length, width and depth of the water about (0, 0), in metres."""
-        return VOLUME_M
+        return self._volume_m
 
     def _move_to(self, frame: int) -> None:
         self._surface.time_s = frame / self.rate_hz
         self._objects.move_to(frame)
 
     def _may_be_hidden(self) -> bool:
-        """Only fish hide fish: where no other one's box reaches into the target's, it is seen as a whole."""
+        """Only fish and leaves hide fish: where no other box reaches into the target's, it is seen as a whole."""
+        if len(self._objects.cover_id):
+            return True
         boxes = self._objects.labels(self._view, self._T_world_camera).box_xyxy
         own, others = boxes[self._target], np.delete(boxes, self._target, axis=0)
         return bool(((others[:, :2] < own[2:]) & (others[:, 2:] > own[:2])).all(axis=1).any())
@@ -114,8 +131,9 @@ class FishTankEpisode(Stage):
         )
 
     def _measured(self, T_world_camera: NDArray[np.float64]) -> EgoPose:
+        """Return a pose relative to the plane at half the water's depth: its "ground"."""
         T = T_world_camera.copy()
-        T[2, 3] -= _MIDDLE_M
+        T[2, 3] -= 0.5 * self._volume_m[2]
         return EgoPose(T)
 
     def _empty_pictures(self) -> list[Observation]:
@@ -142,8 +160,13 @@ class FishTankEpisode(Stage):
         }
 
 
-def _surface(ripples: Ripples, rng: np.random.Generator) -> RippledSurface:
-    x_m, y_m, depth_m = VOLUME_M
+def _closeness(preset: FishTank) -> float:
+    """Return the factor by which the overview's lens is longer, so that it shows any tank as large as the usual one."""
+    return 1.0 / max(preset.tank_m[0] / VOLUME_M[0], preset.tank_m[1] / VOLUME_M[1])
+
+
+def _surface(ripples: Ripples, volume_m: Volume, rng: np.random.Generator) -> RippledSurface:
+    x_m, y_m, depth_m = volume_m
     corner_m = 0.5 * x_m, 0.5 * y_m
     return RippledSurface(draw_waves(ripples, depth_m, rng), (-corner_m[0], -corner_m[1]), corner_m, depth_m, depth_m)
 

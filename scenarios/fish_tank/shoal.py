@@ -9,7 +9,9 @@ The equations are those of ``shoal_kernels``.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 from scenarios.fish_tank.presets import Character
 from scenarios.fish_tank.shoal_kernels import School, run
 from sim.checks import check
+from sim.meshes.fish import SPECIES, Species
 from sim.motion.swim import JOINT_COUNT
 from sim.render.compilation import announce_compilation
 
@@ -25,6 +28,37 @@ LONGEST_STEP_S = 1.0 / 120.0
 _SETTLING_S = 8.0
 """Time that the shoal swims before frame 0, so that the initial places no longer matter."""
 _MAY_BE_ENDLESS = ("burst_interval_s", "depth_s")
+
+
+class Kind(NamedTuple):
+    """What of a fish depends on its species.
+
+    Attributes:
+        number: of the species; fish see mates in their own.
+        height: factor of the body's height, see ``FishLook``.
+        pace: factor of speeds and of distances at which walls and mates count.
+        bond: factor of ``Character.school``.
+    """
+
+    number: int
+    height: float
+    pace: float
+    bond: float
+
+
+_BONDS: dict[Species, float] = {"zebrafish": 1.0, "tetra": 1.6, "guppy": 0.5, "barb": 1.2}
+"""Tetras keep together, guppies hardly do: our choice."""
+_SPEED_EXPONENT = 0.6
+"""Of the growth of speed with length: within fish of one shape speeds in lengths a second fall with length (Bainbridge,
+Journal of Experimental Biology, 1958; Videler and Wardle, Reviews in Fish Biology and Fisheries, 1991).
+"""
+
+
+def kind_of(species: Species) -> Kind:
+    """Return what a species changes in how fish swim, relative to zebrafish, whose ``Character`` is fitted."""
+    look, usual = SPECIES[species], SPECIES["zebrafish"]
+    pace = (look.length_m / usual.length_m) ** _SPEED_EXPONENT
+    return Kind(list(SPECIES).index(species), look.height, pace, _BONDS[species])
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +86,17 @@ def swim(
     rate_hz: float,
     character: Character,
     rng: np.random.Generator,
+    kinds: Sequence[Kind] = (),
+    *,
+    is_round: bool = False,
 ) -> Swims:
     """Return the motion of a shoal.
 
     Args:
         volume_m: extent of the water in x, y and z.
         length_m: (N,) of the fish.
+        kinds: of each fish; none: all are of one species.
+        is_round: whether the tank is round, as wide as the water's extent in x.
         frame_count, rate_hz: of the frames, > 0.
 
     Raises:
@@ -67,6 +106,7 @@ def swim(
     count = len(length_m)
     _check_character(character)
     check("length_m", count > 0, "the length of at least one fish", length_m)
+    check("kinds", len(kinds) in (0, count), f"one for each of {count} fish, or none", len(kinds))
     check("frame_count", frame_count > 0, "a number > 0", frame_count)
     check("rate_hz", rate_hz > 0, "a rate > 0 Hz", rate_hz)
     longest_m = float(length_m.max())
@@ -75,11 +115,18 @@ def swim(
     crowding = float((length_m**3).sum()) / float(size_m.prod())
     check("length_m", crowding < 0.25, "fish whose lengths cubed add up to less than a quarter of the water", crowding)
     school = _put_in(size_m, length_m, character, rng)
+    if kinds:
+        school = school._replace(
+            height_m=length_m * [kind.height for kind in kinds],
+            pace=np.array([kind.pace for kind in kinds]),
+            bond=np.array([kind.bond for kind in kinds]),
+            kind=np.array([kind.number for kind in kinds]),
+        )
     steps = math.ceil(1.0 / (rate_hz * LONGEST_STEP_S) - 1e-9)
     interval_s = 1.0 / (rate_hz * steps)
     announce_compilation(run)
     settling = math.ceil(_SETTLING_S * rate_hz)
-    run(school, character, size_m, steps * settling, interval_s, rng)
+    run(school, character, size_m, is_round, steps * settling, interval_s, rng)
     swims = Swims(
         np.empty((frame_count, count, 3)),
         np.empty((frame_count, count)),
@@ -89,7 +136,7 @@ def swim(
     )
     for frame in range(frame_count):
         if frame > 0:
-            run(school, character, size_m, steps, interval_s, rng)
+            run(school, character, size_m, is_round, steps, interval_s, rng)
         swims.position_m[frame] = school.position_m
         swims.yaw_rad[frame], swims.pitch_rad[frame] = school.yaw_rad, school.pitch_rad
         swims.joints_rad[frame], swims.speed_mps[frame] = school.joints_rad, school.speed_mps
@@ -132,4 +179,8 @@ def _put_in(
         depth_wait_s=rng.exponential(character.depth_s, count),
         beat=np.column_stack([rng.uniform(0.0, 2.0 * np.pi, count), np.zeros(count)]),
         bend_rad=np.zeros((count, JOINT_COUNT)),
+        height_m=length_m,
+        pace=np.ones(count),
+        bond=np.ones(count),
+        kind=np.zeros(count, np.int64),
     )

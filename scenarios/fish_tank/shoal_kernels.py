@@ -25,15 +25,22 @@ _ROUNDS = 40
 
 @njit(cache=True)
 def yielding_mps2(
-    length_m: NDArray[np.float64], position_m: NDArray[np.float64], velocity_mps: NDArray[np.float64]
+    length_m: NDArray[np.float64],
+    height_m: NDArray[np.float64],
+    position_m: NDArray[np.float64],
+    velocity_mps: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the upward acceleration (N,) by which fish avoid others that they will soon meet at their depth."""
+    """Return the upward acceleration (N,) by which fish avoid others that they will soon meet at their depth.
+
+    Args:
+        height_m: (N,) lengths times factors of height, here and below: those of fish as high as zebrafish are lengths.
+    """
     count = length_m.shape[0]
     yielding = np.zeros(count)
     for i in range(count):
         for j in range(i):
             reach_m = 0.45 * (length_m[i] + length_m[j])
-            clear_m = 1.15 * _TALLEST * (length_m[i] + length_m[j])
+            clear_m = 1.15 * _TALLEST * (height_m[i] + height_m[j])
             rise_m = position_m[i, 2] - position_m[j, 2]
             x, y = position_m[i, 0] - position_m[j, 0], position_m[i, 1] - position_m[j, 1]
             if abs(rise_m) > clear_m or x * x + y * y > 16.0 * reach_m * reach_m:
@@ -52,16 +59,20 @@ def yielding_mps2(
 @njit(cache=True)
 def keep_inside(
     length_m: NDArray[np.float64],
+    height_m: NDArray[np.float64],
     position_m: NDArray[np.float64],
     yaw_rad: NDArray[np.float64],
     pitch_rad: NDArray[np.float64],
     joints_rad: NDArray[np.float64],
     size_m: NDArray[np.float64],
+    is_round: bool,
 ) -> None:
     """Move every fish back into the water, by as much as its body reaches beyond the walls."""
     axis_m = np.empty((SEGMENT_COUNT + 1, 3))
     for n in range(length_m.shape[0]):
         _axis_points(length_m[n], position_m[n], yaw_rad[n], pitch_rad[n], joints_rad[n], axis_m)
+        if is_round:
+            _keep_in_circle(n, length_m, position_m, axis_m, 0.5 * size_m[0])
         for axis in range(2):
             over, under = 0.0, 0.0
             for k in range(SEGMENT_COUNT + 1):
@@ -69,30 +80,56 @@ def keep_inside(
                 over = max(over, axis_m[k, axis] + width_m - 0.5 * size_m[axis])
                 under = max(under, -0.5 * size_m[axis] - axis_m[k, axis] + width_m)
             position_m[n, axis] += under - over
-        _keep_in_depth(n, length_m, position_m, pitch_rad, size_m)
+        _keep_in_depth(n, length_m, height_m, position_m, pitch_rad, size_m)
 
 
 @njit(cache=True)
-def _reach_m(length_m: float, pitch_rad: float) -> float:
+def _keep_in_circle(
+    n: int,
+    length_m: NDArray[np.float64],
+    position_m: NDArray[np.float64],
+    axis_m: NDArray[np.float64],
+    radius_m: float,
+) -> None:
+    """Move a fish towards the axis of a round tank, by as much as it reaches beyond the wall."""
+    for _ in range(3):
+        most, worst = 0.0, -1
+        for k in range(SEGMENT_COUNT + 1):
+            over = np.hypot(axis_m[k, 0], axis_m[k, 1]) + _HALF_WIDTH[k] * length_m[n] - radius_m
+            if over > most:
+                most, worst = over, k
+        if worst < 0:
+            return
+        away = np.hypot(axis_m[worst, 0], axis_m[worst, 1])
+        for axis in range(2):
+            step = most * axis_m[worst, axis] / away
+            position_m[n, axis] -= step
+            axis_m[:, axis] -= step
+
+
+@njit(cache=True)
+def _reach_m(length_m: float, height_m: float, pitch_rad: float) -> float:
     """Return a bound of how far a body reaches above and below its position."""
-    return (_TALLEST + 0.5 * abs(np.sin(pitch_rad))) * length_m
+    return (_TALLEST * (height_m / length_m) + 0.5 * abs(np.sin(pitch_rad))) * length_m
 
 
 @njit(cache=True)
 def _keep_in_depth(
     n: int,
     length_m: NDArray[np.float64],
+    height_m: NDArray[np.float64],
     position_m: NDArray[np.float64],
     pitch_rad: NDArray[np.float64],
     size_m: NDArray[np.float64],
 ) -> None:
-    reach_m = _reach_m(length_m[n], pitch_rad[n])
+    reach_m = _reach_m(length_m[n], height_m[n], pitch_rad[n])
     position_m[n, 2] = min(max(position_m[n, 2], reach_m), size_m[2] - reach_m)
 
 
 @njit(cache=True)
 def keep_apart(
     length_m: NDArray[np.float64],
+    height_m: NDArray[np.float64],
     position_m: NDArray[np.float64],
     yaw_rad: NDArray[np.float64],
     pitch_rad: NDArray[np.float64],
@@ -112,15 +149,18 @@ def keep_apart(
                 x, y = position_m[i, 0] - position_m[j, 0], position_m[i, 1] - position_m[j, 1]
                 if x * x + y * y > reach_m * reach_m:
                     continue
-                tall_m = _reach_m(length_m[i], pitch_rad[i]) + _reach_m(length_m[j], pitch_rad[j])
+                tall_m = _reach_m(length_m[i], height_m[i], pitch_rad[i])
+                tall_m += _reach_m(length_m[j], height_m[j], pitch_rad[j])
                 if abs(position_m[i, 2] - position_m[j, 2]) > tall_m:
                     continue
                 upper, lower = (i, j) if position_m[i, 2] >= position_m[j, 2] else (j, i)
-                missing_m = _missing_rise(axes_m[upper], axes_m[lower], length_m[upper], length_m[lower])
+                missing_m = _missing_rise(
+                    axes_m[upper], axes_m[lower], length_m[upper], length_m[lower], height_m[upper], height_m[lower]
+                )
                 if missing_m > 0.0:
                     moved = True
-                    _shift(upper, 0.51 * missing_m, axes_m, length_m, position_m, pitch_rad, size_m)
-                    _shift(lower, -0.51 * missing_m, axes_m, length_m, position_m, pitch_rad, size_m)
+                    _shift(upper, 0.51 * missing_m, axes_m, length_m, height_m, position_m, pitch_rad, size_m)
+                    _shift(lower, -0.51 * missing_m, axes_m, length_m, height_m, position_m, pitch_rad, size_m)
         if not moved:
             break
 
@@ -131,6 +171,7 @@ def _shift(
     rise_m: float,
     axes_m: NDArray[np.float64],
     length_m: NDArray[np.float64],
+    height_m: NDArray[np.float64],
     position_m: NDArray[np.float64],
     pitch_rad: NDArray[np.float64],
     size_m: NDArray[np.float64],
@@ -138,7 +179,7 @@ def _shift(
     """Move one fish up, as far as there is water."""
     before_m = position_m[n, 2]
     position_m[n, 2] += rise_m
-    _keep_in_depth(n, length_m, position_m, pitch_rad, size_m)
+    _keep_in_depth(n, length_m, height_m, position_m, pitch_rad, size_m)
     axes_m[n, :, 2] += position_m[n, 2] - before_m
 
 
@@ -164,7 +205,12 @@ def _axis_points(
 
 @njit(cache=True)
 def _missing_rise(
-    upper_m: NDArray[np.float64], lower_m: NDArray[np.float64], upper_length_m: float, lower_length_m: float
+    upper_m: NDArray[np.float64],
+    lower_m: NDArray[np.float64],
+    upper_length_m: float,
+    lower_length_m: float,
+    upper_height_m: float,
+    lower_height_m: float,
 ) -> float:
     """Return how much farther above the lower body the upper one must be, negative if it could be nearer."""
     missing = -1e9
@@ -175,8 +221,8 @@ def _missing_rise(
             width += lower_length_m * (_HALF_WIDTH[b] + t * (_HALF_WIDTH[b + 1] - _HALF_WIDTH[b]))
             if distance_m >= width:
                 continue
-            height = upper_length_m * max(_HALF_HEIGHT[a], _HALF_HEIGHT[a + 1])
-            height += lower_length_m * max(_HALF_HEIGHT[b], _HALF_HEIGHT[b + 1])
+            height = upper_height_m * max(_HALF_HEIGHT[a], _HALF_HEIGHT[a + 1])
+            height += lower_height_m * max(_HALF_HEIGHT[b], _HALF_HEIGHT[b + 1])
             rise = upper_m[a, 2] + s * (upper_m[a + 1, 2] - upper_m[a, 2])
             rise -= lower_m[b, 2] + t * (lower_m[b + 1, 2] - lower_m[b, 2])
             missing = max(missing, height * np.sqrt(1.0 - (distance_m / width) ** 2) - rise)
@@ -235,6 +281,8 @@ class School(NamedTuple):
         wanted_z_m, depth_wait_s: (N,) wanted height above the floor, and time until it changes.
         beat: (N, 2) phase and amplitude in [0, 1] of the tail beat.
         bend_rad: (N, S - 1) bend of the joints by turning.
+        height_m: (N,) lengths times factors of height. pace: (N,) factor of speeds and of how far a fish sees walls and
+            mates. bond: (N,) factor of ``Character.school``. kind: (N,) who are mates of each other.
     """
 
     length_m: NDArray[np.float64]
@@ -255,6 +303,10 @@ class School(NamedTuple):
     depth_wait_s: NDArray[np.float64]
     beat: NDArray[np.float64]
     bend_rad: NDArray[np.float64]
+    height_m: NDArray[np.float64]
+    pace: NDArray[np.float64]
+    bond: NDArray[np.float64]
+    kind: NDArray[np.int64]
 
 
 @njit(cache=True)
@@ -262,24 +314,26 @@ def run(
     school: School,
     character: Character,
     size_m: NDArray[np.float64],
+    is_round: bool,
     steps: int,
     interval_s: float,
     rng: np.random.Generator,
 ) -> None:
-    """Let the shoal swim for some steps of ``interval_s`` in water of size (3,)."""
+    """Let the shoal swim for some steps of ``interval_s`` in water of size (3,), or in a round tank of that width."""
     count = school.length_m.shape[0]
     before_m = np.empty((count, 3))
     for _ in range(steps):
         before_m[:] = school.position_m
-        yielding = yielding_mps2(school.length_m, school.position_m, school.velocity_mps)
+        yielding = yielding_mps2(school.length_m, school.height_m, school.position_m, school.velocity_mps)
         for n in range(count):
             _drift(school, character, n, interval_s, rng)
-            _decide(school, character, size_m, n, interval_s, rng)
-            rate_radps = _steer(school, character, size_m, n, interval_s)
+            _decide(school, character, size_m, is_round, n, interval_s, rng)
+            rate_radps = _steer(school, character, size_m, is_round, n, interval_s)
             _bend(school, character, n, rate_radps, interval_s)
             _move(school, n, yielding[n], interval_s)
-        keep_inside(school.length_m, school.position_m, school.yaw_rad, school.pitch_rad, school.joints_rad, size_m)
-        keep_apart(school.length_m, school.position_m, school.yaw_rad, school.pitch_rad, school.joints_rad, size_m)
+        length_m, height_m, position_m, yaw_rad = school.length_m, school.height_m, school.position_m, school.yaw_rad
+        keep_inside(length_m, height_m, position_m, yaw_rad, school.pitch_rad, school.joints_rad, size_m, is_round)
+        keep_apart(length_m, height_m, position_m, yaw_rad, school.pitch_rad, school.joints_rad, size_m)
         for n in range(count):
             for axis in range(3):
                 school.velocity_mps[n, axis] = (school.position_m[n, axis] - before_m[n, axis]) / interval_s
@@ -306,6 +360,7 @@ def _decide(
     school: School,
     character: Character,
     size_m: NDArray[np.float64],
+    is_round: bool,
     n: int,
     interval_s: float,
     rng: np.random.Generator,
@@ -315,14 +370,16 @@ def _decide(
     school.wait_s[n] -= interval_s * activity
     if school.wait_s[n] <= 0.0:
         school.wait_s[n] = character.burst_interval_s * rng.gamma(3.0, 1.0 / 3.0)
-        peak_mps = activity * character.burst_mps * np.exp(character.burst_spread * rng.standard_normal())
+        peak_mps = (
+            school.pace[n] * activity * character.burst_mps * np.exp(character.burst_spread * rng.standard_normal())
+        )
         school.burst_left_s[n] = character.burst_s
         school.push_mps2[n] = max(peak_mps - school.speed_mps[n], 0.0) / character.burst_s
         school.turn_at_s[n] = 0.0
         # A Student variable with three degrees of freedom.
         heavy = rng.standard_normal() / np.sqrt(rng.gamma(1.5, 2.0) / 3.0)
-        turn = character.turn_rad * heavy + _towards_wall(school, character, size_m, n)
-        turn += character.school * _towards_mates(school, character, n)
+        turn = character.turn_rad * heavy + _towards_wall(school, character, size_m, is_round, n)
+        turn += school.bond[n] * character.school * _towards_mates(school, character, n)
         school.turn_rad[n] = min(max(turn, -2.6), 2.6)
     school.depth_wait_s[n] -= interval_s
     if school.depth_wait_s[n] <= 0.0:
@@ -332,15 +389,21 @@ def _decide(
 
 
 @njit(cache=True)
-def _towards_wall(school: School, character: Character, size_m: NDArray[np.float64], n: int) -> float:
+def _towards_wall(school: School, character: Character, size_m: NDArray[np.float64], is_round: bool, n: int) -> float:
     """Return the turn of a fish near a wall to a way along it that leads nearer to it."""
     x, y = school.position_m[n, 0], school.position_m[n, 1]
     c, s = np.cos(school.yaw_rad[n]), np.sin(school.yaw_rad[n])
     x_gap, y_gap = 0.5 * size_m[0] - abs(x), 0.5 * size_m[1] - abs(y)
-    share = min(x_gap, y_gap) / (_WALL_PULL * character.wall_reach_m)
+    gap_m = 0.5 * size_m[0] - np.hypot(x, y) if is_round else min(x_gap, y_gap)
+    share = gap_m / (_WALL_PULL * school.pace[n] * character.wall_reach_m)
     if share > 1.0:
         return 0.0
-    if x_gap < y_gap:
+    if is_round:
+        # Along the wall, the way that is nearer to the heading, and a little outwards.
+        out = np.arctan2(y, x)
+        side = 1.0 if c * -np.sin(out) + s * np.cos(out) >= 0.0 else -1.0
+        wanted = out + side * (0.5 * np.pi - np.arctan(_WALL_LEAN * share))
+    elif x_gap < y_gap:
         wanted = np.arctan2(1.0 if s >= 0.0 else -1.0, _WALL_LEAN * share * (1.0 if x >= 0.0 else -1.0))
     else:
         wanted = np.arctan2(_WALL_LEAN * share * (1.0 if y >= 0.0 else -1.0), 1.0 if c >= 0.0 else -1.0)
@@ -355,7 +418,7 @@ def _towards_mates(school: School, character: Character, n: int) -> float:
         dx = school.position_m[k, 0] - school.position_m[n, 0]
         dy = school.position_m[k, 1] - school.position_m[n, 1]
         distance_m = np.hypot(dx, dy)
-        if k == n or distance_m > character.school_reach_m:
+        if k == n or distance_m > school.pace[n] * character.school_reach_m or school.kind[k] != school.kind[n]:
             continue
         near = school.length_m[n]
         # Too near, they turn away.
@@ -373,7 +436,9 @@ def _wrapped(angle_rad: float) -> float:
 
 
 @njit(cache=True)
-def _steer(school: School, character: Character, size_m: NDArray[np.float64], n: int, interval_s: float) -> float:
+def _steer(
+    school: School, character: Character, size_m: NDArray[np.float64], is_round: bool, n: int, interval_s: float
+) -> float:
     """Change yaw and speed; return the rate of turn.
 
     ``dv/dt = push - (v - cruise) / glide``, and ``-(v / halt)`` where a wall is nearer ahead than ``halt v``; a turn of
@@ -385,9 +450,12 @@ def _steer(school: School, character: Character, size_m: NDArray[np.float64], n:
         rate += school.turn_rad[n] / character.turn_s * (1.0 - np.cos(2.0 * np.pi * share))
         school.turn_at_s[n] += interval_s
     speed = school.speed_mps[n]
-    wall_rate, ahead_m = _wall_ahead(school, character, size_m, n)
+    if is_round:
+        wall_rate, ahead_m = _round_wall_ahead(school, character, 0.5 * size_m[0], n)
+    else:
+        wall_rate, ahead_m = _wall_ahead(school, character, size_m, n)
     rate += wall_rate
-    cruise = character.cruise_mps * np.exp(school.mood[n, 1])
+    cruise = school.pace[n] * character.cruise_mps * np.exp(school.mood[n, 1])
     change = -(speed - cruise) / character.glide_s
     if school.burst_left_s[n] > 0.0:
         change += school.push_mps2[n]
@@ -408,15 +476,16 @@ def _wall_ahead(school: School, character: Character, size_m: NDArray[np.float64
     c, s = np.cos(school.yaw_rad[n]), np.sin(school.yaw_rad[n])
     inset_m = _WALL_INSET * school.length_m[n]
     most, side, near_walls, way_m = 0.0, 0.0, 0, 1e9
+    wall_reach_m = school.pace[n] * character.wall_reach_m
     for axis in range(2):
         for sign in (-1.0, 1.0):
             gap_m = 0.5 * size_m[axis] - inset_m - sign * school.position_m[n, axis]
             towards = sign * (c if axis == 0 else s)
-            near_walls += gap_m < 0.6 * character.wall_reach_m
+            near_walls += gap_m < 0.6 * wall_reach_m
             if towards <= 0.0:
                 continue
             way_m = min(way_m, max(gap_m, 0.0) / max(towards, 0.2))
-            urgency = min(1.0 - gap_m / character.wall_reach_m, 1.5) * towards
+            urgency = min(1.0 - gap_m / wall_reach_m, 1.5) * towards
             if urgency > most:
                 most = urgency
                 # Positive where the wall's normal lies to the right of the heading.
@@ -425,8 +494,26 @@ def _wall_ahead(school: School, character: Character, size_m: NDArray[np.float64
         # In a corner: to the side where the middle of the tank lies.
         side = school.position_m[n, 0] * s - school.position_m[n, 1] * c
     turn = most * (1.0 if side >= 0.0 else -1.0)
-    speed_mps = max(school.speed_mps[n], character.cruise_mps)
-    return _WALL_TURN * turn * speed_mps / character.wall_reach_m, way_m
+    speed_mps = max(school.speed_mps[n], school.pace[n] * character.cruise_mps)
+    return _WALL_TURN * turn * speed_mps / wall_reach_m, way_m
+
+
+@njit(cache=True)
+def _round_wall_ahead(school: School, character: Character, radius_m: float, n: int) -> tuple[float, float]:
+    """Return the same in a round tank: the wall is square to the way from the middle."""
+    x, y = school.position_m[n, 0], school.position_m[n, 1]
+    c, s = np.cos(school.yaw_rad[n]), np.sin(school.yaw_rad[n])
+    from_middle_m = np.hypot(x, y) + 1e-9
+    gap_m = radius_m - _WALL_INSET * school.length_m[n] - from_middle_m
+    towards = (c * x + s * y) / from_middle_m
+    if towards <= 0.0:
+        return 0.0, 1e9
+    wall_reach_m = school.pace[n] * character.wall_reach_m
+    turn = max(min(1.0 - gap_m / wall_reach_m, 1.5), 0.0) * towards
+    # Positive where the wall's normal lies to the right of the heading.
+    turn = turn if x * s - y * c >= 0.0 else -turn
+    speed_mps = max(school.speed_mps[n], school.pace[n] * character.cruise_mps)
+    return _WALL_TURN * turn * speed_mps / wall_reach_m, max(gap_m, 0.0) / max(towards, 0.2)
 
 
 @njit(cache=True)

@@ -1,10 +1,13 @@
-"""Meshes of fish: rigid segments for the poses of ``sim.motion.swim``, much like a zebrafish seen from above."""
+"""Meshes of fish: rigid segments for the poses of ``sim.motion.swim``, much like a zebrafish seen from above.
+
+Other species are as long, high and coloured as a ``FishLook`` says.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import trimesh
@@ -30,11 +33,15 @@ class FishLook:
 
     Attributes:
         length_m: from snout to the end of the tail fin, within [0.01, 0.3].
-        width: factor of the body's width, within [0.8, 1.25].
+        width: factor of the body's width, within [0.8, 1.25]. height: of its height and that of the tail fin, within
+            [0.8, 2.0].
         back_rgb, flank_rgb: the back is the darker one.
         fin_rgb: of fins, which are clear in truth and take a little of the floor's colour.
         stripes: contrast of the stripes along the flanks, within [0, 1].
         spots: dark spots on the back, as (place behind the snout as a share of length, darkness in [0, 1]).
+        bars: dark bars across back and flanks, as (place, half width), shares of length.
+        line_rgb: of a shining line along the upper flanks, None for none. hind_rgb: of the flanks behind the middle,
+            None for their own colour.
     """
 
     length_m: float = 0.035
@@ -44,6 +51,10 @@ class FishLook:
     fin_rgb: RGB = (128, 124, 108)
     stripes: float = 0.45
     spots: tuple[tuple[float, float], ...] = ()
+    height: float = 1.0
+    bars: tuple[tuple[float, float], ...] = ()
+    line_rgb: RGB | None = None
+    hind_rgb: RGB | None = None
 
     def __post_init__(self) -> None:
         """Check sizes and colours.
@@ -54,15 +65,63 @@ class FishLook:
         check_types(self)
         check_within(self, "length_m", 0.01, 0.3)
         check_within(self, "width", 0.8, 1.25)
+        check_within(self, "height", 0.8, 2.0)
         check_within(self, "stripes", 0.0, 1.0)
-        for name in ("back_rgb", "flank_rgb", "fin_rgb"):
+        for name in ("back_rgb", "flank_rgb", "fin_rgb", "line_rgb", "hind_rgb"):
             rgb = getattr(self, name)
-            check(name, all(0 <= c <= 255 for c in rgb), "three numbers from 0 to 255", rgb)
-        for spot in self.spots:
-            check("spots", len(spot) == 2 and all(0 <= part <= 1 for part in spot), "pairs within [0, 1]", spot)
+            good = rgb is None or all(0 <= c <= 255 for c in rgb)
+            check(name, good, "three numbers from 0 to 255", rgb)
+        for name in ("spots", "bars"):
+            for pair in getattr(self, name):
+                check(name, len(pair) == 2 and all(0 <= part <= 1 for part in pair), "pairs within [0, 1]", pair)
 
 
-def draw_look(rng: np.random.Generator, variety: float) -> FishLook:
+Species = Literal["zebrafish", "tetra", "guppy", "barb"]
+
+SPECIES: dict[Species, FishLook] = {
+    "zebrafish": FishLook(),
+    "tetra": FishLook(
+        length_m=0.027,
+        width=0.95,
+        height=1.15,
+        back_rgb=(86, 84, 62),
+        flank_rgb=(176, 176, 164),
+        fin_rgb=(150, 146, 132),
+        stripes=0.0,
+        line_rgb=(44, 150, 200),
+        hind_rgb=(186, 52, 44),
+    ),
+    "guppy": FishLook(
+        length_m=0.030,
+        width=0.9,
+        back_rgb=(122, 112, 84),
+        flank_rgb=(172, 160, 126),
+        fin_rgb=(206, 116, 44),
+        stripes=0.1,
+        spots=((0.55, 0.7),),
+        hind_rgb=(196, 124, 70),
+    ),
+    "barb": FishLook(
+        length_m=0.048,
+        width=1.05,
+        height=1.8,
+        back_rgb=(150, 118, 58),
+        flank_rgb=(206, 174, 106),
+        fin_rgb=(190, 74, 40),
+        stripes=0.0,
+        bars=((0.08, 0.025), (0.30, 0.040), (0.56, 0.038), (0.79, 0.025)),
+    ),
+}
+"""The middle look of each species: zebrafish (Danio rerio), neon tetra (Paracheirodon innesi), guppy (Poecilia
+reticulata), tiger barb (Puntigrus tetrazona).
+
+Lengths are total lengths of adults in aquaria: zebrafish 25 to 40 mm (Spence and others, Biological Reviews, 2008),
+tetra 20 to 30, guppy 15 to 35 (males), barb up to 70 (FishBase). Heights are our reading of photographs: for its
+length a barb is almost twice as deep as a zebrafish.
+"""
+
+
+def draw_look(rng: np.random.Generator, variety: float, species: Species = "zebrafish") -> FishLook:
     """Return the look of one fish of a shoal.
 
     Args:
@@ -73,7 +132,7 @@ def draw_look(rng: np.random.Generator, variety: float) -> FishLook:
         ValueError: for a variety outside [0, 1].
     """
     check("variety", 0.0 <= variety <= 1.0, "a number in [0, 1]", variety)
-    mean = FishLook()
+    mean = SPECIES[species]
     length, width, shade, stripes = variety * np.clip(rng.normal(size=4), -2.0, 2.0)
     hue = 1.0 + variety * _HUE_SPREAD * np.clip(rng.normal(size=3), -2.0, 2.0)
     count = round(variety * _MOST_SPOTS * float(rng.random()))
@@ -85,8 +144,12 @@ def draw_look(rng: np.random.Generator, variety: float) -> FishLook:
         back_rgb=_tinted(mean.back_rgb, light * hue),
         flank_rgb=_tinted(mean.flank_rgb, np.sqrt(light) * hue),
         fin_rgb=mean.fin_rgb,
-        stripes=float(np.clip(mean.stripes + _STRIPE_SPREAD * stripes, 0.0, 1.0)),
-        spots=tuple((float(p), float(d)) for p, d in zip(places[:count], darkness[:count], strict=True)),
+        stripes=float(np.clip(mean.stripes + _STRIPE_SPREAD * stripes, 0.0, 1.0)) if mean.stripes > 0 else 0.0,
+        spots=mean.spots + tuple((float(p), float(d)) for p, d in zip(places[:count], darkness[:count], strict=True)),
+        height=mean.height,
+        bars=mean.bars,
+        line_rgb=mean.line_rgb,
+        hind_rgb=mean.hind_rgb,
     )
 
 
@@ -142,7 +205,13 @@ def _skin(look: FishLook, rng: np.random.Generator) -> NDArray[np.float64]:
     # The dark of the back reaches farther down on the head.
     edge = np.deg2rad(38.0) + np.deg2rad(30.0) * np.clip((0.2 - share) / 0.08, 0.0, 1.0)
     dark = 1.0 / (1.0 + np.exp((azimuth - edge) / np.deg2rad(9.0)))
+    if look.hind_rgb is not None:
+        behind = np.clip((share - 0.45) / 0.08, 0.0, 1.0)[..., None]
+        flank = flank + behind * (np.array(look.hind_rgb, dtype=float) - flank)
     colour = flank + (back - flank) * dark[..., None]
+    if look.line_rgb is not None:
+        line = np.exp(-(((azimuth - np.deg2rad(44.0)) / np.deg2rad(15.0)) ** 4)) * ((share > 0.07) & (share < 0.72))
+        colour = colour + line[..., None] * (np.array(look.line_rgb, dtype=float) - colour)
     belly = np.clip((azimuth - np.deg2rad(120.0)) / np.deg2rad(30.0), 0.0, 1.0)
     colour += (230.0 - colour) * (0.6 * belly * np.ones_like(share))[..., None]
     lines = sum(np.exp(-0.5 * ((azimuth - at) / np.deg2rad(8.0)) ** 2) for at in _STRIPES_RAD)
@@ -150,6 +219,9 @@ def _skin(look: FishLook, rng: np.random.Generator) -> NDArray[np.float64]:
     shade = 1.0 - 0.7 * look.stripes * lines * behind_gills
     for place, darkness in look.spots:
         shade = shade * (1.0 - darkness * np.exp(-0.5 * ((share - place) / 0.018) ** 2 - 0.5 * (azimuth / 0.5) ** 2))
+    for place, half_width in look.bars:
+        bar = np.exp(-(((share - place) / half_width) ** 4)) * np.clip((np.deg2rad(165.0) - azimuth) / 0.3, 0.0, 1.0)
+        shade = shade * (1.0 - 0.85 * bar)
     # A pale edge of the gills, and mottling.
     shade = shade * (1.0 + 0.18 * np.exp(-0.5 * ((share - 0.2) / 0.012) ** 2))
     mottling = gaussian_filter(rng.normal(size=colour.shape[:2]), 1.2, mode="nearest")
@@ -203,8 +275,8 @@ def fish_segments(look: FishLook, rng: np.random.Generator) -> tuple[TexturedMes
     texture = paint(look, rng)
     return tuple(
         TexturedMesh(
-            (shape.vertices * look.length_m * np.array([1.0, look.width, 1.0])).astype(np.float32),
-            _unit(shape.normals / np.array([1.0, look.width, 1.0])).astype(np.float32),
+            (shape.vertices * look.length_m * np.array([1.0, look.width, look.height])).astype(np.float32),
+            _unit(shape.normals / np.array([1.0, look.width, look.height])).astype(np.float32),
             shape.uv.astype(np.float32),
             shape.faces.astype(np.int32),
             texture,

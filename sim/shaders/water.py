@@ -49,6 +49,8 @@ from sim.world import World
 _FARTHEST_M, _ASIDE = np.float32(1e4), np.float32(9.0)
 _NEAR = np.float32(0.7)
 """Places from the middle of a panel up to which it, or its edge out of focus, is seen."""
+_NEAR_SMOOTH = np.float32(4.0)
+"""The same for edges that are smooth by pixels."""
 
 
 class PanelArrays(NamedTuple):
@@ -67,12 +69,14 @@ class PanelArrays(NamedTuple):
     bar_share: NDArray[np.float32]
 
 
-def mirror_panels(rays: WaterRays, panels: PanelArrays) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """Return ``places`` and ``spans`` of ``WaterLight``."""
+def mirror_panels(
+    rays: WaterRays, panels: PanelArrays, near: np.float32 = _NEAR
+) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """Return ``places`` and ``spans`` of ``WaterLight``, of what is nearer to a panel's middle than ``near``."""
     places = np.empty((len(panels.frames), 2, *rays.nodes.shape[1:]), np.float32)
     spans = np.empty((len(panels.frames), rays.nodes.shape[1] - 1, 2), np.int32)
     _mirror_panels(rays, rays.position_m.astype(np.float32), rays.matrix.astype(np.float32), panels.frames, places)
-    _find_spans(places, spans)
+    _find_spans(places, near, spans)
     return places, spans
 
 
@@ -128,9 +132,9 @@ def _mirror_panels(
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
-def _find_spans(places: NDArray[np.float32], spans: NDArray[np.int32]) -> None:
+def _find_spans(places: NDArray[np.float32], near: np.float32, spans: NDArray[np.int32]) -> None:
     """Write the spans: between the four nodes of a cell, an edge of the panel may lie though it is on none of them."""
-    near, none = _NEAR, np.int32(places.shape[3])
+    none = np.int32(places.shape[3])
     for panel in range(places.shape[0]):
         for row in range(spans.shape[1]):
             a, b = places[panel, 0, row], places[panel, 1, row]
@@ -160,6 +164,10 @@ _EDGE = np.float32(0.06)
 Z, U, V, F, X, Y, DOWN, WAY, LIT, WET, MIRROR_A, MIRROR_B = (np.uint64(line * PITCH) for line in range(12))
 """Where lines of the scratch begin: z_s; e along x and y; share reflected; position of what is seen and its depth
 below the surface; way to it in the water; light that arrives; 1 in the water, 0 elsewhere; place on a panel."""
+NEXT_A, NEXT_B = X, Y
+"""Place on a panel in the next row, once the positions are no longer needed."""
+SMOOTH_PX = np.float32(0.55)
+"""Scale of the logistic spread of a mirrored edge on the sensor, in pixels: lens and shutter together."""
 
 
 class WaterLight(NamedTuple):
@@ -213,6 +221,26 @@ def shade_row(
     light: WaterLight, row: int, surfaces: SurfaceRow, scratch: WaterScratch, radiance: NDArray[np.float32]
 ) -> None:
     """Write the radiance (3, W) of one row, see ``sim.shaders.water``."""
+    _shade_without_mirror(light, row, surfaces, scratch, radiance)
+    for panel in range(light.places.shape[0]):
+        _mirror(light, panel, row, scratch.lines, radiance)
+
+
+@row_kernel()
+def shade_row_smooth(
+    light: WaterLight, row: int, surfaces: SurfaceRow, scratch: WaterScratch, radiance: NDArray[np.float32]
+) -> None:
+    """Write the radiance (3, W) of one row, mirror images with smooth edges."""
+    _shade_without_mirror(light, row, surfaces, scratch, radiance)
+    for panel in range(light.places.shape[0]):
+        _mirror_smooth(light, panel, row, scratch.lines, radiance)
+
+
+@row_kernel()
+def _shade_without_mirror(
+    light: WaterLight, row: int, surfaces: SurfaceRow, scratch: WaterScratch, radiance: NDArray[np.float32]
+) -> None:
+    """Write the radiance (3, W) of one row without what the surface mirrors of panels."""
     lines, width = scratch.lines, surfaces.depth_m.shape[0]
     interpolate_row(light.nodes[SURFACE_DEPTH], row, width, lines[Z:])
     interpolate_row(light.nodes[ALONG_X], row, width, lines[U:])
@@ -223,8 +251,6 @@ def shade_row(
     for channel in range(3):
         reflectance_row(surfaces.colour, np.uint32(8 * channel), radiance[channel])
         _colour(light, channel, surfaces.depth_m, lines, radiance[channel])
-    for panel in range(light.places.shape[0]):
-        _mirror(light, panel, row, lines, radiance)
 
 
 # Numbers that are read from arrays inside a loop that writes would have to be read anew for each pixel.
@@ -343,6 +369,64 @@ def _mirror(light: WaterLight, panel: int, row: int, lines: NDArray[np.float32],
             line[k] += nit * lines[MIRROR_A + k]
 
 
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _mirror_smooth(
+    light: WaterLight, panel: int, row: int, lines: NDArray[np.float32], radiance: NDArray[np.float32]
+) -> None:
+    """Add what the surface mirrors of a panel to the radiance (3, W), its edges spread over pixels.
+
+    Along each side of the panel, at place ``a`` that changes by ``g`` a pixel, the share ``l((a + 1/2) / (g s)) -
+    l((a - 1/2) / (g s))`` is seen: the image of a bar of width 1 under a logistic spread ``l`` of scale s pixels. Its
+    tails are exponential, so that an edge a hundred times too bright for the sensor still ends softly.
+    """
+    span = light.spans[panel, min(row // STEP_PX, light.spans.shape[1] - 1)]
+    first, last = np.uint64(span[0]), np.uint64(min(span[1], np.int32(radiance.shape[1])))
+    if first >= last:
+        return
+    width = radiance.shape[1]
+    interpolate_row(light.places[panel, 0], row, width, lines[MIRROR_A:])
+    interpolate_row(light.places[panel, 1], row, width, lines[MIRROR_B:])
+    # Below the last row of nodes there is none; the change is that from the row before then.
+    other = row + 1 if (row + 1) // STEP_PX < light.places.shape[2] - 1 else row - 1
+    interpolate_row(light.places[panel, 0], other, width, lines[NEXT_A:])
+    interpolate_row(light.places[panel, 1], other, width, lines[NEXT_B:])
+    panes_a, panes_b, bar = light.panels.panes[panel, 0], light.panels.panes[panel, 1], light.panels.bar_share[panel]
+    end = np.uint64(width - 1)
+    for k in range(first, last):
+        here = np.uint64(k)
+        side = here + np.uint64(1) if here < end else here - np.uint64(1)
+        a, b = lines[MIRROR_A + here], lines[MIRROR_B + here]
+        across_a, down_a = lines[MIRROR_A + side] - a, lines[NEXT_A + here] - a
+        across_b, down_b = lines[MIRROR_B + side] - b, lines[NEXT_B + here] - b
+        shine = _spread(a, np.sqrt(across_a * across_a + down_a * down_a))
+        shine *= _spread(b, np.sqrt(across_b * across_b + down_b * down_b))
+        if bar > ZERO:
+            shine *= _pane(a, panes_a, bar) * _pane(b, panes_b, bar)
+        # The places themselves are read by the next pixel to the right.
+        lines[LIT + here] = shine * lines[WET + here] * lines[F + here]
+    for channel in range(3):
+        nit, line = light.panels.nit[panel, channel], radiance[channel]
+        for k in range(first, last):
+            line[k] += nit * lines[LIT + k]
+
+
+@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _spread(place: np.float32, change: np.float32) -> np.float32:
+    """Return the share of a side of length 1 about 0 that is seen where places change by so much a pixel."""
+    per_scale = ONE / (max(change, np.float32(1e-4)) * SMOOTH_PX)
+    far, near = (np.abs(place) + HALF) * per_scale, (np.abs(place) - HALF) * per_scale
+    most = np.float32(80.0)
+    return ONE / (ONE + np.exp(min(max(near, -most), most))) - ONE / (ONE + np.exp(min(far, most)))
+
+
+@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+def _pane(place: np.float32, panes: np.float32, bar: np.float32) -> np.float32:
+    """Return 1 on the panes of a window's side, 0 on the bars between them."""
+    at = (place + HALF) * panes
+    off_bar = np.abs(at - np.floor(at) - HALF)
+    return min(max((HALF - HALF * bar - off_bar) / (_EDGE * (bar + np.float32(1e-6)) * panes) + HALF, ZERO), ONE)
+
+
 @row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _within(place: np.float32, panes: np.float32, bar: np.float32) -> np.float32:
     """Return 1 on the panes of a panel's side, 0 on bars and outside."""
@@ -417,10 +501,11 @@ class Panel:
         check("side_a_m, side_b_m", is_rectangle, "sides of a rectangle", (self.side_a_m, self.side_b_m))
 
 
+_SHARP, _SMOOTH = RowStage(shade_row, new_water_scratch), RowStage(shade_row_smooth, new_water_scratch)
+
+
 class WaterShader:
     """Lights G-buffers of one world with water in it, as ``sim.render.refraction.ThroughWater`` draws them."""
-
-    lighting = RowStage(shade_row, new_water_scratch)
 
     def __init__(
         self,
@@ -431,6 +516,7 @@ class WaterShader:
         ambient_lx: float,
         *,
         ambient_temperature_k: float = 5000.0,
+        smooth_glare: bool = False,
     ) -> None:
         """Set the light.
 
@@ -438,7 +524,11 @@ class WaterShader:
             surface: the one that is looked through; its ``time_s`` counts.
             panels: each wholly above the water.
             ambient_lx: uniform light from all around, on a level surface, >= 0.
+            smooth_glare: whether edges of mirrored panels are spread as on a sensor, over a pixel or two; else they are
+                as wide as a share of the panel, which a bright lamp's image shows as stairs.
         """
+        self.lighting = _SMOOTH if smooth_glare else _SHARP
+        self._near = _NEAR_SMOOTH if smooth_glare else _NEAR
         check("ambient_lx", ambient_lx >= 0, "a number >= 0", ambient_lx)
         for panel in panels:
             lowest_m = panel.middle_m[2] - 0.5 * (abs(panel.side_a_m[2]) + abs(panel.side_b_m[2]))
@@ -486,7 +576,7 @@ class WaterShader:
             self._air,
             self._mirrored,
             self._panels,
-            *mirror_panels(rays, self._panels),
+            *mirror_panels(rays, self._panels, self._near),
         )
 
 

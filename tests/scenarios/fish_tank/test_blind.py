@@ -31,8 +31,8 @@ COMMANDS = [CameraCommand(pan_rad_s=0.8 * (-1) ** (k // 3), tilt_rad_s=0.3, zoom
 def fish_elsewhere() -> Iterator[None]:
     """Let all fish swim on the other side of the tank's middle from a frame on."""
 
-    def changed(*given: Any) -> Swims:
-        swims = swim(*given)
+    def changed(*given: Any, **named: Any) -> Swims:
+        swims = swim(*given, **named)
         swims.position_m[CHANGED_FROM:, :, :2] *= -1.0
         swims.yaw_rad[CHANGED_FROM:] += np.pi
         return swims

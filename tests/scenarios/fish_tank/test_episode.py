@@ -161,10 +161,14 @@ def test_a_fish_is_hidden_by_one_above_it() -> None:
 
 
 @pytest.mark.heavy
-def test_both_renderers_see_the_same_fish(seen: list[Frame]) -> None:
-    other = next(frames(FISH_TANK.episode(SMALL, 5, renderer="pybullet"), 1)).truth.instance_map
-    ours = seen[0].truth.instance_map
-    is_fish = np.isin(ours, seen[0].truth.instance_id)
+@pytest.mark.parametrize("name", ["quick", "mixed", "round"])
+def test_both_renderers_see_the_same_fish(name: str) -> None:
+    preset = dataclasses.replace(PRESETS[name], fish=12, frame_count=30, width_px=320, height_px=240)
+    first, second = (
+        next(frames(FISH_TANK.episode(preset, 5, renderer=renderer), 1)).truth for renderer in ("raster", "pybullet")
+    )
+    ours, other = first.instance_map, second.instance_map
+    is_fish = np.isin(ours, first.instance_id)
     inside = is_fish & _eroded(is_fish)
     assert inside.sum() > 40
     assert (ours[inside] == other[inside]).mean() > 0.97
@@ -271,6 +275,29 @@ def test_an_impossible_character_is_named(change: dict[str, float]) -> None:
 
 
 @pytest.mark.heavy
+def test_what_counts_as_glare_is_what_the_water_mirrors_of_lamps() -> None:
+    """Bright pixels are those to which mirror images add, and all to which they add three times the floor's light."""
+    preset = dataclasses.replace(PRESETS["mixed"], glare=1.0, lamp=0.3)
+    bright, strong = [], []
+    for seed in range(2):
+        episode = FISH_TANK.episode(preset, seed)
+        for frame in frames(episode, 2):
+            shader, camera, pose = episode._shader, frame.camera, frame.truth.T_world_camera
+            seen = episode._camera._renderer.gbuffer(camera, pose)
+            whole = shader.shade(seen, camera, pose)
+            nit = shader._panels.nit.copy()
+            shader._panels.nit[:] = 0.0
+            mirrored = (whole - shader.shade(seen, camera, pose)).min(axis=1) / np.median(whole)
+            shader._panels.nit[:] = nit
+            is_bright = frame.observation.image_rgb.min(axis=2) >= 200
+            bright.append(mirrored[is_bright])
+            strong.append(is_bright[mirrored > 3.0])
+    assert np.concatenate(strong).sum() > 300
+    assert (np.concatenate(bright) > 0.3).mean() > 0.97
+    assert np.concatenate(strong).mean() > 0.97
+
+
+@pytest.mark.heavy
 def test_glare_covers_the_share_of_a_fish_that_the_picture_shows_as_bright_as_a_lamp() -> None:
     preset = dataclasses.replace(PRESETS["hard"], width_px=320, height_px=240)
     episode = FISH_TANK.episode(preset, 3)
@@ -283,3 +310,39 @@ def test_glare_covers_the_share_of_a_fish_that_the_picture_shows_as_bright_as_a_
             assert share == pytest.approx(is_bright[own].mean() if own.any() else 0.0)
         most = max(most, float(truth.glare_fraction.max()))
     assert most > 0.0
+
+
+def test_leaves_hide_fish_as_the_picture_shows_and_no_fish_is_named_for_it() -> None:
+    """Fish swim alike with and without leaves, so that the maps of both tell what leaves hide."""
+    preset = dataclasses.replace(PRESETS["mixed"], width_px=320, height_px=240, frame_count=20, ripples=Ripples(0.003))
+    shown: list[list[NDArray[np.float64]]] = []
+    hidden = []
+    for leaves in (0, 120):
+        counts = []
+        for frame in frames(FISH_TANK.episode(dataclasses.replace(preset, leaves=leaves), 2), 8):
+            truth = fish_truth(frame)
+            pixels = np.array([(truth.instance_map == number).sum() for number in truth.instance_id])
+            counts.append(np.stack([pixels, truth.visible_fraction]))
+            hidden.append(truth)
+        shown.append(counts)
+    open_px, open_share = np.concatenate(shown[0], axis=1)
+    left_px, left_share = np.concatenate(shown[1], axis=1)
+    large = (open_px > 40) & (open_share > 0.95)
+    np.testing.assert_allclose(left_share[large], left_px[large] / open_px[large], atol=0.15)
+    assert (left_share[large] < 0.45).any()
+    assert (left_share[large] > 0.9).any()
+    assert all(((truth.hidden_by >= -1) & (truth.hidden_by < len(truth.names))).all() for truth in hidden)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"species": ()}, r"species: expected one at least, got \(\)"),
+        ({"species": ("shark",)}, r"species: expected tuple"),
+        ({"tank_shape": "round"}, r"tank_m: expected a round tank's length and width alike"),
+        ({"tank_m": (3.0, 0.4, 0.1)}, r"tank_m: expected length and width within \[0.2, 2\]"),
+    ],
+)
+def test_unfit_tanks_are_refused(change: dict[str, Any], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        dataclasses.replace(SMALL, **change)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scenarios.fish_tank.presets import AYU, CROWD, ZEBRAFISH, Character
 from scenarios.fish_tank.scenario import FISH_TANK
-from scenarios.fish_tank.shoal import Swims, swim
+from scenarios.fish_tank.shoal import Kind, Swims, kind_of, swim
 from sim.meshes.fish import FishLook, fish_segments, half_size
 from sim.motion.swim import SEGMENT_ENDS, swim_pose
 from sim.rng import episode_seed, generator
@@ -202,3 +202,38 @@ def test_the_rate_of_frames_does_not_change_how_they_swim():
 def test_impossible_shoals_are_named(arguments, name):
     with pytest.raises(ValueError, match=f"^{name}: expected"):
         swim(*arguments, ZEBRAFISH, rng())
+
+
+def test_fish_of_a_round_tank_stay_in_it_and_follow_its_wall():
+    radius_m, count, frames = 0.25, 12, 200
+    swims = swim((0.5, 0.5, 0.15), np.full(count, LONG_M), frames, 30.0, ZEBRAFISH, rng(1), is_round=True)
+    width = half_size(np.array(SEGMENT_ENDS))[0] * LONG_M
+    for frame in range(0, frames, 5):
+        from_middle_m = np.linalg.norm(axes_m(swims, frame, np.array(SEGMENT_ENDS))[..., :2], axis=2) + width
+        assert from_middle_m.max() < radius_m + 1e-3
+    away_m = np.linalg.norm(swims.position_m[..., :2], axis=2)
+    ahead = np.stack([np.cos(swims.yaw_rad), np.sin(swims.yaw_rad)], axis=2)
+    out = swims.position_m[..., :2] / away_m[..., None]
+    at_wall = away_m > radius_m - 0.03
+    # Where a fish heads makes no difference in the middle: there the mean of |cos| is 2 / pi.
+    assert np.abs((ahead * out).sum(axis=2))[at_wall].mean() < 0.5
+
+
+def test_zebrafish_among_their_own_kind_swim_as_without_kinds():
+    plain = shoal(ZEBRAFISH, 6, 20)
+    named = swim(TANK_M, np.full(6, LONG_M), 20, 30.0, ZEBRAFISH, rng(), [kind_of("zebrafish")] * 6)
+    np.testing.assert_array_equal(plain.position_m, named.position_m)
+    np.testing.assert_array_equal(plain.joints_rad, named.joints_rad)
+
+
+def test_high_bodies_keep_off_floor_and_surface_and_larger_fish_swim_faster():
+    length_m = np.repeat([0.027, 0.048], 8)
+    kinds = [kind_of("tetra")] * 8 + [kind_of("barb")] * 8
+    swims = swim(TANK_M, length_m, 240, 30.0, ZEBRAFISH, rng(), kinds)
+    reach_m = half_size(np.array(SEGMENT_ENDS))[1].max() * length_m * [kind.height for kind in kinds]
+    assert (swims.position_m[..., 2] > reach_m - 1e-9).all()
+    assert (swims.position_m[..., 2] < TANK_M[2] - reach_m + 1e-9).all()
+    speed_mps = swims.speed_mps.mean(axis=0)
+    assert speed_mps[8:].mean() > 1.15 * speed_mps[:8].mean()
+    with pytest.raises(ValueError, match=r"kinds: expected one for each of 16 fish, or none, got 1"):
+        swim(TANK_M, length_m, 2, 30.0, ZEBRAFISH, rng(), [Kind(0, 1.0, 1.0, 1.0)])

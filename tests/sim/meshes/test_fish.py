@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import combinations
+
 import numpy as np
 import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim.meshes.fish import TAIL_REACH, FishLook, draw_look, fish_segments, half_size
+from sim.meshes.fish import SPECIES, TAIL_REACH, FishLook, draw_look, fish_segments, half_size
 from sim.motion.swim import JOINT_COUNT, SEGMENT_COUNT, SEGMENT_ENDS, swim_pose
 from tests.sim.meshes.mesh_checks import parts, require_closed
 
@@ -133,3 +136,28 @@ def test_impossible_looks_are_named(name, value):
 def test_impossible_variety_is_named():
     with pytest.raises(ValueError, match=r"^variety: expected"):
         draw_look(rng(), 1.1)
+
+
+@pytest.mark.parametrize("species", SPECIES)
+def test_every_species_is_closed_and_as_long_and_high_as_its_look(species):
+    look = replace(draw_look(rng(), 0.5, species), length_m=LARGE.length_m)
+    made = fish_segments(look, rng())
+    for mesh in made:
+        require_closed(mesh)
+        np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-5)
+    corners_m = np.concatenate([shape.vertices for shape in in_world(look, [0.0] * JOINT_COUNT)])
+    assert np.ptp(corners_m[:, 0]) == pytest.approx(look.length_m, abs=1e-5)
+    assert np.ptp(corners_m[:, 2]) == pytest.approx(2 * TAIL_REACH * look.length_m * look.height, rel=1e-4)
+
+
+def test_species_look_different_and_zebrafish_as_ever():
+    backs = {
+        species: fish_segments(look, rng())[2].texture.rgb[:64, :6].reshape(-1, 3) for species, look in SPECIES.items()
+    }
+    means = {species: back.mean(axis=0) for species, back in backs.items()}
+    for one, other in combinations(SPECIES, 2):
+        assert np.abs(means[one] - means[other]).max() > 12, (one, other)
+    # A barb's bars cross its back; a zebrafish's stripes do not.
+    along = {species: back.reshape(64, 6, 3).mean(axis=(1, 2)) for species, back in backs.items()}
+    assert along["barb"].std() > 3 * along["zebrafish"][14:].std()
+    assert draw_look(rng(4), 0.6) == draw_look(rng(4), 0.6, "zebrafish")

@@ -5,6 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
 
 from sim.optics import project
 from sim.render.pipeline import capture
@@ -14,7 +17,7 @@ from sim.render.water.rays import STEP_PX
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
 from sim.shaders.caustics import FloorLight, LightThroughSurface
-from sim.shaders.water import Panel, Water, WaterShader
+from sim.shaders.water import Panel, Water, WaterShader, _spread
 from tests.sim.water_scene import FLOOR, HIGH_M, LEVEL_M, LOW_M, WALLS, looking, surface, tank
 
 STRAIGHT_DOWN = LightThroughSurface(100.0, np.zeros(2), np.zeros(2))
@@ -256,3 +259,48 @@ def test_spans_have_all_columns_that_show_a_panel_and_leave_others_out(time_s):
             in_span[panel] += max(0, min(behind, camera.width_px) - first)
     assert (shown > 100).all()
     assert in_span.min() < 0.5 * camera.width_px * camera.height_px
+
+
+SPOT = Panel((0.05, 0.1, 1.5), (0.06, 0.0, 0.0), (0.0, 0.06, 0.0), 400_000.0)
+
+
+def _mirrored(slope_rms, smooth_glare):
+    """Return what is seen of a bright lamp alone, the mean of R, G and B (H, W)."""
+    camera, T_world_camera = looking(0)
+    water, world = surface(slope_rms), tank()
+    seen = ThroughWater(create_renderer("raster", world), water).gbuffer(camera, T_world_camera)
+    shader = WaterShader(world, water, Water(), (SPOT,), 150.0, smooth_glare=smooth_glare)
+    whole = shader.shade(seen, camera, T_world_camera).mean(axis=1)
+    shader._panels.nit[:] = 0.0
+    return whole - shader.shade(seen, camera, T_world_camera).mean(axis=1)
+
+
+@pytest.mark.parametrize("slope_rms", [0.003, 0.03])
+def test_smooth_glare_has_no_stairs_and_the_same_light(slope_rms):
+    """A camera that is blinded fifty times over sees an edge of at least two steps in place of one."""
+    sharp, smooth = (_mirrored(slope_rms, each) for each in (False, True))
+    assert smooth.sum() == pytest.approx(sharp.sum(), rel=0.12)
+    white = 0.02 * sharp.max()
+    steps = {}
+    for name, image in (("sharp", sharp), ("smooth", smooth)):
+        shown = np.clip(image / white, 0.0, 1.0)
+        across = np.abs(np.diff(shown, axis=1))
+        steps[name] = np.percentile(across[across > 0.3], 50)
+        assert (across > 0.3).sum() > 10
+    assert steps["sharp"] > 0.9
+    assert steps["smooth"] < 0.75
+    # Far from every edge both see the lamp, or nothing.
+    inside = ndimage.minimum_filter(sharp, 9) > 0.98 * sharp.max()
+    np.testing.assert_allclose(smooth[inside], sharp[inside], rtol=0.05)
+    outside = ndimage.maximum_filter(sharp, 31) == 0.0
+    assert smooth[outside].max() < 0.05 * white
+
+
+@given(change=st.floats(1e-3, 30.0), start=st.floats(-1.0, 1.0))
+@settings(max_examples=60, deadline=None)
+def test_a_bar_gives_as_much_light_as_it_is_wide_however_few_pixels_it_takes(change, start):
+    """The sum over pixels of what is seen of a length of 1 is the number of pixels that it spans."""
+    reach = int(0.5 / change + 40.0)
+    places = np.float32(start * change) + np.arange(-reach, reach + 1, dtype=np.float32) * np.float32(change)
+    seen = sum(float(_spread(place, np.float32(change))) for place in places)
+    assert seen == pytest.approx(1.0 / change, rel=0.04, abs=1e-3)
