@@ -15,6 +15,7 @@ from scenarios.visibility import centres_px
 from sim.jointed_labels import JointedShape, enclosing_bounds, joined, merge_parts, seen_body
 from sim.labels import SeenSurfaces, amodal_boxes, outline, seen_ids, visible_fraction
 from sim.mesh import TexturedMesh
+from sim.motion.keypoints import PartPoints, places_of
 from sim.world import Body, World
 from trackers.types import CameraModel
 
@@ -83,6 +84,10 @@ class SceneObjects(ABC):
     @abstractmethod
     def bounds_m(self) -> NDArray[np.float64]:
         """Return ``Truth.bounds_m`` (N, 2, 3)."""
+
+    def keypoints_m(self) -> NDArray[np.float64] | None:
+        """Return the named points (N, K, 3), see ``keypoints_field``; None if no object has any."""
+        return None
 
     @abstractmethod
     def labels(
@@ -179,9 +184,13 @@ class JointedObjects(SceneObjects):
         parts: Sequence[Sequence[Body]],
         size_m: NDArray[np.float64],
         shapes: Sequence[JointedShape] = (),
+        keypoints: Sequence[PartPoints | None] = (),
     ) -> None:
-        """``shapes``: what labels take for the objects; left out: all of their parts."""
+        """``shapes``: what labels take for the objects; left out: all of their parts. ``keypoints``: of each object, as
+        many of all that have any.
+        """
         super().__init__(world, parts, names, kinds, size_m)
+        self._keypoints = {k: points for k, points in enumerate(keypoints) if points is not None}
         self._shapes = shapes or [joined([body.mesh for body in bodies]) for bodies in parts]
         self._part_id = np.array([body.index for bodies in parts for body in bodies])
         self._whole_id = np.repeat(self.instance_id, [len(bodies) for bodies in parts])
@@ -207,6 +216,17 @@ class JointedObjects(SceneObjects):
             else:
                 bounds[k] = enclosing_bounds(self._shapes[k], self.part_poses[k], self.T_world_object[k])
         return bounds
+
+    def keypoints_m(self) -> NDArray[np.float64] | None:
+        """See ``SceneObjects``."""
+        if not self._keypoints:
+            return None
+        count = len(next(iter(self._keypoints.values())).part)
+        places_m = np.full((len(self.names), count, 3), np.nan)
+        for k, points in self._keypoints.items():
+            if self.present[k]:
+                places_m[k] = places_of(points, self.part_poses[k])
+        return places_m
 
     def labels(
         self,

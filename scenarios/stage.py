@@ -353,6 +353,8 @@ class Stage(ABC):
             **self._placed(camera, labels, labels.visible_fraction, self._exits),
             **self._standing.labels(capture, camera, T_world_camera),
         }
+        if (keypoints_m := objects.keypoints_m()) is not None:
+            common["keypoints_m"] = keypoints_m
         return self._setup.scenario.truth(**common | self._own_truth(capture, labels))
 
     def _placed(

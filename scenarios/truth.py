@@ -6,11 +6,14 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal, TypeVar, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
+
+from scenarios.keypoints import Keypoints
 
 VisibilityState = Literal["in", "partial", "occluded", "out", "absent"]
 INSIDE: tuple[VisibilityState, ...] = ("in", "partial", "occluded")
@@ -73,6 +76,12 @@ def truth_field(
     return dataclasses.field(default_factory=lambda: unjudged, kw_only=True, metadata=metadata)
 
 
+def keypoints_field(keypoints: Keypoints) -> Any:
+    """Declare the field ``keypoints_m`` (N, K, 3): places of objects' named points in the world, also hidden ones."""
+    shape, coding = (len(keypoints.names), 3), f"{', '.join(keypoints.names)}; NaN: has none, or is absent"
+    return truth_field("m", "N", *shape, coding=coding, unjudged=np.empty((0, *shape)))
+
+
 @dataclass(frozen=True, slots=True)
 class Truth:
     """Truth of one frame with N objects. It does not mark targets; each scenario adds its own fields.
@@ -88,7 +97,8 @@ class Truth:
 
     Attributes:
         pinhole: of the kind of truth: whether places are seen where a pinhole camera sees them. False: light is bent on
-            its way.
+            its way. keypoints: likewise: class -> its named points; a kind of truth with ``PERSON`` has a field
+            ``keypoints_m``, see ``keypoints_field``.
         frame: index from 0.
         time_s: seconds since frame 0.
         T_world_camera: (4, 4), the true pose.
@@ -121,6 +131,7 @@ class Truth:
     """
 
     pinhole: ClassVar[bool] = True
+    keypoints: ClassVar[Mapping[str, Keypoints]] = {}
 
     frame: int = truth_field("1", coding="index from 0")
     time_s: float = truth_field("s", coding="since frame 0")
@@ -164,12 +175,15 @@ class Truth:
     standing_visible_fraction: NDArray[np.float64] = truth_field("fraction", "S", left_out=True, unjudged=np.empty(0))
 
     def __post_init__(self) -> None:
-        """Take the bounds of objects from their sizes, and none for covered by glare, where nothing is given."""
+        """Where nothing is given, take bounds from sizes, no glare, and no keypoints."""
         if len(self.bounds_m) == 0 < len(self.size_m):
             half_m = 0.5 * self.size_m * (1.0, 1.0, 0.0)
             object.__setattr__(self, "bounds_m", np.stack([-half_m, self.size_m - half_m], axis=1))
         if len(self.glare_fraction) == 0 < len(self.names):
             object.__setattr__(self, "glare_fraction", np.zeros(len(self.names)))
+        points_m = getattr(self, "keypoints_m", None)
+        if points_m is not None and len(points_m) == 0 < len(self.names):
+            object.__setattr__(self, "keypoints_m", np.full((len(self.names), *points_m.shape[1:]), np.nan))
 
     def index_of(self, name: str) -> int:
         """Return the index of the object of this name. Raises ValueError if there is none."""

@@ -20,10 +20,10 @@ class Export(WithModules):
     """Write a data set, or the answers of trackers, in a format that other programs read (pip install
     'frameout[data]').
 
-    Formats: coco, davis, dota, kitti-depth, kitti-flow, kitti-object, kitti-stereo, mot, mots, otb, rerun (pip install
-    'frameout[rerun]'), tao-amodal, vot, webdataset, yolo, yolo-obb, yolo-seg, and those of `--modules`. Each says in
-    the README.md that it writes where its axes begin, what its boxes enclose, and where the format is defined. Pictures
-    stored as PNG or JPEG are copied, others become PNG.
+    Formats: coco, coco-keypoints, davis, dota, kitti-depth, kitti-flow, kitti-forward-flow, kitti-object, kitti-stereo,
+    mot, mots, otb, rerun (pip install 'frameout[rerun]'), sintel-flow, tao-amodal, vot, webdataset, yolo, yolo-obb,
+    yolo-seg, and those of `--modules`. Each says in the README.md that it writes where its axes begin, what its boxes
+    enclose, and where the format is defined. Pictures stored as PNG or JPEG are copied, others become PNG.
 
     Of a folder of `frameout bench --keep-estimates` it writes what the trackers answered, in mot (for TrackEval) or vot
     (of one target; for the VOT toolkit); `frameout score` reads both.

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.keypoints import FISH, Keypoints
 from scenarios.truth import Truth, truth_field
 from sim.motion.swim import CENTRE_LINE_POINTS
 
@@ -26,6 +28,7 @@ class FishTruth(Truth):
     """
 
     pinhole: ClassVar[bool] = False
+    keypoints: ClassVar[Mapping[str, Keypoints]] = {"fish": FISH}
 
     centre_line_m: NDArray[np.float64] = truth_field("m", "N", CENTRE_LINE_POINTS, 3, coding="from head to tail")
     centre_line_px: NDArray[np.float64] = truth_field("px", "N", CENTRE_LINE_POINTS, 2, coding="from head to tail")

@@ -30,6 +30,7 @@ from sim.meshes.boat import above_water, boat
 from sim.meshes.person import person_size_m
 from sim.meshes.thermal_paint import thermal_car, thermal_person
 from sim.motion.gait import part_poses, stride_length_m
+from sim.motion.keypoints import person_points
 from sim.motion.skeleton import Skeleton, skeleton
 from sim.thermal.weather import Weather
 from sim.world import Body, World
@@ -94,6 +95,7 @@ class Intruders(JointedObjects):
             [each.bodies for each in self._all],
             np.array([each.size_m for each in self._all]),
             [each.shape for each in self._all],
+            [None if each.bones is None else person_points(each.bones) for each in self._all],
         )
         self._plan_poses(plan, conditions, time_s, rng)
         self.present = np.zeros(len(names), np.bool_)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.truth import Truth, truth_field
+from scenarios.keypoints import PERSON, Keypoints
+from scenarios.truth import Truth, keypoints_field, truth_field
 from sim.thermal.radiance import apparent_temperature_k
 
 _RING_PX = 3
@@ -26,10 +28,13 @@ class HarbourTruth(Truth):
         contrast_to_noise: (N,) of a matched filter: root of the sum of squares of its pixels' contrasts, over the
             temporal noise of a pixel; NaN where it is not seen.
         watched: (N,) whether its centre is inside the watched volume.
+        keypoints_m: (N, 17, 3) joints and face of each person, in the order of COCO; NaN for cars and boats.
         tide_m: level of the sea over its mean. wave_height_m: significant height of the waves.
         agc_gain: grey levels per kelvin. agc_step: whether the gain control jumped or the shutter corrected the pattern
             since the last frame.
     """
+
+    keypoints: ClassVar[Mapping[str, Keypoints]] = {"person": PERSON}
 
     temperature_contrast_k: NDArray[np.float64] = truth_field("K", "N", coding="NaN where it is not seen")
     contrast_to_noise: NDArray[np.float64] = truth_field("1", "N", coding="NaN where it is not seen")
@@ -38,6 +43,7 @@ class HarbourTruth(Truth):
     wave_height_m: float = truth_field("m")
     agc_gain: float = truth_field("1", coding="grey levels per kelvin")
     agc_step: bool = truth_field("1", coding="grey levels jumped, or the shutter corrected the pattern")
+    keypoints_m: NDArray[np.float64] = keypoints_field(PERSON)
 
 
 @dataclass(frozen=True, slots=True)

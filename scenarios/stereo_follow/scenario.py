@@ -21,6 +21,7 @@ from scenarios.stereo_follow.robot import ROBOT, Robot
 from scenarios.stereo_follow.truth import PeopleTruth
 from sim.meshes.person import person_parts, person_size_m
 from sim.motion.gait import part_poses
+from sim.motion.keypoints import person_points
 from sim.motion.skeleton import skeleton
 from sim.pose import pose_on_ground
 from sim.render.pipeline import Capture
@@ -46,7 +47,8 @@ class People(JointedObjects):
             add_parts(world, name, "person", person_parts(look, rng))
             for name, look in zip(names, plan.looks, strict=True)
         ]
-        super().__init__(world, names, kinds, parts, np.array([person_size_m(look) for look in plan.looks]))
+        sizes_m, points = np.array([person_size_m(look) for look in plan.looks]), map(person_points, self._bones)
+        super().__init__(world, names, kinds, parts, sizes_m, keypoints=[*points])
         self._postures: list[tuple[float, ...]] = [()] * len(parts)
 
     def move_to(self, frame: int) -> None:

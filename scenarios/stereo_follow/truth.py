@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.truth import Truth, truth_field
+from scenarios.keypoints import PERSON, Keypoints
+from scenarios.truth import Truth, keypoints_field, truth_field
 from trackers.types import CameraRegisters
 
 LightEvent = Literal["lamp on", "lamp off", "back light", "doorway", "shade"]
@@ -47,7 +49,11 @@ class PeopleTruth(StereoTruth):
         occluder: (N,) index of the person who hides most of each person, -1 for none; with ``truth="target"`` -1 for
             all but the target.
         near_person: whether a person other than the target is within 1.5 m of the camera and in its picture.
+        keypoints_m: (N, 17, 3) joints and face of each person, in the order of COCO.
     """
+
+    keypoints: ClassVar[Mapping[str, Keypoints]] = {"person": PERSON}
 
     occluder: NDArray[np.int64] = truth_field("1", "N", coding="index of an object, -1 for none", left_out=True)
     near_person: bool = truth_field("1")
+    keypoints_m: NDArray[np.float64] = keypoints_field(PERSON)

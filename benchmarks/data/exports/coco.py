@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -38,7 +38,7 @@ class Coco(Exporter):
     `attributes` holds more of each object:
     """
 
-    channels = ("image_rgb", "instance_map")
+    channels: ClassVar[tuple[str, ...]] = ("image_rgb", "instance_map")
     packages = ("pycocotools",)
     has_attributes = True
     has_classes = True
@@ -60,14 +60,20 @@ class Coco(Exporter):
             image = {"id": image_id, "file_name": name + self.ending, "width": width, "height": height}
             images.append(as_text(image))
             for each, taken in self.labels.seen(stored):
-                numbers = {"id": len(annotations) + 1, "image_id": image_id}
-                annotations.append(as_text(numbers | self._annotation(stored, each, taken)))
+                annotation = self.annotation(stored, each, taken)
+                if annotation is not None:
+                    annotations.append(as_text({"id": len(annotations) + 1, "image_id": image_id} | annotation))
 
     def end(self) -> None:
         """Write the JSON file."""
-        write_json(self.place("annotations/instances.json"), _head(self), self._lists)
+        write_json(self.place("annotations/instances.json"), head_of(self), self._lists)
 
-    def _annotation(self, stored: StoredFrame, instance: Instance, taken: bool) -> dict[str, Any]:
+    def annotation(self, stored: StoredFrame, instance: Instance, taken: bool) -> dict[str, Any] | None:
+        """Return what is told of an object in a picture, without numbers; None for one that has no annotation.
+
+        Args:
+            taken: see ``Labels.seen``.
+        """
         mask = stored.frame.truth.instance_map == instance.instance_id
         return {
             "category_id": 1 + instance.class_number,
@@ -142,7 +148,7 @@ class TaoAmodal(Exporter):
     def end(self) -> None:
         """Write both JSON files."""
         for ending, lists, more in (("", self._lists, {}), ("_lvis_v1", self._scored, {"frequency": "f"})):
-            head = _head(self, synset="unknown", **more)
+            head = head_of(self, synset="unknown", **more)
             write_json(self.place(f"amodal_annotations/{SPLIT}{ending}.json"), head, lists)
 
     def _not_shown(self, shown: Collection[int]) -> dict[str, list[int]]:
@@ -175,7 +181,7 @@ class TaoAmodal(Exporter):
         self._scored["annotations"].append(as_text(annotation | scored))
 
 
-def _head(exporter: Exporter, **fields: str) -> dict[str, Any]:
+def head_of(exporter: Exporter, **fields: str) -> dict[str, Any]:
     """Return what the files begin with; categories have further ``fields``."""
     request, names = exporter.data.request, exporter.labels.names
     return {

@@ -1,8 +1,8 @@
 """KITTI: stereo, optical flow and depth as 16-bit PNG (Menze and Geiger 2015, https://www.cvlibs.net/datasets/kitti).
 
-Flow is BACKWARD: ``flow_px`` holds each pixel's surface point in the previous frame minus its place in the present one.
-KITTI's flow goes from the picture ``NNNNNN_10`` to ``NNNNNN_11``; so here ``_10`` is the present frame and ``_11`` the
-previous one, and a reader of KITTI gets matching pictures and flow with time reversed.
+Flow of ``kitti-flow`` is BACKWARD: ``flow_px`` holds each pixel's surface point in the previous frame minus its place
+in the present one. KITTI's flow goes from the picture ``NNNNNN_10`` to ``NNNNNN_11``; so here ``_10`` is the present
+frame and ``_11`` the previous one, and a reader of KITTI gets matching pictures and flow with time reversed.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from benchmarks.data.exports.exporter import Exporter, export_format
 from benchmarks.data.exports.labels import StoredFrame
+from benchmarks.data.sets.forward_flow import forward_flow
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
 from trackers.types import CameraModel
@@ -27,17 +28,16 @@ _PRESENT = ("image_2", "image_rgb", 0, "10")
 
 
 class Kitti(Exporter):
-    """Samples of pictures and one map of 16 bits.
+    """Samples of pictures and maps of 16 bits.
 
     Attributes:
-        maps: their folder. pictures: (folder, channel, frames back, suffix) of the pictures of a sample.
+        pictures: (folder, channel, frames back, suffix) of the pictures of a sample.
     """
 
-    maps: ClassVar[str]
     pictures: ClassVar[tuple[tuple[str, str, int, str], ...]] = (_PRESENT,)
 
-    def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:
-        """Return the map of a frame."""
+    def maps_of(self, stored: StoredFrame) -> dict[str, NDArray[np.uint16]]:
+        """Return the maps of a frame by their folders."""
         raise NotImplementedError
 
     def begin(self) -> None:
@@ -51,13 +51,14 @@ class Kitti(Exporter):
             found = {
                 f"{folder}/{number}_{suffix}": self.picture(episode, stored.index - back, channel)
                 for folder, channel, back, suffix in self.pictures
-                if stored.index >= back
+                if 0 <= stored.index - back < len(episode)
             }
             if len(found) < len(self.pictures) or None in found.values():
                 continue
             for name, content in found.items():
                 self.place(f"{_FOLDER}/{name}{self.ending}").write_bytes(content or b"")
-            write_png16(self.map_of(stored), self.place(f"{_FOLDER}/{self.maps}/{number}_10.png"))
+            for folder, values in self.maps_of(stored).items():
+                write_png16(values, self.place(f"{_FOLDER}/{folder}/{number}_10.png"))
             self.write_lines(f"{_FOLDER}/calib_cam_to_cam/{number}.txt", _calibration(stored.camera))
             self._samples.append(f"{number},{episode.seed},{stored.index}")
 
@@ -82,14 +83,13 @@ class KittiStereo(Kitti):
     """
 
     channels = ("image_rgb", "right_rgb", "depth_m")
-    maps = "disp_occ_0"
     pictures = (_PRESENT, ("image_3", "right_rgb", 0, "10"))
 
-    def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:
+    def maps_of(self, stored: StoredFrame) -> dict[str, NDArray[np.uint16]]:
         """See ``Kitti``: focal length times baseline over depth."""
         camera = stored.camera
         assert camera.baseline_m is not None
-        return distance_map(camera.focal_px * camera.baseline_m / stored.frame.truth.depth_m)
+        return {"disp_occ_0": distance_map(camera.focal_px * camera.baseline_m / stored.frame.truth.depth_m)}
 
 
 @export_format("kitti-flow")
@@ -111,12 +111,39 @@ class KittiFlow(Kitti):
     """
 
     channels = ("image_rgb", _FLOW)
-    maps = "flow_occ"
     pictures = (_PRESENT, ("image_2", "image_rgb", 1, "11"))
 
-    def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:
+    def maps_of(self, stored: StoredFrame) -> dict[str, NDArray[np.uint16]]:
         """See ``Kitti``."""
-        return flow_map(getattr(stored.frame.truth, _FLOW))
+        return {"flow_occ": flow_map(getattr(stored.frame.truth, _FLOW))}
+
+
+@export_format("kitti-forward-flow")
+class KittiForwardFlow(Kitti):
+    """Pictures with forward optical flow.
+
+    Format: KITTI 2015, https://www.cvlibs.net/datasets/kitti. Files of one sample share a number; `frames.csv` gives
+    its episode (seed) and frame. `calib_cam_to_cam/NNNNNN.txt` holds the projections P_rect_02 (this camera) and, of a
+    stereo pair, P_rect_03, in pixels and metres; pixel centres have whole coordinates.
+
+    The flow is forward, as in KITTI: of each pixel of `image_2/NNNNNN_10`, the place of its surface point in the next
+    frame, `image_2/NNNNNN_11`, minus its present place. It is exact, computed from depth and poses. The last frame of
+    an episode has no pair.
+
+    `flow_occ/NNNNNN_10.png` has 16 bits a channel: red is 64 times the flow to the right, in pixels, plus 2^15; green
+    likewise downwards; blue is 1 where there is flow, else all three are 0. Points that the next frame does not show
+    have flow, too; `flow_noc/` leaves those out. Shown is what one of the four pixels about its place in the next frame
+    shows: the same body at a depth within 1 %.
+    """
+
+    channels = ("image_rgb", "depth_m", "instance_map")
+    pictures = (_PRESENT, ("image_2", "image_rgb", -1, "11"))
+
+    def maps_of(self, stored: StoredFrame) -> dict[str, NDArray[np.uint16]]:
+        """See ``Kitti``."""
+        flow_px, seen_next = forward_flow(stored.episode, stored.index)
+        shown_px = np.where(seen_next[..., None], flow_px, np.nan)
+        return {"flow_occ": flow_map(flow_px), "flow_noc": flow_map(shown_px)}
 
 
 @export_format("kitti-depth")
@@ -132,11 +159,10 @@ class KittiDepth(Kitti):
     """
 
     channels = ("image_rgb", "depth_m")
-    maps = "depth"
 
-    def map_of(self, stored: StoredFrame) -> NDArray[np.uint16]:
+    def maps_of(self, stored: StoredFrame) -> dict[str, NDArray[np.uint16]]:
         """See ``Kitti``."""
-        return distance_map(stored.frame.truth.depth_m)
+        return {"depth": distance_map(stored.frame.truth.depth_m)}
 
 
 def _calibration(camera: CameraModel) -> list[str]:

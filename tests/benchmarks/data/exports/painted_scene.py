@@ -6,8 +6,10 @@ frames and has no box there. Importing it adds ``painted-v1`` to the catalogue.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,8 +20,9 @@ from benchmarks.data.sets.episode_writer import write_episode
 from benchmarks.data.sets.places import place_of
 from benchmarks.data.sets.request import Request
 from scenarios import catalog
+from scenarios.keypoints import Keypoints
 from scenarios.scenario import Frame, Scenario, Setup
-from scenarios.truth import Truth, truth_field
+from scenarios.truth import Truth, keypoints_field, truth_field
 from tests.benchmarks.fake_episode import FakeEpisode
 from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Start
 
@@ -50,15 +53,23 @@ class Painted:
     turns_at: int = 1000
 
 
+BUMPERS = Keypoints(("rear", "middle", "front"), ((0, 1), (1, 2)), (0.1,) * 3, (0.5,) * 3, "keypoints_m")
+"""Points of the car, 30 cm below its surface."""
+
+
 @dataclass(frozen=True, slots=True)
 class PaintedTruth(Truth):
     """Truth of one frame.
 
     Attributes:
+        keypoints_m: (3, 3, 3), of the car alone.
         flow_px: (H, W, 2) each pixel's place in the previous frame minus its present one; NaN without a surface.
     """
 
+    keypoints: ClassVar[Mapping[str, Keypoints]] = {"car": BUMPERS}
+
     flow_px: NDArray[np.float32] = truth_field("px", "H", "W", 2, coding="x, y", left_out=True)
+    keypoints_m: NDArray[np.float64] = keypoints_field(BUMPERS)
 
 
 def boxes_at(preset: Painted, frame: int) -> NDArray[np.float64]:
@@ -66,6 +77,13 @@ def boxes_at(preset: Painted, frame: int) -> NDArray[np.float64]:
     x = max(preset.first_x_px, preset.first_x_px + 6 * min(frame, 2 * preset.turns_at - frame))
     kite = NO_BOX if frame < 2 else np.array([30.0, 2.0, 34.0, 5.0])
     return np.array([[16.0, 8.0, 28.0, 24.0], [x, 10.0, x + 8.0, 16.0], kite])
+
+
+def points_px(box_xyxy: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return x, y and 0 of the car's points (3, 3) in the picture."""
+    x_min, y_min, x_max, y_max = box_xyxy
+    y = 0.5 * (y_min + y_max)
+    return np.array([[x_min + 0.5, y, 0.0], [0.5 * (x_min + x_max), y, 0.0], [x_max - 0.5, y, 0.0]])
 
 
 @dataclass
@@ -130,6 +148,9 @@ def truth_at(preset: Painted, frame: int, rate_hz: float) -> PaintedTruth:
     left_of_border = boxes[:, 0] < WIDTH_PX
     inside = boxes[:, 2] <= WIDTH_PX
     state = np.select([~left_of_border, ~inside, share < 0.5], ["out", "partial", "occluded"], "in")
+    keypoints_m = np.full((3, 3, 3), np.nan)
+    keypoints_m[1] = points_px(boxes[1]) - [[WIDTH_PX / 2, HEIGHT_PX / 2, -FOCAL_PX]]
+    keypoints_m[1] *= (DEPTHS_M[1] + 0.3) / FOCAL_PX
     return PaintedTruth(
         frame=frame,
         time_s=frame / rate_hz,
@@ -151,6 +172,7 @@ def truth_at(preset: Painted, frame: int, rate_hz: float) -> PaintedTruth:
         exposure_s=0.01,
         gain=1.0,
         flow_px=flow_px,
+        keypoints_m=keypoints_m,
         **standing,
     )
 

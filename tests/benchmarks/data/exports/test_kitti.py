@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from benchmarks.data.exports.exporter import export
 from benchmarks.data.exports.kitti import distance_map, flow_map
+from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.forward_flow import forward_flow
 from tests.benchmarks.data.exports.painted_scene import FOCAL_PX, FRAMES, painted_data_set, picture, truths
 
 
@@ -100,3 +102,38 @@ def test_maps_round_to_half_a_step_and_are_zero_where_they_cannot_hold_a_value()
     assert np.abs((flow_map(flow)[..., :2] - 2.0**15) / 64 - flow).max() <= 0.5 / 64
     assert (flow_map(flow)[..., 2] == 1).all()
     assert not flow_map(np.array([[[np.nan, 0.0], [600.0, 0.0], [0.0, -513.0], [np.inf, np.inf]]])).any()
+
+
+def test_forward_flow_leads_from_a_picture_to_the_next_one(data: DataSet, exported: Callable[[str], Path]) -> None:
+    """What the flow itself is, ``test_forward_flow`` tests."""
+    out = exported("kitti-forward-flow")
+    assert [frame for _, _, frame in samples(out)] == [*range(FRAMES - 1)] * 2
+    for number, seed, frame in samples(out):
+        expected, seen_next = forward_flow(data.episode(seed), frame)
+        for folder, known in (("flow_occ", np.isfinite(expected[..., 0])), ("flow_noc", seen_next)):
+            flow_px, valid = read_flow(out / "training" / folder / f"{number}_10.png")
+            np.testing.assert_array_equal(valid, known)
+            assert np.abs(flow_px - expected)[valid].max() <= 0.5 / 64
+        for suffix, ahead in (("10", 0), ("11", 1)):
+            found = cv2.imread(str(out / "training" / "image_2" / f"{number}_{suffix}.png"))
+            np.testing.assert_array_equal(found[..., ::-1], picture(seed, frame + ahead))
+
+
+def test_flow_of_sintel_is_read_by_opencv(data: DataSet, exported: Callable[[str], Path]) -> None:
+    training = exported("sintel-flow") / "training"
+    for seed in (3, 4):
+        scene = f"painted-v1-quick-{seed:06d}"
+        assert len(list((training / "clean" / scene).iterdir())) == FRAMES
+        assert len(list((training / "flow" / scene).iterdir())) == FRAMES - 1
+        for frame in range(FRAMES - 1):
+            name = f"{scene}/frame_{frame + 1:04d}"
+            flow_px = cv2.readOpticalFlow(str(training / "flow" / f"{name}.flo"))
+            invalid, occluded = (
+                cv2.imread(str(training / folder / f"{name}.png"), cv2.IMREAD_UNCHANGED) > 0
+                for folder in ("invalid", "occlusions")
+            )
+            expected, seen_next = forward_flow(data.episode(seed), frame)
+            np.testing.assert_array_equal(invalid, np.isnan(expected[..., 0]))
+            np.testing.assert_array_equal(flow_px[~invalid], expected[~invalid])
+            assert (flow_px[invalid] > 1e9).all()
+            np.testing.assert_array_equal(occluded, ~seen_next & ~invalid)

@@ -30,13 +30,13 @@ FRAMES = len(TRUTHS)
 STATES = {
     "all": ("otb", "vot", "tao-amodal", "webdataset"),
     "hidden": ("mot",),
-    "none": ("coco", "davis", "mots", "yolo"),
+    "none": ("coco", "coco-keypoints", "davis", "mots", "yolo"),
 }
 """What formats tell of a target without a box: whether it is outside or hidden; that it is hidden; nothing."""
 SEEN_PART = STATES["none"]
 """Formats whose boxes are around what is seen."""
 FORMATS = [name for names in STATES.values() for name in names]
-HOW = dict.fromkeys(("otb", "coco", "davis", "mots", "yolo"), 7.5)
+HOW = dict.fromkeys(("otb", "coco", "coco-keypoints", "davis", "mots", "yolo"), 7.5)
 """Rates of formats that tell none."""
 
 
@@ -81,7 +81,17 @@ def numbers(scores: list[Score]) -> NDArray[np.float64]:
 
 def test_every_format_with_a_target_is_read_back() -> None:
     """Some hold maps or labels of single pictures alone, and Rerun's a recording for its own viewer."""
-    pictures = {"dota", "kitti-depth", "kitti-flow", "kitti-object", "kitti-stereo", "yolo-obb", "yolo-seg"}
+    pictures = {
+        "dota",
+        "kitti-depth",
+        "kitti-flow",
+        "kitti-forward-flow",
+        "sintel-flow",
+        "kitti-object",
+        "kitti-stereo",
+        "yolo-obb",
+        "yolo-seg",
+    }
     assert set(formats()) == {*FORMATS, *pictures, "rerun"}
 
 
