@@ -20,10 +20,10 @@ class Export(WithModules):
     """Write a data set, or the answers of trackers, in a format that other programs read (pip install
     'frameout[data]').
 
-    Formats: coco, coco-keypoints, davis, dota, kitti-depth, kitti-flow, kitti-forward-flow, kitti-object, kitti-stereo,
-    mot, mots, otb, rerun (pip install 'frameout[rerun]'), sintel-flow, tao-amodal, vot, webdataset, yolo, yolo-obb,
-    yolo-seg, and those of `--modules`. Each says in the README.md that it writes where its axes begin, what its boxes
-    enclose, and where the format is defined. Pictures stored as PNG or JPEG are copied, others become PNG.
+    Formats: coco, coco-keypoints, davis, dota, hub, kitti-depth, kitti-flow, kitti-forward-flow, kitti-object,
+    kitti-stereo, mot, mots, otb, rerun (pip install 'frameout[rerun]'), sintel-flow, tao-amodal, vot, webdataset, yolo,
+    yolo-obb, yolo-seg, and those of `--modules`. Each says in the README.md that it writes where its axes begin, what
+    its boxes enclose, and where the format is defined. Pictures stored as PNG or JPEG are copied, others become PNG.
 
     Of a folder of `frameout bench --keep-estimates` it writes what the trackers answered, in mot (for TrackEval) or vot
     (of one target; for the VOT toolkit); `frameout score` reads both.
@@ -38,9 +38,9 @@ class Export(WithModules):
         classes: class = car, person, boat, fish …; kind = the scene's own kinds: models of cars, parts of people in the
             script. Either has the same numbers for all data sets of a scene. Formats without classes have no choice.
         min_visible: least share (0 to 1) of an object's own pixels that is seen and shows no mirror image of a lamp.
-            Objects below it are marked so that evaluation ignores them, where the format can say so (iscrowd in coco,
-            DontCare in kitti-object, difficult in dota, distractors in mot, ignored regions in mots); else they are
-            left out.
+            Objects below it are marked so that evaluation ignores them, where the format can say so (iscrowd in coco
+            and hub, DontCare in kitti-object, difficult in dota, distractors in mot, ignored regions in mots); else
+            they are left out.
         min_size: least shorter side of the box around what is seen, pixels; likewise.
         ignore_standing: what only stands about, parked cars and moored boats; likewise.
     """

@@ -61,6 +61,7 @@ class KittiObject(Exporter):
     has_attributes = True
     has_classes = True
     leaves_out = True
+    of_stills = True
 
     def begin(self) -> None:
         """Begin the lists."""

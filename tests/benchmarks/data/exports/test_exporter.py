@@ -61,7 +61,7 @@ def test_a_readme_names_what_its_format_holds(
 
 
 @pytest.mark.parametrize(
-    "name", [name for name in formats() if name.startswith(("kitti", "rerun", "webdataset", "yolo"))]
+    "name", [name for name in formats() if name.startswith(("hub", "kitti", "rerun", "webdataset", "yolo"))]
 )
 def test_after_a_failure_nothing_is_left(
     data: DataSet, tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch

@@ -83,6 +83,7 @@ def test_every_format_with_a_target_is_read_back() -> None:
     """Some hold maps or labels of single pictures alone, and Rerun's a recording for its own viewer."""
     pictures = {
         "dota",
+        "hub",
         "kitti-depth",
         "kitti-flow",
         "kitti-forward-flow",
