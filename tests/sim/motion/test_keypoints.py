@@ -10,10 +10,10 @@ from sim.meshes.person import person_parts
 from sim.meshes.person_parts import PersonLook
 from sim.motion.gait import part_poses
 from sim.motion.keypoints import PERSON_POINTS, person_points, places_of
-from sim.motion.skeleton import PART_NAMES, skeleton
+from sim.motion.skeleton import AVERAGE, PART_NAMES, Figure, skeleton
 from sim.pose import pose_on_ground
 
-SIZES = [(1.45, 0.8), (1.74, 1.0), (2.0, 1.2)]
+SIZES = [(1.45, 0.8, AVERAGE), (1.74, 1.0, AVERAGE), (2.0, 1.2, AVERAGE), (1.1, 1.0, Figure(limbs=0.9, head=1.4))]
 
 
 def placed(stature_m: float, build: float, phase_rad: float = 0.0, speed_mps: float = 0.0) -> dict[str, np.ndarray]:
@@ -22,11 +22,11 @@ def placed(stature_m: float, build: float, phase_rad: float = 0.0, speed_mps: fl
     return dict(zip(PERSON_POINTS, places_of(person_points(bones), poses), strict=True))
 
 
-@pytest.mark.parametrize(("stature_m", "build"), SIZES)
-def test_the_face_lies_on_the_mesh_and_joints_lie_in_it(stature_m: float, build: float) -> None:
-    look = PersonLook(stature_m=stature_m, build=build)
+@pytest.mark.parametrize(("stature_m", "build", "figure"), SIZES)
+def test_the_face_lies_on_the_mesh_and_joints_lie_in_it(stature_m: float, build: float, figure: Figure) -> None:
+    look = PersonLook(stature_m=stature_m, build=build, figure=figure)
     meshes = dict(zip(PART_NAMES, person_parts(look, np.random.default_rng(0)).values(), strict=True))
-    points = person_points(skeleton(stature_m, build))
+    points = person_points(skeleton(stature_m, build, figure))
     for name, part, place_m in zip(PERSON_POINTS, points.part, points.place_m, strict=True):
         mesh = meshes[PART_NAMES[part]]
         solid = trimesh.Trimesh(mesh.vertices_m, mesh.faces, process=False)
