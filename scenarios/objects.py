@@ -12,10 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.visibility import centres_px
-from sim.jointed_labels import JointedShape, enclosing_bounds, joined, merge_parts, seen_body
+from sim.jointed_labels import (
+    JointedShape,
+    PartPoints,
+    enclosing_bounds,
+    joined,
+    merge_parts,
+    places_of,
+    seen_body,
+)
 from sim.labels import SeenSurfaces, amodal_boxes, outline, seen_ids, visible_fraction
 from sim.mesh import TexturedMesh
-from sim.motion.keypoints import PartPoints, places_of
 from sim.world import Body, World
 from trackers.types import CameraModel
 

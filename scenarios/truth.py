@@ -13,8 +13,6 @@ from typing import Any, ClassVar, Literal, TypeVar, get_args, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.keypoints import Keypoints
-
 VisibilityState = Literal["in", "partial", "occluded", "out", "absent"]
 INSIDE: tuple[VisibilityState, ...] = ("in", "partial", "occluded")
 """States of objects that are in the picture, whatever stands before them."""
@@ -74,6 +72,27 @@ def truth_field(
     if unjudged is None:
         return dataclasses.field(metadata=metadata)
     return dataclasses.field(default_factory=lambda: unjudged, kw_only=True, metadata=metadata)
+
+
+@dataclass(frozen=True)
+class Keypoints:
+    """K points of the objects of a class.
+
+    Attributes:
+        names: (K,). links: pairs of points, from 0, that a drawing joins.
+        sigmas: (K,) spreads for COCO's object keypoint similarity.
+        flesh: (K,) how deep a point may lie below the visible surface to count as seen, shares of the object's longest
+            side; a limb's depth, with clothes.
+        place_m: field of truth with their places, (N, K, 3); NaN for objects of other classes. place_px: field with
+            those in the picture; "": where a pinhole camera sees them.
+    """
+
+    names: tuple[str, ...]
+    links: tuple[tuple[int, int], ...]
+    sigmas: tuple[float, ...]
+    flesh: tuple[float, ...]
+    place_m: str
+    place_px: str = ""
 
 
 def keypoints_field(keypoints: Keypoints) -> Any:

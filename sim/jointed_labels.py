@@ -27,6 +27,17 @@ class JointedShape(NamedTuple):
     faces: NDArray[np.int32]
 
 
+class PartPoints(NamedTuple):
+    """K points of a body of several parts.
+
+    Attributes:
+        part: (K,) index of the part that carries each. place_m: (K, 3) in that part's frame.
+    """
+
+    part: NDArray[np.int64]
+    place_m: NDArray[np.float64]
+
+
 _SEARCHED = 64
 """Pixels searched at once for parts of bodies."""
 NEAREST_M = 0.15
@@ -59,6 +70,13 @@ def joined(meshes: Sequence[TexturedMesh]) -> JointedShape:
         np.repeat(np.arange(len(meshes), dtype=np.int32), np.diff(first)),
         np.concatenate([mesh.faces + start for mesh, start in zip(meshes, first, strict=False)]).astype(np.int32),
     )
+
+
+def places_of(points: PartPoints, T_world_part: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the places (K, 3) of points in the world, with the poses (P, 4, 4) of the parts."""
+    poses = T_world_part[points.part]
+    placed: NDArray[np.float64] = np.einsum("kij,kj->ki", poses[:, :3, :3], points.place_m) + poses[:, :3, 3]
+    return placed
 
 
 def enclosing_bounds(

@@ -9,9 +9,18 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.keypoints import FISH, Keypoints
-from scenarios.truth import Truth, truth_field
+from scenarios.truth import Keypoints, Truth, truth_field
 from sim.motion.swim import CENTRE_LINE_POINTS
+
+FISH = Keypoints(
+    names=("snout", *(f"body-{k}" for k in range(1, CENTRE_LINE_POINTS - 1)), "tail"),
+    links=tuple((k, k + 1) for k in range(CENTRE_LINE_POINTS - 1)),
+    sigmas=(0.05,) * CENTRE_LINE_POINTS,
+    flesh=(0.2,) * CENTRE_LINE_POINTS,
+    place_m="centre_line_m",
+    place_px="centre_line_px",
+)
+"""Points at equal distances from snout to the end of the tail fin; the spreads are our own choice."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.keypoints import PERSON, Keypoints
-from scenarios.truth import Truth, keypoints_field, truth_field
+from scenarios.person_keypoints import PERSON
+from scenarios.truth import Keypoints, Truth, keypoints_field, truth_field
 from sim.thermal.radiance import apparent_temperature_k
 
 _RING_PX = 3

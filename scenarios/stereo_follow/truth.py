@@ -9,8 +9,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.keypoints import PERSON, Keypoints
-from scenarios.truth import Truth, keypoints_field, truth_field
+from scenarios.person_keypoints import PERSON
+from scenarios.truth import Keypoints, Truth, keypoints_field, truth_field
 from trackers.types import CameraRegisters
 
 LightEvent = Literal["lamp on", "lamp off", "back light", "doorway", "shade"]

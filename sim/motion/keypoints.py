@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
+from sim.jointed_labels import PartPoints
 from sim.motion.skeleton import PART_NAMES, Skeleton
 
 _FACE = ("nose", "left eye", "right eye", "left ear", "right ear")
@@ -29,17 +27,6 @@ _FACE_PLACES = np.array(
 """Tip of the nose, pupils (63 mm apart in an adult), ears, from the joint of the head: as the mesh has them."""
 
 
-class PartPoints(NamedTuple):
-    """K points of a body of several parts.
-
-    Attributes:
-        part: (K,) index of the part that carries each. place_m: (K, 3) in that part's frame.
-    """
-
-    part: NDArray[np.int64]
-    place_m: NDArray[np.float64]
-
-
 def person_points(bones: Skeleton) -> PartPoints:
     """Return ``PERSON_POINTS`` of a person: joints lie where parts hang, the wrist at the end of the forearm."""
     crown_m = bones.stature - (bones.ankle + bones.shin + bones.thigh + bones.pelvis + bones.neck)
@@ -52,10 +39,3 @@ def person_points(bones: Skeleton) -> PartPoints:
             places_m[len(parts), 2] = -bones.forearm
         parts.append(PART_NAMES.index(f"{side}_{_PART_OF_JOINT[joint]}"))
     return PartPoints(np.array(parts), places_m)
-
-
-def places_of(points: PartPoints, T_world_part: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the places (K, 3) of points in the world, with the poses (P, 4, 4) of the parts."""
-    poses = T_world_part[points.part]
-    placed: NDArray[np.float64] = np.einsum("kij,kj->ki", poses[:, :3, :3], points.place_m) + poses[:, :3, 3]
-    return placed

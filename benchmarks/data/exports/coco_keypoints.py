@@ -12,7 +12,7 @@ from benchmarks.data.exports.coco import Coco, head_of, write_json
 from benchmarks.data.exports.exporter import export_format
 from benchmarks.data.exports.labels import Instance, StoredFrame
 from scenarios import catalog
-from scenarios.keypoints import Keypoints
+from scenarios.truth import Keypoints
 from sim.checks import check
 from sim.optics import project
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from sim.jointed_labels import places_of
 from sim.meshes.person import person_parts
 from sim.meshes.person_parts import PersonLook
 from sim.motion.gait import part_poses
-from sim.motion.keypoints import PERSON_POINTS, person_points, places_of
+from sim.motion.keypoints import PERSON_POINTS, person_points
 from sim.motion.skeleton import AVERAGE, PART_NAMES, Figure, skeleton
 from sim.pose import pose_on_ground
 

@@ -20,9 +20,8 @@ from benchmarks.data.sets.episode_writer import write_episode
 from benchmarks.data.sets.places import place_of
 from benchmarks.data.sets.request import Request
 from scenarios import catalog
-from scenarios.keypoints import Keypoints
 from scenarios.scenario import Frame, Scenario, Setup
-from scenarios.truth import Truth, keypoints_field, truth_field
+from scenarios.truth import Keypoints, Truth, keypoints_field, truth_field
 from tests.benchmarks.fake_episode import FakeEpisode
 from trackers.types import CameraCommand, CameraModel, Carrier, Observation, Start
 
