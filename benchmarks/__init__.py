@@ -9,6 +9,12 @@ from typing import Any
 _HOMES = {
     "bench": "benchmarks.cli.bench_function",
     "score": "benchmarks.cli.score_function",
+    "generate": "benchmarks.cli.data_functions",
+    "verify": "benchmarks.cli.data_functions",
+    "split": "benchmarks.cli.data_functions",
+    "merge": "benchmarks.cli.data_functions",
+    "export": "benchmarks.cli.data_functions",
+    "data_sets": "benchmarks.data.sets.data_set",
     "TrackerWarning": "benchmarks.run.outcome",
     "DataSet": "benchmarks.data.sets.data_set",
     "Results": "benchmarks.show.results",
@@ -39,7 +45,7 @@ __all__ = tuple(_HOMES)
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    if name == "DataSet":
+    if _HOMES[name].endswith(("data_functions", "data_set")):
         _needs_data()
     home = importlib.import_module(_HOMES[name])
     return getattr(home, name, home)

@@ -149,6 +149,20 @@ def test_python_about_envs_and_data_sets_in_contributing_runs(tmp_path: Path) ->
 
 
 @pytest.mark.heavy
+def test_the_data_sets_that_contributing_describes_are_made(tmp_path: Path) -> None:
+    section = {
+        each.language: each.text for each in blocks_of("CONTRIBUTING.md") if each.heading == "Describe a data set"
+    }
+    (tmp_path / "three.yaml").write_text(section["yaml"])
+    succeeds("frameout generate --config three.yaml --out results/three --workers 0", tmp_path)
+    assert succeeds("frameout verify results/three", tmp_path).count("all whole") == 2
+    (tmp_path / "make_a_set.py").write_text(section["python"])
+    told = succeeds("python make_a_set.py", tmp_path)
+    assert re.fullmatch(r"\[\] \{'train': \(0, 2\), 'val': \(1, 3\)\} 16\n", told), told
+    assert (tmp_path / "results/made-yolo/data.yaml").is_file()
+
+
+@pytest.mark.heavy
 def test_rollouts_are_played_again_as_contributing_says(tmp_path: Path) -> None:
     section = {each.language: each.text for each in blocks_of("CONTRIBUTING.md") if each.heading == "Rollouts as data"}
     succeeds(in_one_process(section["bash"].strip()), tmp_path)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ import tyro
 from tyro.constructors import PrimitiveConstructorSpec
 
 from benchmarks.contract.rows import FILE_NAME, TEST_SPLIT, read
+from benchmarks.contract.text import seed_range
 from sim.checks import check
 
 # The help texts of these name the default themselves.
@@ -40,15 +40,6 @@ def _some(values: Iterable[Any]) -> tuple[Any, ...]:
     if not found:
         raise ValueError("expected one value or more, got none")
     return found
-
-
-def seed_range(text: str) -> range:
-    """Return the half-open range of ``A:B``, or of one seed ``A``. Raises ValueError for anything else."""
-    match = re.fullmatch(r"(\d+)(?::(\d+))?", text)
-    first, end = (0, 0) if match is None else (int(match[1]), int(match[2] or int(match[1]) + 1))
-    if first >= end:
-        raise ValueError(f"expected A:B with 0 <= A < B, or one seed, got {text!r}")
-    return range(first, end)
 
 
 def development_seeds(text: str) -> range:

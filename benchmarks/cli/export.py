@@ -29,7 +29,7 @@ class Export(WithModules):
     (of one target; for the VOT toolkit); `frameout score` reads both.
 
     Attributes:
-        directory: folder or URL of the data set, or folder of results.
+        directory: folder or URL of the data set, of all its parts if it has several, or folder of results.
         format: one of those above.
         out: the folder to write, or a URL such as s3://bucket/folder, new or empty. A folder appears whole or not at
             all; to a store README.md is sent last, and after a failure what was sent is removed.
@@ -70,11 +70,10 @@ class Export(WithModules):
         without = (Path(self.directory) / FILE_NAME).is_file()
         wanted = "a data set, or results of `frameout bench --keep-estimates`"
         check("directory", not without, wanted, "results without the trackers' answers")
-        from benchmarks.data.exports.exporter import export
-        from benchmarks.data.sets.data_set import DataSet
+        from benchmarks.cli.data_functions import export
 
         left_out = export(
-            DataSet(self.directory),
+            self.directory,
             self.format,
             self.out,
             allow_incomplete=self.allow_incomplete,

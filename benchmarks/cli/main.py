@@ -50,6 +50,7 @@ FRAMEOUT = Program(
         "export": ("benchmarks.cli.export:Export", "write a data set in the file layout of another benchmark"),
         "paper": ("benchmarks.cli.paper:Paper", "repeat a paper's experiment and compare with its table"),
         "generate": ("benchmarks.cli.generate:Generate", "make a data set: pictures with all their truth"),
+        "merge": ("benchmarks.cli.merge:Merge", "make one data set of what several jobs have made"),
         "verify": ("benchmarks.cli.verify:Verify", "check a data set: is it whole"),
         "play": ("benchmarks.cli.play:Play", "steer a camera by hand, scored like a controller"),
         "render": ("benchmarks.cli.render:Render", "write an episode as an MP4"),

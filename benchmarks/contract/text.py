@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Sequence
 
 _SIGNS = {"fraction": "%", "1": "", "1/s": "/s", "1/min": "/min", "1/h": "/h"}
@@ -69,3 +70,12 @@ def time_in_words(real_time_hz: float | None) -> str:
 def printable(text: object) -> str:
     r"""Return text or a path with the bytes of names that are not UTF-8 as escapes, e.g. ``M\xe4nn``."""
     return os.fsencode(str(text)).decode(errors="backslashreplace")
+
+
+def seed_range(text: str) -> range:
+    """Return the half-open range of ``A:B``, or of one seed ``A``. Raises ValueError for anything else."""
+    match = re.fullmatch(r"(\d+)(?::(\d+))?", text)
+    first, end = (0, 0) if match is None else (int(match[1]), int(match[2] or int(match[1]) + 1))
+    if first >= end:
+        raise ValueError(f"expected A:B with 0 <= A < B, or one seed, got {text!r}")
+    return range(first, end)

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 
 from sim.checks import check
 
-_DATA = ("blosc2", "fsspec", "pyarrow")
+_DATA = ("blosc2", "fsspec", "pyarrow", "yaml")
 
 
 def check_packages(names: Iterable[str], extra: str) -> None:

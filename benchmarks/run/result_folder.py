@@ -15,6 +15,7 @@ from benchmarks.contract.text import time_in_words
 from sim.checks import check
 from trackers.atomic_file import write_atomic
 
+PROBE = ".writable"
 MadeNow = Callable[[BlockKey], dict[str, str] | None]
 """Returns the present ``editions`` of a block of an experiment, None for other blocks."""
 
@@ -23,9 +24,10 @@ def make_folder(out: Path, parameter: str = "out") -> None:
     """Make a folder for results. Raises ValueError, which names the parameter, if it cannot be made or written."""
     try:
         out.mkdir(parents=True, exist_ok=True)
-        probe = out / ".writable"
+        probe = out / PROBE
         probe.touch()
-        probe.unlink()
+        # Another run may begin in the same folder at the same time.
+        probe.unlink(missing_ok=True)
     except OSError as error:
         expected = f"{parameter}: expected a folder that can be written"
         raise ValueError(f"{expected}, got {str(out)!r}: {error.strerror}") from None
@@ -38,8 +40,11 @@ def check_file(file: Path, parameter: str) -> None:
 
 
 @contextmanager
-def alone_in(folder: Path) -> Iterator[None]:
-    """Hold a folder while the context lasts; the system lets go of it when the process ends, however that is.
+def alone_in(folder: Path, said: str = "") -> Iterator[None]:
+    """Hold a folder or a file while the context lasts; the system lets go of it when the process ends, however that is.
+
+    Args:
+        said: what an error names in its place.
 
     Network disks without such locks hold nothing.
 
@@ -52,7 +57,7 @@ def alone_in(folder: Path) -> Iterator[None]:
             fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise ValueError(
-                f"out: expected a folder that no other run writes, got {str(folder)!r}, which one writes now"
+                f"out: expected a folder that no other run writes, got {said or str(folder)!r}, which one writes now"
             ) from None
         except OSError:
             pass

@@ -14,7 +14,8 @@ from benchmarks.contract.rows import TEST_SPLIT
 from benchmarks.contract.text import counted, ranges_text
 from benchmarks.data.sets.channels import CODINGS, NORMALS, coding_of
 from benchmarks.data.sets.contact_sheet import LEGEND, contact_sheet
-from benchmarks.data.sets.data_set import MANIFEST, DataSet
+from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.manifest import MANIFEST
 from benchmarks.data.sets.places import put
 from benchmarks.show.page import page_environment
 from benchmarks.show.tables import markdown_table
@@ -31,6 +32,7 @@ _SIZES = ("n<1K", "1K<n<10K", "10K<n<100K", "100K<n<1M", "1M<n<10M", "10M<n<100M
 """Words of the Hugging Face Hub for powers of ten of samples."""
 _MOST_LISTED = 1000
 """Episodes that the head of a card names one by one."""
+_MOST_LOOKED_AT = 500
 _TASKS = {
     "instance_map": ("object-detection", "image-segmentation"),
     "depth_m": ("depth-estimation",),
@@ -87,13 +89,15 @@ def table_configs(data: DataSet) -> dict[str, dict[str, list[str]]]:
 
 def write_card(data: DataSet) -> None:
     """Write the data card and the contact sheet into a data set."""
-    put(data.files, f"{data.root}/{SHEET}", CODINGS["jpeg"].encode(contact_sheet(data)))
+    if data.request.channels:
+        put(data.files, f"{data.root}/{SHEET}", CODINGS["jpeg"].encode(contact_sheet(data)))
     put(data.files, f"{data.root}/{CARD}", card_text(data).encode())
 
 
 def card_text(data: DataSet) -> str:
     """Return the data card; no pixel is read."""
     request, scenario = data.request, catalog.scenario(data.request.scenario)
+    looked_at = looked_at_in(data.seeds)
     fields = meanings(scenario.truth)
     return _render(
         "card.md.jinja",
@@ -103,12 +107,14 @@ def card_text(data: DataSet) -> str:
         episodes=counted(len(data.seeds), "episode"),
         seeds=ranges_text(data.seeds),
         missing=ranges_text(data.missing()),
+        splits=", ".join(f"{name} {counted(len(seeds), 'episode')}" for name, seeds in data.splits.items()),
         data=data,
         first=data.episode(data.seeds[0]),
         packages=", ".join(f"{name} {version}" for name, version in request.packages.items()),
         sheet=SHEET,
         legend=LEGEND,
-        tables=[*_object_tables(data), _channel_table(data)],
+        tables=[*_object_tables(data, looked_at), _channel_table(data, looked_at)],
+        looked_at=counted(len(looked_at), "episode") if len(looked_at) < len(data.seeds) else "",
         manifest=MANIFEST,
         fields=markdown_table(
             ("field", "table", "unit", "coding"),
@@ -119,7 +125,14 @@ def card_text(data: DataSet) -> str:
     )
 
 
-def _object_tables(data: DataSet) -> Iterator[str]:
+def looked_at_in(seeds: Sequence[int]) -> Sequence[int]:
+    """Return those of the episodes that a card counts in, evenly spread: all, unless that would take minutes."""
+    if len(seeds) <= _MOST_LOOKED_AT:
+        return seeds
+    return [seeds[len(seeds) * k // _MOST_LOOKED_AT] for k in range(_MOST_LOOKED_AT)]
+
+
+def _object_tables(data: DataSet, looked_at: Sequence[int]) -> Iterator[str]:
     """Yield what the objects do, and how many of each kind are seen."""
     is_seen = pc.is_finite(pc.list_element(pc.field("visible_box_xyxy"), 0))
     is_target = pc.field("names") == catalog.scenario(data.request.scenario).target
@@ -132,7 +145,7 @@ def _object_tables(data: DataSet) -> Iterator[str]:
         "group": pc.if_else(is_target, TARGET, OTHERS),
         "is_seen": is_seen,
     }
-    objects = _rows(data, "objects", columns)
+    objects = _rows(data, "objects", columns, looked_at)
     outs = frame_outs(objects)
     shares = pd.crosstab(objects["group"], objects["state"], normalize="index").reindex(columns=_STATES, fill_value=0.0)
     lines = []
@@ -146,7 +159,7 @@ def _object_tables(data: DataSet) -> Iterator[str]:
 
     seen = [objects.loc[objects["is_seen"], ["kind", "group"]]]
     if "standing" in data.tables:
-        standing = _rows(data, "standing", {"kind": pc.field("standing_kinds"), "is_seen": is_seen})
+        standing = _rows(data, "standing", {"kind": pc.field("standing_kinds"), "is_seen": is_seen}, looked_at)
         seen.append(standing.loc[standing["is_seen"], ["kind"]].assign(group=STANDING))
     found = pd.concat([each.astype(str) for each in seen])
     groups = [TARGET, OTHERS, STANDING]
@@ -156,8 +169,8 @@ def _object_tables(data: DataSet) -> Iterator[str]:
     )
 
 
-def _rows(data: DataSet, table: str, columns: dict[str, pc.Expression]) -> pd.DataFrame:
-    return pa.Table.from_batches(data.batches(table, columns)).to_pandas(strings_to_categorical=True)
+def _rows(data: DataSet, table: str, columns: dict[str, pc.Expression], seeds: Sequence[int]) -> pd.DataFrame:
+    return pa.Table.from_batches(data.batches(table, columns, seeds)).to_pandas(strings_to_categorical=True)
 
 
 def frame_outs(objects: pd.DataFrame) -> pd.DataFrame:
@@ -180,14 +193,14 @@ def frame_outs(objects: pd.DataFrame) -> pd.DataFrame:
     return runs.assign(unfinished=ends)[(runs["state"] == "out") & was_seen][["group", "frames", "unfinished"]]
 
 
-def _channel_table(data: DataSet) -> str:
+def _channel_table(data: DataSet, looked_at: Sequence[int]) -> str:
     """Return what each channel takes."""
     units = {name: each.unit for name, each in meanings(catalog.scenario(data.request.scenario).truth).items()}
     units |= {NORMALS: "unit vectors in the world"}
-    lines = []
-    for name, size in data.stored_bytes().items():
+    lines, frames = [], sum(data.episode(seed).frame_count for seed in looked_at)
+    for name, size in data.stored_bytes(looked_at).items():
         coding = "Parquet" if name == "tables" else coding_of(name, data.request.pictures)
-        lines.append([name, coding, units.get(name, ""), f"{size / len(data) / 1024:.1f}"])
+        lines.append([name, coding, units.get(name, ""), f"{size / frames / 1024:.1f}"])
     return markdown_table(("channel", "coding", "unit", "KiB a frame"), lines, 3)
 
 

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute
 import pyarrow.dataset
+from fsspec import AbstractFileSystem
 
-from benchmarks.data.sets.episode_writer import episode_folder, is_whole, read_mark
+from benchmarks.data.sets.episode_writer import episode_folder
+from benchmarks.data.sets.jobs import hull, jobs_of
+from benchmarks.data.sets.manifest import (
+    Entry,
+    entries_of_manifest,
+    entries_of_marks,
+    left_out_before,
+    left_out_in,
+    read_manifest,
+)
 from benchmarks.data.sets.places import place_of, reached
-from benchmarks.data.sets.request import SPLITS, Request, request_of
+from benchmarks.data.sets.request import FORMAT, SPLITS, Request, part_names, request_of
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from scenarios.scenario import Frame
 from sim.checks import check
@@ -23,9 +32,7 @@ _KEPT = 4
 """Episodes whose tables are kept for reading in any order."""
 _SCANNED = 32
 """Episodes whose tables are read as one Arrow dataset."""
-REQUEST, MANIFEST = "dataset.json", "manifest.json"
-LEFT_OUT = "left_out"
-"""In the manifest: the seeds whose episodes could not be built, and why."""
+REQUEST = "dataset.json"
 
 
 class DataSet:
@@ -33,7 +40,8 @@ class DataSet:
 
     Attributes:
         request: what it is of.
-        seeds: of the episodes that exist.
+        seeds: of the episodes that exist. left_out: seed -> why its episode could not be built (``--on-error skip``).
+        is_listed: whether the set is whole, with a list of its files; otherwise it is still being made.
     """
 
     def __init__(self, url: str) -> None:
@@ -41,29 +49,46 @@ class DataSet:
         self.url = str(url)
         self.files, self.root = place_of(self.url)
         with reached(self.url, "directory"):
-            if not self.files.exists(f"{self.root}/{REQUEST}"):
-                raise ValueError(f"directory: expected a data set with a file {REQUEST}, got none in {self.url}")
-            self.request: Request = request_of(self.files.cat_file(f"{self.root}/{REQUEST}"), REQUEST)
-            self.seeds = tuple(seed for seed in range(*self.request.seeds) if is_whole(self.files, self.root, seed))
+            self.request = _request_in(self.files, self.root, self.url)
+            jobs = jobs_of(self.files, self.root)
+            if jobs:
+                # What they add is not listed yet.
+                asked = hull([range(*self.request.seeds), *jobs])
+                self.request = replace(self.request, seeds=(asked.start, asked.stop))
+            columns = ["seed", "frame_count", "left_out"]
+            listed = None if jobs else read_manifest(self.files, self.root, columns)
+            # A list of before the set grew says nothing.
+            if listed is not None and listed.num_rows != len(range(*self.request.seeds)):
+                listed = None
+            self.is_listed = listed is not None
+            if listed is None:
+                self.left_out = {seed: why for each in jobs.values() for seed, why in each.items()}
+                found = entries_of_marks(self.files, self.root, range(*self.request.seeds))
+                counts = [(each.seed, each.frame_count) for each in found]
+                self.seeds = tuple(seed for seed, _ in counts)
+                frame_counts = np.array([count for _, count in counts], np.int64)
+                if self.request.format < FORMAT:
+                    self.left_out = left_out_before(self.files, self.root)
+            else:
+                made = listed.filter(pa.compute.is_null(listed["left_out"]))
+                self.left_out = left_out_in(listed)
+                self.seeds = tuple(made["seed"].to_pylist())
+                frame_counts = made["frame_count"].to_numpy().astype(np.int64)
+        self._episode_ends = np.cumsum([0, *frame_counts])
         self._known = frozenset(self.seeds)
         self._episodes: dict[int, StoredEpisode] = {}
 
-    @cached_property
-    def left_out(self) -> dict[int, str]:
-        """Seed -> why its episode could not be built (``generate --on-error skip``). Raises as ``manifest``."""
-        listed = (self.manifest() or {}).get(LEFT_OUT, {})
-        return {int(seed): str(why) for seed, why in listed.items() if int(seed) not in self._known}
+    def entries(self) -> Iterator[Entry]:
+        """Yield what is known of the files of each episode, in order of seeds."""
+        if self.is_listed:
+            return entries_of_manifest(self.files, self.root)
+        return entries_of_marks(self.files, self.root, self.seeds)
 
-    def manifest(self) -> dict[str, Any] | None:
-        """Return the list of all files, None if there is none yet. Raises ValueError if it is damaged."""
-        path = f"{self.root}/{MANIFEST}"
-        if not self.files.exists(path):
-            return None
-        try:
-            listed: dict[str, Any] = json.loads(self.files.cat_file(path))
-        except ValueError as error:
-            raise ValueError(f"{MANIFEST}: expected the list of a data set's files, got {error}") from None
-        return listed
+    def size_bytes(self) -> int:
+        """Return the size of all files of its episodes and their backgrounds."""
+        shared = f"{self.root}/backgrounds"
+        backgrounds = self.files.du(shared) if self.files.exists(shared) else 0
+        return backgrounds + sum(size for entry in self.entries() for size, _ in entry.files.values())
 
     def missing(self) -> list[int]:
         """Return the seeds that were asked for and are neither there nor left out."""
@@ -135,21 +160,33 @@ class DataSet:
         paths = [f"{folder}/{name}.parquet" for folder in folders]
         return pa.dataset.dataset(paths, filesystem=self.files, format="parquet")
 
-    def batches(self, name: str, columns: dict[str, Any]) -> Iterator[pa.RecordBatch]:
-        """Yield the rows of a table in order, as columns of expressions; the number of episodes costs no memory."""
-        for first in range(0, len(self.seeds), _SCANNED):
-            # Arrow keeps the footer of every file that it has read for as long as the dataset exists.
-            yield from self.scan(name, self.seeds[first : first + _SCANNED]).scanner(columns=columns).to_batches()
+    def batches(
+        self, name: str, columns: dict[str, Any], seeds: Sequence[int] | None = None
+    ) -> Iterator[pa.RecordBatch]:
+        """Yield the rows of a table in order, as columns of expressions; the number of episodes costs no memory.
 
-    def stored_bytes(self) -> dict[str, int]:
-        """Return the bytes of each channel in all frames, from its places in the table of frames, and of all tables."""
+        Args:
+            seeds: of the episodes; None = all.
+        """
+        chosen = self.seeds if seeds is None else seeds
+        for first in range(0, len(chosen), _SCANNED):
+            # Arrow keeps the footer of every file that it has read for as long as the dataset exists.
+            yield from self.scan(name, chosen[first : first + _SCANNED]).scanner(columns=columns).to_batches()
+
+    def stored_bytes(self, seeds: Sequence[int] | None = None) -> dict[str, int]:
+        """Return the bytes of each channel in all frames, from its places in the table of frames, and of all tables.
+
+        Args:
+            seeds: of the episodes; None = all.
+        """
         total = dict.fromkeys(self.request.channels, 0)
         columns = {name: pa.compute.field(name, "bytes") for name in total}
-        for batch in self.batches("frames", columns) if columns else ():
+        for batch in self.batches("frames", columns, seeds) if columns else ():
             for name in total:
                 total[name] += pa.compute.sum(batch[name]).as_py() or 0
-        files = (file for mark in self._marks() for file in mark["files"].items())
-        total["tables"] = sum(file["bytes"] for name, file in files if name.endswith(".parquet"))
+        chosen = entries_of_marks(self.files, self.root, self.seeds if seeds is None else seeds)
+        files = (file for entry in chosen for file in entry.files.items())
+        total["tables"] = sum(size for name, (size, _) in files if name.endswith(".parquet"))
         return total
 
     def samples(self, take: Callable[[Frame], Any], channels: tuple[str, ...] | None = None) -> Samples:
@@ -160,12 +197,25 @@ class DataSet:
         """
         return Samples(self, take, channels)
 
-    @cached_property
-    def _episode_ends(self) -> np.ndarray:
-        return np.cumsum([0, *(mark["frame_count"] for mark in self._marks())])
 
-    def _marks(self) -> Iterator[dict[str, Any]]:
-        return (read_mark(self.files, episode_folder(self.root, seed)) for seed in self.seeds)
+def _request_in(files: AbstractFileSystem, root: str, url: str) -> Request:
+    """Return the request of a folder. Raises ValueError if there is none, or it is a set of several parts."""
+    if not files.exists(f"{root}/{REQUEST}"):
+        raise ValueError(f"directory: expected a data set with a file {REQUEST}, got none in {url}")
+    content = files.cat_file(f"{root}/{REQUEST}")
+    parts = part_names(content)
+    which = " or ".join(f"{url}/{name}" for name in parts)
+    check("directory", not parts, f"one part of a set, {which}", f"the set of all of them, {url}")
+    return request_of(content, REQUEST)
+
+
+def data_sets(url: str) -> tuple[DataSet, ...]:
+    """Open a data set, or all parts of a set of several, in order. Raises as ``DataSet``."""
+    files, root = place_of(str(url))
+    with reached(str(url), "directory"):
+        described = files.exists(f"{root}/{REQUEST}")
+        names = part_names(files.cat_file(f"{root}/{REQUEST}")) if described else ()
+    return tuple(DataSet(f"{url}/{name}") for name in names) if names else (DataSet(url),)
 
 
 class Samples:

@@ -15,7 +15,7 @@ import json
 import secrets
 import shutil
 import tarfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -43,6 +43,7 @@ ROWS_AT_ONCE = 256
 """Frames of a row group: what is held in memory until it is written."""
 SHARD_BYTES = 512 * 2**20
 """Size from which a new shard begins."""
+_MARKS_AT_ONCE = 500
 
 
 @dataclass(frozen=True)
@@ -151,6 +152,28 @@ def read_mark(files: AbstractFileSystem, folder: str, name: str = MARK) -> dict[
     return mark
 
 
+def read_marks(files: AbstractFileSystem, root: str, seeds: Sequence[int]) -> Iterator[tuple[int, bytes]]:
+    """Yield seed and mark of each episode that was written to its end, of those of ``seeds``, in their order."""
+    is_local = isinstance(files, LocalFileSystem)
+    for first in range(0, len(seeds), _MARKS_AT_ONCE):
+        paths = {f"{episode_folder(root, seed)}/{MARK}": seed for seed in seeds[first : first + _MARKS_AT_ONCE]}
+        # Stores are asked for many at once.
+        found = {} if is_local else files.cat(list(paths), on_error="omit")
+        for path, seed in paths.items():
+            mark = _local(path) if is_local else found.get(path)
+            with suppress(ValueError):
+                if mark is not None and json.loads(mark):
+                    yield seed, mark
+
+
+def _local(path: str) -> bytes | None:
+    try:
+        with open(path, "rb", buffering=0) as file:
+            return file.read()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+
+
 def is_whole(files: AbstractFileSystem, root: str, seed: int) -> bool:
     """Return whether an episode was written to its end."""
     return _has_mark(files, episode_folder(root, seed), MARK)
@@ -246,10 +269,13 @@ def _write_folder(
         raise
 
 
-def clear(files: AbstractFileSystem, root: str) -> None:
-    """Remove what killed runs have left."""
+def clear(files: AbstractFileSystem, root: str, seeds: range, backgrounds: bool = False) -> None:
+    """Remove what killed runs have left of episodes of these seeds; of ``backgrounds`` too, if no other job is left."""
     if isinstance(files, LocalFileSystem):
-        for folder in Path(root).glob(f"*/{_UNFINISHED}*"):
+        for folder in Path(root, "episodes").glob(f"{_UNFINISHED}*"):
+            if int(folder.name.removeprefix(_UNFINISHED).partition("-")[0]) in seeds:
+                shutil.rmtree(folder, ignore_errors=True)
+        for folder in Path(root, "backgrounds").glob(f"{_UNFINISHED}*") if backgrounds else ():
             shutil.rmtree(folder, ignore_errors=True)
 
 

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
+import os
+import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO
 
 from fsspec import AbstractFileSystem
 from fsspec.core import url_to_fs
@@ -15,6 +19,7 @@ from trackers.atomic_file import write_atomic
 
 _CLIENTS = ("botocore", "aiobotocore", "aiohttp", "gcsfs", "google", "azure", "adlfs")
 """Packages whose errors are about the way to a store."""
+_READ_AT_ONCE = 2**20
 
 
 def place_of(url: str) -> tuple[AbstractFileSystem, str]:
@@ -74,3 +79,45 @@ def put(files: AbstractFileSystem, path: str, content: bytes) -> None:
     else:
         # Stores write whole objects.
         files.pipe_file(path, content)
+
+
+def put_new(files: AbstractFileSystem, path: str, content: bytes) -> None:
+    """Write a whole file unless there is one; of several processes at once, one does. On a store the last one does."""
+    if not isinstance(files, LocalFileSystem):
+        put(files, path, content)
+        return
+    beside = f"{path}.{secrets.token_hex(8)}"
+    Path(beside).write_bytes(content)
+    try:
+        with suppress(FileExistsError):
+            os.link(beside, path)
+    finally:
+        os.unlink(beside)
+
+
+@contextmanager
+def whole_file(files: AbstractFileSystem, path: str) -> Iterator[IO[bytes]]:
+    """Yield a file to write, which appears under its name when it is whole."""
+    if not isinstance(files, LocalFileSystem):
+        with files.open(path, "wb") as file:
+            yield file
+        return
+    beside = Path(f"{path}.{secrets.token_hex(8)}")
+    try:
+        with beside.open("wb") as file:
+            yield file
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def size_and_sha256(files: AbstractFileSystem, path: str) -> tuple[int, bytes]:
+    """Return the size of a file and the SHA-256 of its bytes. Raises FileNotFoundError."""
+    # A set has hundreds of thousands of files: on this machine they are opened without detours.
+    is_local = isinstance(files, LocalFileSystem)
+    sha256, size = hashlib.sha256(), 0
+    with open(path, "rb", buffering=0) if is_local else files.open(path, "rb") as file:
+        while part := file.read(_READ_AT_ONCE):
+            sha256.update(part)
+            size += len(part)
+    return size, sha256.digest()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -149,6 +149,13 @@ def request_of(content: bytes | str, where: str) -> Request:
         return Request(**(_renamed(values) if version in _READ_TOO else values))
     except (json.JSONDecodeError, KeyError, TypeError) as error:
         raise ValueError(f"{where}: expected the description of a data set, got {error}") from None
+
+
+def part_names(content: bytes | str) -> tuple[str, ...]:
+    """Return the folders of the parts that a ``dataset.json`` names; none for a data set."""
+    with suppress(ValueError, AttributeError):
+        return tuple(json.loads(content).get("parts", ()))
+    return ()
 
 
 def _renamed(values: dict[str, Any]) -> dict[str, Any]:

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from benchmarks.data.sets.data_set import MANIFEST, DataSet
-from benchmarks.data.sets.episode_writer import MARK, background_folder, episode_folder, read_mark
+from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.episode_writer import MARK, background_folder, episode_folder, read_marks
+from benchmarks.data.sets.manifest import MANIFEST, Entry, files_of
+from benchmarks.data.sets.places import size_and_sha256
 from benchmarks.run.experiment import Progress
+
+MISSING = "is missing, or was not written to its end"
 
 
 @dataclass(frozen=True)
@@ -25,77 +30,74 @@ class Problem:
 
 def problems(data: DataSet, progress: Progress) -> Iterator[Problem]:
     """Yield all problems of a data set, of each episode the first that is found."""
-    yield from (Problem(seed, "is missing, or was not written to its end") for seed in data.missing())
+    yield from (Problem(seed, MISSING) for seed in data.missing())
     yield from damaged(data, progress)
 
 
 def damaged(data: DataSet, progress: Progress = lambda done, of: None) -> Iterator[Problem]:
     """Yield the episodes whose files are not those that were written; nothing is decoded."""
-    manifest = data.manifest()
-    expected = {f"{seed:06d}" for seed in range(*data.request.seeds) if seed not in data.left_out}
-    # That of before the set grew says nothing.
-    known = manifest if manifest is not None and expected <= set(manifest) else None
     backgrounds: dict[int, str | None] = {}
-    for done, seed in enumerate(data.seeds, start=1):
-        what = _damage(data, seed, known) or _damage_of_background(data, seed, backgrounds)
+    for done, entry in enumerate(data.entries(), start=1):
+        what = _damage(data, entry, backgrounds)
         if what:
-            yield Problem(seed, what)
+            yield Problem(entry.seed, what)
         progress(done, len(data.seeds))
 
 
-def _damage(data: DataSet, seed: int, known: dict[str, Any] | None) -> str | None:
-    """Return what is wrong with an episode's files; ``known``: the manifest, None before the data set is whole."""
-    folder, files = episode_folder(data.root, seed), files_of(data, seed)
-    made_as = read_mark(data.files, folder)["seed"]
-    if made_as != seed:
-        return f"its mark is that of episode {made_as}"
-    if known is not None and known.get(f"{seed:06d}") != files:
+def _damage(data: DataSet, entry: Entry, backgrounds: dict[int, str | None]) -> str | None:
+    """Return what is wrong with an episode; before the data set is whole its mark alone says what its files are.
+
+    Args:
+        backgrounds: day -> what is wrong with the pictures of it, for those that were looked at.
+    """
+    folder = episode_folder(data.root, entry.seed)
+    try:
+        mark: bytes = data.files.cat_file(f"{folder}/{MARK}")
+        said = json.loads(mark)
+    except (FileNotFoundError, NotADirectoryError, ValueError):
+        return MISSING
+    if said["seed"] != entry.seed:
+        return f"its mark is that of episode {said['seed']}"
+    if entry.files[MARK] != (len(mark), hashlib.sha256(mark).digest()):
         return f"it is not the one that {MANIFEST} lists"
-    return _damage_of_files(data, folder, files)
+    what = _damage_of_files(data, folder, {name: each for name, each in entry.files.items() if name != MARK})
+    return what or _damage_of_background(data, said, backgrounds)
 
 
-def _damage_of_background(data: DataSet, seed: int, known: dict[int, str | None]) -> str | None:
-    """Return what is wrong with an episode's background pictures; ``known``: by day, what was wrong with others."""
-    shared = read_mark(data.files, episode_folder(data.root, seed)).get("background")
+def _damage_of_background(data: DataSet, said: dict[str, Any], known: dict[int, str | None]) -> str | None:
+    """Return what is wrong with the background pictures of an episode whose mark says so."""
+    shared = said.get("background")
     if shared is None:
         return None
     day = shared["day"]
     if day not in known:
-        found = _damage_of_files(data, background_folder(data.root, day), shared["files"])
+        found = _damage_of_files(data, background_folder(data.root, day), files_of(shared))
         known[day] = found and f"its background {day:06d}: {found}"
     return known[day]
 
 
-def _damage_of_files(data: DataSet, folder: str, files: dict[str, dict[str, Any]]) -> str | None:
-    for name, mark in files.items():
-        path = f"{folder}/{name}"
-        if not data.files.exists(path):
+def _damage_of_files(data: DataSet, folder: str, files: dict[str, tuple[int, bytes]]) -> str | None:
+    for name, (size, sha256) in files.items():
+        try:
+            found = size_and_sha256(data.files, f"{folder}/{name}")
+        except (FileNotFoundError, NotADirectoryError):
             return f"{name} is missing"
-        size = data.files.size(path)
-        if size != mark["bytes"]:
-            return f"{name}: expected {mark['bytes']} bytes, got {size}"
-        with data.files.open(path, "rb") as file:
-            if hashlib.file_digest(file, "sha256").hexdigest() != mark["sha256"]:
-                return f"{name}: its contents are not those that were written"
+        if found[0] != size:
+            return f"{name}: expected {size} bytes, got {found[0]}"
+        if found[1] != sha256:
+            return f"{name}: its contents are not those that were written"
     return None
 
 
 def discard(data: DataSet, seeds: list[int]) -> None:
     """Remove episodes and damaged backgrounds, so that the command that made the data set makes them again."""
+    if seeds and data.is_listed:
+        data.files.rm_file(f"{data.root}/{MANIFEST}")
     backgrounds: dict[int, str | None] = {}
-    for seed in seeds:
-        if seed in data.seeds:
-            _damage_of_background(data, seed, backgrounds)
+    for _, mark in read_marks(data.files, data.root, seeds):
+        _damage_of_background(data, json.loads(mark), backgrounds)
     for folder in (background_folder(data.root, day) for day, what in backgrounds.items() if what):
         data.files.rm(folder, recursive=True)
     for folder in (episode_folder(data.root, seed) for seed in seeds):
         if data.files.exists(folder):
             data.files.rm(folder, recursive=True)
-
-
-def files_of(data: DataSet, seed: int) -> dict[str, dict[str, Any]]:
-    """Return size and SHA-256 of an episode's files: those that its mark says, and of the mark itself."""
-    folder = episode_folder(data.root, seed)
-    content = data.files.cat_file(f"{folder}/{MARK}")
-    own = {"bytes": len(content), "sha256": hashlib.sha256(content).hexdigest()}
-    return read_mark(data.files, folder)["files"] | {MARK: own}

@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
-from benchmarks.cli.arguments import development_seeds, seed_range
+from benchmarks.cli.arguments import development_seeds
 from benchmarks.cli.main import main
+from benchmarks.contract.text import seed_range
 
 
 @pytest.mark.parametrize(("text", "seeds"), [("3", range(3, 4)), ("0", range(1)), ("2:5", range(2, 5))])

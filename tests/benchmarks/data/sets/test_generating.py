@@ -19,6 +19,8 @@ import pytest
 from benchmarks.cli.main import main
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.generating import Workers, forecast, generate
+from benchmarks.data.sets.jobs import note_job
+from benchmarks.data.sets.places import place_of
 from benchmarks.data.sets.request import first_episode
 from benchmarks.run.result_folder import alone_in
 from tests.benchmarks.data.sets.small import HERE, MODULES, made, tiny
@@ -48,7 +50,7 @@ def test_a_killed_run_continues_with_the_same_command_and_makes_the_same_bytes(d
         time.sleep(0.005)
     os.kill(run.pid, signal.SIGKILL)
     run.wait()
-    assert not (out / "manifest.json").exists()
+    assert not (out / "manifest.parquet").exists()
     made(tiny(), out)
     assert digests(out) == digests(data.root)
 
@@ -75,7 +77,7 @@ def test_thirty_kills_at_random_moments_change_nothing(tmp_path):
             kills += 1
         run.wait()
         assert len(list(out.glob("episodes/0*/episode.json"))) >= before
-        if (out / "manifest.json").exists():
+        if (out / "manifest.parquet").exists():
             shutil.rmtree(out)
     made(tiny(seeds=(0, 24), frame_count=200), out)
     assert digests(out) == digests(tmp_path / "whole")
@@ -139,13 +141,14 @@ def test_a_set_that_grew_has_no_manifest_and_card_of_before(tmp_path, monkeypatc
     """The run is killed after the last episode, or after the manifest."""
     out = tmp_path / "set"
     made(tiny(seeds=(3, 4)), out)
-    for seeds, stopped in (((3, 5), "_finish"), ((3, 6), "write_card")):
+    for seeds, stopped in (((3, 5), "finish"), ((3, 6), "write_card")):
         with monkeypatch.context() as patch:
             patch.setattr(f"benchmarks.data.sets.generating.{stopped}", lambda *_: (_ for _ in ()).throw(SystemExit))
             with pytest.raises(SystemExit):
                 made(tiny(seeds=seeds), out)
         data = made(tiny(seeds=seeds), out)
-        assert set(data.manifest()) == {f"{seed:06d}" for seed in range(*seeds)}
+        assert data.is_listed
+        assert [entry.seed for entry in data.entries()] == list(range(*seeds))
         assert f"(seeds {seeds[0]}–{seeds[1] - 1})" in (out / "README.md").read_text()
 
 
@@ -319,7 +322,11 @@ def test_an_error_of_the_disk_is_not_one_of_an_episode(refuse):
 
 def test_a_second_writer_is_refused_in_one_line(tmp_path):
     made(tiny(seeds=(3, 4)), tmp_path / "set")
-    with alone_in(tmp_path / "set"), pytest.raises(ValueError, match="out: expected a folder that no"):
+    note_job(*place_of(str(tmp_path / "set")), range(3, 5))
+    with (
+        alone_in(tmp_path / "set/jobs/000003-000005.json"),
+        pytest.raises(ValueError, match="out: expected a folder that no"),
+    ):
         made(tiny(), tmp_path / "set")
     assert made(tiny(), tmp_path / "set").seeds == (3, 4)
 

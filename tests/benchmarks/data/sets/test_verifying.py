@@ -42,8 +42,8 @@ def test_what_is_cut_off_or_missing_is_found(copy):
     table.write_bytes(table.read_bytes()[:-10])
     (copy / "episodes/000004/episode.json").unlink()
     first, second = found(copy)
-    assert first == "episode 4: is missing, or was not written to its end"
-    assert second.startswith("episode 3: objects.parquet: expected ")
+    assert first.startswith("episode 3: objects.parquet: expected ")
+    assert second == "episode 4: is missing, or was not written to its end"
 
 
 def test_an_episode_in_place_of_another_and_a_changed_mark_are_found(copy):
@@ -53,14 +53,14 @@ def test_an_episode_in_place_of_another_and_a_changed_mark_are_found(copy):
     mark.write_text(mark.read_text().replace('"rate_hz": 15.0', '"rate_hz": 30.0'))
     assert found(copy) == [
         "episode 3: its mark is that of episode 4",
-        "episode 4: it is not the one that manifest.json lists",
+        "episode 4: it is not the one that manifest.parquet lists",
     ]
 
 
 def test_what_was_made_since_the_set_began_to_grow_is_whole(tmp_path):
     """The run that made it grow was killed: the manifest is that of before."""
     made(tiny(seeds=(3, 4)), tmp_path / "set")
-    before = (tmp_path / "set/manifest.json").read_bytes()
+    before = (tmp_path / "set/manifest.parquet").read_bytes()
     made(tiny(), tmp_path / "set")
-    (tmp_path / "set/manifest.json").write_bytes(before)
+    (tmp_path / "set/manifest.parquet").write_bytes(before)
     assert found(tmp_path / "set") == []
