@@ -11,6 +11,7 @@ TOOLS = Program(
     {
         "publish": ("tools.publish:Publish", "make and check the published tables, write their pages"),
         "speed": ("tools.time_speed:Speed", "time rendering against TinyRenderer, and steps of the envs"),
+        "scale": ("tools.scale:Scale", "compute what large sets cost, and time the handling of 100,000 episodes"),
         "learn-colours": ("tools.learn.colours:LearnColours", "learn colour models of road and other ground"),
         "learn-swims": ("tools.learn.swims:LearnSwims", "learn from simulated swims what gap methods ship"),
         "learn-swings": ("tools.learn.swings:LearnSwings", "learn how swings of a camera in gusts go on"),
