@@ -61,7 +61,7 @@ def truth_field(
     *shape: str | int,
     coding: str = "",
     left_out: bool = False,
-    unjudged: NDArray[Any] | tuple[()] | None = None,
+    unjudged: Any = None,
 ) -> Any:
     """Declare a field of truth, see ``Meaning``.
 

@@ -140,6 +140,18 @@ def intersect_plane(
     return T_world_camera[:2, 3] + directions[..., :2] * depth[..., None]
 
 
+def may_show(
+    camera: Camera, T_world_camera: NDArray[np.float64], centres_m: NDArray[np.float64], radius_m: float
+) -> NDArray[np.bool_]:
+    """Return whether any point of spheres around world places (N, 3) may be in the picture."""
+    x, y, z = ((centres_m - T_world_camera[:3, 3]) @ T_world_camera[:3, :3]).T
+    shown = z > -radius_m
+    for aside, half_px in ((x, 0.5 * camera.width_px), (y, 0.5 * camera.height_px)):
+        slope = half_px / camera.focal_px
+        shown &= np.abs(aside) < slope * z + radius_m * math.hypot(1.0, slope)
+    return np.asarray(shown)
+
+
 def look_down_pose(
     position_m: NDArray[np.float64], yaw_rad: float, pitch_rad: float, roll_rad: float
 ) -> NDArray[np.float64]:

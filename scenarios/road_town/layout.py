@@ -79,6 +79,14 @@ class Tree:
 
 
 @dataclass(frozen=True)
+class StreetLamp:
+    """A lamp on the pavement; its arm points along ``yaw_rad``, over the street."""
+
+    centre_m: tuple[float, float]
+    yaw_rad: float
+
+
+@dataclass(frozen=True)
 class CarPark:
     """A paved rectangle beside a street, with marked bays and perhaps parked cars.
 
@@ -100,7 +108,7 @@ class Layout:
 
     Attributes:
         extent_m: side of the square ground.
-        graph, buildings, trees, car_parks: its parts.
+        graph, buildings, trees, car_parks, lamps: its parts.
     """
 
     extent_m: float
@@ -108,3 +116,4 @@ class Layout:
     buildings: tuple[Building, ...]
     trees: tuple[Tree, ...]
     car_parks: tuple[CarPark, ...]
+    lamps: tuple[StreetLamp, ...] = ()

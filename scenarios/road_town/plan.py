@@ -21,6 +21,7 @@ from scenarios.road_town.patterns import make_streets
 from scenarios.road_town.pilot import Drive, plan_flight
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.route import Excursion, Route, random_route, with_excursion
+from scenarios.road_town.street_lamps import place_lamps
 from scenarios.road_town.traffic import Driver, Motion, simulate
 from sim.meshes.vehicle import class_of, vehicle
 from sim.rng import generator
@@ -96,7 +97,8 @@ def draw_layout(preset: RoadTown, seed: int) -> Layout:
     rng = generator(seed, "streets")
     pattern = str(rng.choice(preset.street_patterns))
     graph = replace(make_streets(pattern, rng, preset.extent_m), traffic_side=preset.traffic_side)
-    return fill_blocks(graph, generator(seed, "blocks"), preset.extent_m)
+    layout = fill_blocks(graph, generator(seed, "blocks"), preset.extent_m)
+    return replace(layout, lamps=place_lamps(graph)) if preset.has_lamp_posts else layout
 
 
 def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | None = None) -> Plan:

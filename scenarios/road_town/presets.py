@@ -146,7 +146,13 @@ class RoadTown:
         camera_pitch_deg: range of the angle by which the camera is pitched forward from straight down; 0, or so much
             that a gust can swing the view off the car.
         frame_outs: see ``FrameOuts``.
-        sun_elevation_deg: range.
+        sun_elevation_deg: range; below 0 it is dusk or night, with the lights of cars on, and the street lamps.
+        weather: ``clear``, ``overcast``, ``rain``, ``fog`` or ``snow`` that falls.
+        fog_visibility_m: range of the meteorological visibility in fog.
+        rain_mm_h: range of the rate of rain. Wet surfaces are darker and mirror; drops stay on the camera's window.
+        snow_cover: range of the amount of snow on the ground, 0 to 1, in any weather.
+        season: of leaves, lawns and fields: ``summer``, ``autumn``, ``winter`` or ``spring``.
+        lamp_posts: whether street lamps stand along the streets; where the sun is below 0 they do.
         ego: errors of the measured pose, or None for no instruments.
         closed_loop: whether a controller steers the camera by default.
     """
@@ -179,6 +185,12 @@ class RoadTown:
     sun_elevation_deg: tuple[float, float] = (35.0, 65.0)
     ego: EgoErrors | None = EgoErrors()
     closed_loop: bool = False
+    weather: Literal["clear", "overcast", "rain", "fog", "snow"] = "clear"
+    fog_visibility_m: tuple[float, float] = (150.0, 400.0)
+    rain_mm_h: tuple[float, float] = (2.0, 12.0)
+    snow_cover: tuple[float, float] = (0.0, 0.0)
+    season: Literal["summer", "autumn", "winter", "spring"] = "summer"
+    lamp_posts: bool = False
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -194,7 +206,10 @@ class RoadTown:
         check_within(self, "attitude_noise_deg", 0, 30)
         check_within(self, "stop_share", 0, 1)
         check_within(self, "camera_pitch_deg", 0, 60)
-        check_within(self, "sun_elevation_deg", 0, 90, above=True)
+        check_within(self, "sun_elevation_deg", -90, 90)
+        check_within(self, "fog_visibility_m", 20, 1e6)
+        check_within(self, "rain_mm_h", 0, 100)
+        check_within(self, "snow_cover", 0, 1)
         good = SMALLEST_EXTENT_M <= self.extent_m < LARGEST_EXTENT_M
         check("extent_m", good, f"a number in [{SMALLEST_EXTENT_M:g}, {LARGEST_EXTENT_M:g})", self.extent_m)
         known = f"some of {', '.join(STREET_PATTERNS)}"
@@ -233,6 +248,11 @@ class RoadTown:
     def keeps_apart(self) -> bool:
         """Whether bodies of vehicles never touch, see ``traffic_keeps_apart``."""
         return self.traffic_keeps_apart or not {*self.vehicles, self.target_vehicle} <= {"any", *CARS}
+
+    @property
+    def has_lamp_posts(self) -> bool:
+        """Whether street lamps stand in its towns."""
+        return self.lamp_posts or self.sun_elevation_deg[0] < 0.0
 
     @property
     def _least_pitch_deg(self) -> float:
@@ -329,6 +349,7 @@ ABLATIONS: dict[str, RoadTown] = {
     ),
 }
 """Further presets: ``standard`` with one assumption of a tracker violated in each."""
+
 WORLDS: dict[str, RoadTown] = {
     "mixed-traffic": replace(
         STANDARD,
@@ -336,6 +357,23 @@ WORLDS: dict[str, RoadTown] = {
         traffic_cars=24,
         vehicles=tuple(VEHICLES),
         traffic_keeps_apart=True,
+    ),
+    "night": replace(
+        STANDARD,
+        summary="standard, after sunset: street lamps, headlights, a camera that sees little light",
+        sun_elevation_deg=(-18.0, -7.0),
+    ),
+    "rain": replace(STANDARD, summary="standard, in rain: wet streets, drops on the camera's window", weather="rain"),
+    "fog": replace(STANDARD, summary="standard, in fog of 150 to 400 m visibility", weather="fog"),
+    "snow": replace(
+        STANDARD,
+        summary="standard, in winter, under snow that still falls",
+        weather="snow",
+        season="winter",
+        snow_cover=(0.6, 1.0),
+    ),
+    "autumn": replace(
+        STANDARD, summary="standard, in autumn, under a low sun", season="autumn", sun_elevation_deg=(14.0, 30.0)
     ),
 }
 """Further worlds, which tables do not rest on yet."""

@@ -319,6 +319,7 @@ def with_excursion(
         layout,
         buildings=tuple(b for k, b in enumerate(layout.buildings) if k not in hits.buildings),
         trees=tuple(t for k, t in enumerate(layout.trees) if k not in hits.trees),
+        lamps=tuple(p for k, p in enumerate(layout.lamps, len(layout.trees)) if k not in hits.trees),
     )
     bent_route, excursion = _rebuilt(route, bent, leave, back)
     return bent_route, cleared, excursion
@@ -351,7 +352,7 @@ def _rebuilt(route: Route, bent: NDArray[np.float64], leave_m: float, return_m: 
 
 @dataclass(frozen=True, slots=True)
 class _Hits:
-    """Obstacles of a path: indices of buildings and trees, and whether a parked car is among them."""
+    """Obstacles of a path: indices of buildings, of trees and after them street lamps; whether a parked car is one."""
 
     buildings: frozenset[int]
     trees: frozenset[int]
@@ -359,7 +360,7 @@ class _Hits:
 
 
 class _Obstacles:
-    """Buildings, parked cars and trees of a town."""
+    """Buildings, parked cars, trees and street lamps of a town."""
 
     def __init__(self, layout: Layout) -> None:
         boxes = [(b.centre_m, b.size_m[:2], b.yaw_rad) for b in layout.buildings]
@@ -372,7 +373,8 @@ class _Obstacles:
         self._half = 0.5 * np.array([box[1] for box in boxes]).reshape(-1, 2)
         yaws = np.array([box[2] for box in boxes])
         self._axis = np.column_stack([np.cos(yaws), np.sin(yaws)])
-        self._trees = np.array([tree.centre_m for tree in layout.trees]).reshape(-1, 2)
+        standing = [tree.centre_m for tree in layout.trees] + [lamp.centre_m for lamp in layout.lamps]
+        self._trees = np.array(standing).reshape(-1, 2)
 
     def hits(self, points_m: NDArray[np.float64]) -> _Hits:
         """Return the obstacles within ``_CLEARANCE_M`` of any of the points (M, 2)."""

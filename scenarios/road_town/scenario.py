@@ -8,29 +8,49 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scenarios.objects import Labels, Objects
 from scenarios.road_town.flight import ALTITUDE_RANGE_M, HELICOPTER, Helicopter, Instruments
 from scenarios.road_town.ground import TEXTURE_PX
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.pictureless.bank import RoadPictureless
-from scenarios.road_town.plan import TARGET, Plan, camera_of, draw_layout, make_plan
+from scenarios.road_town.plan import TARGET, camera_of, draw_layout, make_plan
 from scenarios.road_town.presets import ABLATIONS, PRESETS, WORLDS, RoadTown
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import add_vehicle, build_town, parked_cars, town_of
 from scenarios.road_town.truth import Light, RoadTruth
+from scenarios.road_town.weather import (
+    Conditions,
+    GroundLight,
+    draw_conditions,
+    ground_light_of,
+    kind_of_ground,
+    sensor_in,
+    shader_in,
+)
 from scenarios.scenario import KeptWorld, Scenario, Setup
 from scenarios.stage import SceneCamera, Stage
 from sim.labels import backward_flow, ground_homography, pixels_from_ground
 from sim.meshes.vehicle import VEHICLES, class_of
 from sim.optics import CameraMotion
 from sim.render.pipeline import Capture
-from sim.shaders.daylight import SHADOW_TEXELS, DaylightShader, Sun
+from sim.shaders.all_weather import AllWeatherShader
+from sim.shaders.daylight import SHADOW_TEXELS
 from trackers.types import CameraCommand, EgoPose
 
-SUN_ILLUMINANCE_LX = 90_000.0
-SKY_ILLUMINANCE_LX = 18_000.0
 _SHADOW_TEXELS_A_PIXEL = 3
+_OF_CONDITIONS = (
+    "weather",
+    "season",
+    "visibility_m",
+    "rain_mm_h",
+    "snow_cover",
+    "street_lamps_on",
+    "headlights_on",
+)
+"""Fields of truth that are those of ``Conditions``."""
+_BRAKES_FROM_MPS2, _WAITS_BELOW_MPS = 0.8, 0.3
 _NO_POSES = np.empty((0, 4, 4))
 _NO_FLOW = np.empty((0, 0, 2), np.float32)
 
@@ -49,10 +69,11 @@ class Detail:
 
 @dataclass(frozen=True, eq=False)
 class KeptTown:
-    """What a kept town was built from."""
+    """What a kept town was built from, and what its light keeps, if that is more than sun and sky."""
 
     layout: Layout
     detail: Detail = Detail()
+    ground_light: GroundLight | None = None
 
 
 def detail_for(preset: RoadTown) -> Detail:
@@ -79,18 +100,22 @@ class RoadTownEpisode(Stage):
         plan = make_plan(
             setup.preset, setup.seed, closed_loop=setup.closed_loop, kept=None if kept is None else kept.content.layout
         )
-        world = town_of(plan.seed, plan.layout, plan.preset.vehicles) if kept is None else kept.world.copy()
+        if kept is None:
+            world = town_of(plan.seed, plan.layout, plan.preset.vehicles, plan.preset.season)
+            ground_light = ground_light_of(world, plan.layout, plan.preset, plan.seed)
+        else:
+            world = kept.world.copy()
+            ground_light = kept.content.ground_light or ground_light_of(world, plan.layout, plan.preset, plan.seed)
         cars = [
             add_vehicle(world, "target" if car == TARGET else f"traffic-{car}", look.model, look.paint_rgb)
             for car, look in enumerate(plan.looks)
         ]
         self.plan = plan
-        self._light = _light(plan)
-        self._shader = DaylightShader(
-            world,
-            Sun(self._light.sun_direction, SUN_ILLUMINANCE_LX),
-            SKY_ILLUMINANCE_LX,
-            shadow_texels=SHADOW_TEXELS if kept is None else kept.content.detail.shadow_texels,
+        self._conditions = draw_conditions(plan.preset, plan.seed, plan.sun_azimuth_rad, plan.sun_elevation_rad)
+        self._light = _light(self._conditions)
+        shadow_texels = SHADOW_TEXELS if kept is None else kept.content.detail.shadow_texels
+        self._shader, self._car_lights = shader_in(
+            self._conditions, world, cars, plan.sizes_m, ground_light, plan.seed, shadow_texels
         )
         self._on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
         ego, self._set_path = plan.preset.ego, plan.camera_poses
@@ -101,7 +126,7 @@ class RoadTownEpisode(Stage):
         super().__init__(
             setup,
             Objects(world, cars, kinds=[look.model for look in plan.looks], size_m=plan.sizes_m),
-            SceneCamera(setup, world, plan.camera),
+            SceneCamera(setup, world, plan.camera, sensor_in(self._conditions, setup, plan.camera)),
             standing=parked_cars(world) if setup.covers_all else (),
         )
         self._from_ground = pixels_from_ground(plan.camera, self._T_world_camera)
@@ -133,10 +158,20 @@ class RoadTownEpisode(Stage):
 
     def _capture(self, frame: int) -> Capture[Any]:
         camera, T_world_camera = self.plan.camera, self._T_world_camera
+        if isinstance(self._shader, AllWeatherShader):
+            self._shader.frame = frame
+        if self._car_lights is not None:
+            self._car_lights.braking = self._braking(frame)
         self._from_ground = pixels_from_ground(camera, T_world_camera)
         self._background_motion = ground_homography(self._from_ground_before, self._from_ground)
         motion = CameraMotion(self._background_motion, 1.0 / self.rate_hz)
         return self._camera.take(self._shader, T_world_camera, frame, motion=motion)
+
+    def _braking(self, frame: int) -> NDArray[np.bool_]:
+        """Return whether each car brakes, or waits."""
+        speed_mps = self.plan.motion.speed_mps
+        slower_mps2 = (speed_mps[max(frame - 1, 0)] - speed_mps[frame]) * self.rate_hz
+        return np.asarray((slower_mps2 > _BRAKES_FROM_MPS2) | (speed_mps[frame] < _WAITS_BELOW_MPS))
 
     def _ego(self) -> EgoPose | None:
         return None if self._instruments is None else EgoPose(self._instruments.measure(self._T_world_camera))
@@ -155,28 +190,30 @@ class RoadTownEpisode(Stage):
             "flow_px": flow_px,
             "background_motion": self._background_motion,
             "light": self._light,
+            **{name: getattr(self._conditions, name) for name in _OF_CONDITIONS},
         }
 
 
-def _light(plan: Plan) -> Light:
-    c = np.cos(plan.sun_elevation_rad)
-    direction = np.array(
-        [c * np.cos(plan.sun_azimuth_rad), c * np.sin(plan.sun_azimuth_rad), np.sin(plan.sun_elevation_rad)]
+def _light(conditions: Conditions) -> Light:
+    return Light(
+        conditions.sun_direction,
+        conditions.sun_illuminance_lx,
+        conditions.sky_illuminance_lx,
     )
-    return Light(direction, SUN_ILLUMINANCE_LX, SKY_ILLUMINANCE_LX)
 
 
 def keep_town(setup: Setup) -> KeptWorld:
     """Build the town of an episode as its picture needs it. Excursions of others there lead where nothing stands."""
-    layout, detail = draw_layout(setup.preset, setup.seed), detail_for(setup.preset)
-    return KeptWorld(
-        build_town(layout, setup.rng("town"), detail.ground_px, setup.preset.vehicles), KeptTown(layout, detail)
-    )
+    preset, detail = setup.preset, detail_for(setup.preset)
+    layout = draw_layout(preset, setup.seed)
+    world = build_town(layout, setup.rng("town"), detail.ground_px, preset.vehicles, preset.season)
+    return KeptWorld(world, KeptTown(layout, detail, ground_light_of(world, layout, preset, setup.seed)))
 
 
 def kind_of_town(preset: RoadTown) -> Hashable:
     """Return what of a configuration decides what a kept town is."""
-    return preset.street_patterns, preset.extent_m, preset.traffic_side, detail_for(preset), preset.vehicles
+    drawn = preset.street_patterns, preset.extent_m, preset.traffic_side, preset.season, preset.has_lamp_posts
+    return *drawn, kind_of_ground(preset), detail_for(preset), preset.vehicles
 
 
 class _Vehicles(Mapping[str, str]):

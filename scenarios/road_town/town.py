@@ -12,15 +12,17 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from scenarios.objects import Standing
-from scenarios.road_town.canvas import KERB, Rgb, rings_of
+from scenarios.road_town.canvas import KERB, Canvas, Rgb, rings_of
 from scenarios.road_town.fleet import draw_car
 from scenarios.road_town.ground import TEXTURE_PX, paint_countryside, paint_ground
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.road_map import road_area
+from scenarios.road_town.seasons import LOOKS, Season, strew_leaves, turn_ground
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.ground import ground, kerb, surroundings
 from sim.meshes.house import house
-from sim.meshes.tree import FOLIAGE_RGB, tree
+from sim.meshes.lamp_post import lamp_post
+from sim.meshes.tree import bare_tree, tree
 from sim.meshes.vehicle import CARS, vehicle
 from sim.meshes.woodland import hedge, wood
 from sim.pose import pose_on_ground
@@ -67,17 +69,25 @@ class Hills:
         return np.asarray(crest * share**2 * (3.0 - 2.0 * share))
 
 
-def add_countryside(world: World, extent_m: float, rng: np.random.Generator, ground_px: int = TEXTURE_PX) -> None:
+def add_countryside(
+    world: World,
+    extent_m: float,
+    rng: np.random.Generator,
+    ground_px: int = TEXTURE_PX,
+    season: Season = "summer",
+) -> None:
     """Add the land around a town's square of side ``extent_m``, whose picture has ``ground_px`` x ``ground_px``."""
-    hills = Hills(extent_m, rng)
-    fields = Texture(paint_countryside(extent_m, rng, ground_px // _FIELDS_SHARE, _FIELDS_A_TILE), smooth=True)
+    hills, colours = Hills(extent_m, rng), LOOKS[season].foliage
+    picture = paint_countryside(extent_m, rng, ground_px // _FIELDS_SHARE, _FIELDS_A_TILE)
+    turn_ground(picture, season)
+    fields = Texture(picture, smooth=True)
     land = surroundings(extent_m, 2.0 * (hills.valley_radius_m + _TO_END_M), fields, hills.height_m)
     world.add(land, np.eye(4), name="fields", category="ground")
     edge_m = 0.5 * extent_m
     for k in range(_WOODS):
         radius_m = float(rng.uniform(14.0, 46.0))
         centre_m = _place(edge_m + _WOODS_FROM_M + radius_m, 30.0 + 900.0 * (k / _WOODS) ** 1.5, rng)
-        foliage = FOLIAGE_RGB[int(rng.integers(len(FOLIAGE_RGB)))]
+        foliage = colours[int(rng.integers(len(colours)))]
         world.add(
             wood(centre_m, radius_m, float(rng.uniform(9.0, 16.0)), foliage, hills.height_m, rng),
             np.eye(4),
@@ -92,7 +102,7 @@ def add_countryside(world: World, extent_m: float, rng: np.random.Generator, gro
         half = 0.5 * length_m * np.array([np.cos(yaw_rad), np.sin(yaw_rad)])
         line_m = np.linspace(centre_m - half, centre_m + half, 2 + int(length_m / 30.0))
         line_m[1:-1] += rng.normal(0.0, 1.5, line_m[1:-1].shape)
-        foliage = FOLIAGE_RGB[int(rng.integers(len(FOLIAGE_RGB)))]
+        foliage = colours[int(rng.integers(len(colours)))]
         world.add(hedge(line_m, foliage, hills.height_m, rng), np.eye(4), name=f"hedge-{k}", category="hedge")
 
 
@@ -117,7 +127,7 @@ _latest: tuple[tuple[object, ...], World] | None = None
 """What the latest town was drawn from, and the town. Threads share it: each reads it once."""
 
 
-def town_of(seed: int, layout: Layout, vehicles: Sequence[str] = CARS) -> World:
+def town_of(seed: int, layout: Layout, vehicles: Sequence[str] = CARS, season: Season = "summer") -> World:
     """Return a new world of an episode's town.
 
     Drawing it takes two thirds of the time before the first picture, so the latest town is kept: the same seed often
@@ -125,14 +135,16 @@ def town_of(seed: int, layout: Layout, vehicles: Sequence[str] = CARS) -> World:
 
     Args:
         seed: of the episode. layout: its streets, buildings and trees. vehicles: models of parked cars.
+        season: see ``RoadTown``.
     """
     global _latest
     # The bytes stand for the content: layouts hold arrays, which have no hash.
-    key, latest = (pickle.dumps(layout), seed, tuple(vehicles)), _latest
+    key, latest = (pickle.dumps(layout), seed, tuple(vehicles), season), _latest
     if latest is None or latest[0] != key:
         # Let go before drawing, so that two towns need not be held at a time.
         latest = _latest = None
-        latest = _latest = key, build_town(layout, generator(seed, "town"), vehicles=vehicles)
+        world = build_town(layout, generator(seed, "town"), vehicles=vehicles, season=season)
+        latest = _latest = key, world
     return latest[1].copy()
 
 
@@ -143,30 +155,43 @@ def forget_town() -> None:
 
 
 def build_town(
-    layout: Layout, rng: np.random.Generator, ground_px: int = TEXTURE_PX, vehicles: Sequence[str] = CARS
+    layout: Layout,
+    rng: np.random.Generator,
+    ground_px: int = TEXTURE_PX,
+    vehicles: Sequence[str] = CARS,
+    season: Season = "summer",
 ) -> World:
     """Return the world of a town with all its static objects.
 
     Args:
         ground_px: side of the picture of the ground.
         vehicles: models of parked cars; those that are too large for a bay stand in none.
+        season: see ``RoadTown``; a town is the same one in all of them.
     """
-    world = World()
-    town = Texture(paint_ground(layout, rng, ground_px), smooth=True)
-    world.add(ground(layout.extent_m, town), np.eye(4), name="ground", category="ground")
-    add_countryside(world, layout.extent_m, rng, ground_px)
+    world, look = World(), LOOKS[season]
+    picture = paint_ground(layout, rng, ground_px)
+    turn_ground(picture, season)
+    if season == "autumn":
+        strew_leaves(Canvas(picture, layout.extent_m), layout, rng.spawn(1)[0])
+    world.add(ground(layout.extent_m, Texture(picture, smooth=True)), np.eye(4), name="ground", category="ground")
+    add_countryside(world, layout.extent_m, rng, ground_px, season)
     add_kerbs(world, layout)
     for k, building in enumerate(layout.buildings):
         mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)
         pose = pose_on_ground(*building.centre_m, building.yaw_rad)
         world.add(mesh, pose, name=f"building-{k}", category="building")
     # Building a tree takes milliseconds, so a dozen are reused, scaled and turned.
-    grown = [tree(1.0, float(rng.uniform(2.3, 3.2)), rng) for _ in range(_KINDS_OF_TREES)]
+    grown = [tree(1.0, float(rng.uniform(2.3, 3.2)), rng, look.foliage) for _ in range(_KINDS_OF_TREES)]
+    if look.bare_share:
+        bare = rng.spawn(1)[0]
+        grown = [bare_tree(leafy, bare) if bare.random() < look.bare_share else leafy for leafy in grown]
     for k, planted in enumerate(layout.trees):
         mesh = _scaled(grown[int(rng.integers(len(grown)))], planted.radius_m)
         pose = pose_on_ground(*planted.centre_m, float(rng.uniform(-np.pi, np.pi)))
         world.add(mesh, pose, name=f"tree-{k}", category="tree")
     _park_cars(world, layout, vehicles, rng)
+    for k, lamp in enumerate(layout.lamps):
+        world.add(lamp_post(), pose_on_ground(*lamp.centre_m, lamp.yaw_rad), name=f"lamp-{k}", category="lamp")
     return world
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +37,9 @@ class RoadTruth(Truth):
         background_motion: (3, 3) homography of ground pixels (z = 0) from the previous frame to this one; identity on
             frame 0.
         light: the light.
+        weather: ``clear``, ``overcast``, ``rain``, ``fog`` or ``snow``. season: ``summer`` …
+        visibility_m: meteorological visibility. rain_mm_h: rate of rain. snow_cover: amount of snow on the ground.
+        street_lamps_on, headlights_on: whether they burn.
     """
 
     on_road: bool = truth_field("1")
@@ -43,3 +47,10 @@ class RoadTruth(Truth):
     flow_px: NDArray[np.float32] = truth_field("px", "H", "W", 2, coding="x, y; NaN for sky", left_out=True)
     background_motion: NDArray[np.float64] = truth_field("px", 3, 3)
     light: Light = truth_field("lx")
+    weather: str = truth_field("word", coding="clear, overcast, rain, fog or snow", unjudged="clear")
+    season: str = truth_field("word", coding="summer, autumn, winter or spring", unjudged="summer")
+    visibility_m: float = truth_field("m", coding="infinite in clear air", unjudged=math.inf)
+    rain_mm_h: float = truth_field("mm/h", unjudged=0.0)
+    snow_cover: float = truth_field("fraction", unjudged=0.0)
+    street_lamps_on: bool = truth_field("1", unjudged=False)
+    headlights_on: bool = truth_field("1", unjudged=False)

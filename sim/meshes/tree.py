@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.facets import Facets
 
-FOLIAGE_RGB = ((66, 92, 44), (82, 104, 52), (58, 82, 46), (96, 112, 58), (74, 96, 62), (88, 98, 46))
+Rgb = tuple[int, int, int]
+FOLIAGE_RGB: tuple[Rgb, ...] = ((66, 92, 44), (82, 104, 52), (58, 82, 46), (96, 112, 58), (74, 96, 62), (88, 98, 46))
 """Mean colours of the kinds of foliage."""
 
 BARK_RGB = (92, 76, 60)
@@ -21,12 +22,15 @@ BARK_TEXELS = 8
 """The bottom rows of a tree's texture are bark."""
 
 
-def tree(radius_m: float, height_m: float, rng: np.random.Generator) -> TexturedMesh:
+def tree(
+    radius_m: float, height_m: float, rng: np.random.Generator, foliage: tuple[Rgb, ...] = FOLIAGE_RGB
+) -> TexturedMesh:
     """Return a tree on the origin, of 4 or 5 lumps and at most 180 triangles.
 
     Args:
         radius_m: of the crown, > 0; no leaf is farther from the axis.
         height_m: of its top above the ground, > radius_m.
+        foliage: colours of its leaves, of which one is drawn; of other seasons in the order of these.
 
     Raises:
         ValueError: if a size is impossible.
@@ -41,7 +45,53 @@ def tree(radius_m: float, height_m: float, rng: np.random.Generator) -> Textured
     for lump_m, faces in _crown(radius_m, crown_low_m, height_m, rng):
         for triangle in lump_m[faces]:
             facets.polygon(triangle, _leaf_uv(triangle, radius_m, rng))
-    return facets.mesh(_bark_and_leaves(int(rng.integers(len(FOLIAGE_RGB)))))
+    kind = int(rng.integers(len(foliage)))
+    return facets.mesh(_bark_and_leaves(kind, foliage[kind]))
+
+
+def bare_tree(leafy: TexturedMesh, rng: np.random.Generator) -> TexturedMesh:
+    """Return a tree without leaves in the place of one that has them: a trunk, limbs, and twigs on these.
+
+    Twigs are far thinner than a pixel of a picture from the air; those drawn stand for several each.
+    """
+    bark = (0.5, 1.0 - 0.5 * BARK_TEXELS / TEXELS)
+    (x0, y0, _), (x1, y1, height_m) = leafy.bounds_m
+    radius_m = 0.25 * (x1 - x0 + y1 - y0)
+    facets = Facets()
+    fork_m = 0.3 * height_m
+    _add_trunk(facets, 0.07 * radius_m + 0.06, fork_m)
+    turn = rng.uniform(0.0, 2.0 * np.pi)
+    for limb in range(_LIMBS):
+        angle = turn + limb * _GOLDEN_RAD
+        reach_m = radius_m * rng.uniform(0.35, 0.8) * (1.0 if limb else 0.15)
+        start = np.array([0.0, 0.0, fork_m * rng.uniform(0.75, 1.0)])
+        end = np.array([reach_m * np.cos(angle), reach_m * np.sin(angle), height_m * rng.uniform(0.6, 0.9)])
+        _add_branch(facets, start, end, 0.05 * radius_m, bark)
+        for _ in range(_TWIGS):
+            away = angle + rng.normal(0.0, 0.8)
+            out_m = radius_m * rng.uniform(0.3, 0.55)
+            base = start + rng.uniform(0.35, 1.0) * (end - start)
+            tip = base + np.array([out_m * np.cos(away), out_m * np.sin(away), height_m * rng.uniform(0.02, 0.2)])
+            tip[:2] *= min(1.0, radius_m / max(float(np.hypot(*tip[:2])), 1e-9))
+            tip[2] = min(tip[2], height_m)
+            _add_branch(facets, base, tip, 0.026 * radius_m, bark)
+    return facets.mesh(leafy.texture)
+
+
+_LIMBS, _TWIGS, _GOLDEN_RAD = 8, 7, 2.39996
+
+
+def _add_branch(
+    facets: Facets, start: NDArray[np.float64], end: NDArray[np.float64], radius_m: float, uv: tuple[float, float]
+) -> None:
+    """Add a three-sided spike."""
+    along = (end - start) / np.linalg.norm(end - start)
+    aside = np.cross(along, (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0))
+    aside /= np.linalg.norm(aside)
+    up = np.cross(aside, along)
+    ring = [start + radius_m * (np.cos(a) * aside + np.sin(a) * up) for a in 2.0 * np.pi / 3.0 * np.arange(3)]
+    for k in range(3):
+        facets.polygon([ring[(k + 1) % 3], ring[k], end], uv)
 
 
 def _crown(
@@ -117,14 +167,14 @@ def _leaf_uv(triangle_m: NDArray[np.float64], radius_m: float, rng: np.random.Ge
 
 
 @cache
-def _bark_and_leaves(kind: int) -> Texture:
-    """Return foliage of one kind: clumps in light and shade, with single leaves; the same one every time."""
+def _bark_and_leaves(kind: int, rgb: Rgb) -> Texture:
+    """Return foliage of one kind and colour: clumps in light and shade, with single leaves; the same one every time."""
     rng = np.random.Generator(np.random.PCG64(kind))
     clumps = cv2.resize(rng.normal(size=(20, 20)), (TEXELS, TEXELS), interpolation=cv2.INTER_CUBIC)
     leaves = rng.normal(size=(TEXELS, TEXELS))
     light = 1.0 + 0.16 * clumps + 0.13 * leaves
     warm = 0.05 * cv2.resize(rng.normal(size=(10, 10)), (TEXELS, TEXELS), interpolation=cv2.INTER_CUBIC)
     tint = np.stack([1.0 + warm, np.ones_like(warm), 1.0 - warm], axis=-1)
-    picture = np.array(FOLIAGE_RGB[kind]) * light[..., None] * tint
+    picture = np.array(rgb) * light[..., None] * tint
     picture[-BARK_TEXELS:] = np.array(BARK_RGB) * (1.0 + 0.08 * rng.normal(size=(BARK_TEXELS, TEXELS, 1)))
     return Texture(np.clip(picture, 0, 255).astype(np.uint8))

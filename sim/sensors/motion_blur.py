@@ -64,10 +64,13 @@ def _average_along(
     Outside the picture its border is repeated.
     """
     height, width = radiance.shape[0], radiance.shape[2]
-    padded = np.empty((4, BLOCK + 1), np.float32)
+    # Numbers into flat arrays: to slice a line costs as much as to add up a block.
+    lines, out = radiance.reshape(-1), blurred.reshape(-1)
+    padded = np.empty(2 * (BLOCK + 1), np.float32)
     for row in range(height):
         for first in range(0, width, BLOCK):
             last = min(first + BLOCK, width)
+            count = last - first
             x, y = 0.5 * (first + last), row + 0.5
             w = motion[2, 0] * x + motion[2, 1] * y + motion[2, 2]
             dx = ((motion[0, 0] * x + motion[0, 1] * y + motion[0, 2]) / w - x) * share
@@ -76,30 +79,36 @@ def _average_along(
                 s = (tap + 0.5) / taps - 0.5
                 column, line = first + s * dx, row + s * dy
                 j, i = int(np.floor(column)), int(np.floor(line))
-                fx, fy = column - j, line - i
+                fx, fy = np.float32(column - j), line - i
+                here, after = np.float32((1.0 - fy) / taps), np.float32(fy / taps)
                 upper, lower = min(max(i, 0), height - 1), min(max(i + 1, 0), height - 1)
+                is_inside = j >= 0 and j + count + 1 <= width
                 for channel in range(3):
-                    out = blurred[row, channel, first:last]
-                    above = _window(radiance[upper, channel], j, last - first + 1, padded[0])
-                    below = _window(radiance[lower, channel], j, last - first + 1, padded[1])
-                    _add_shifted(above, np.float32(fx), np.float32((1.0 - fy) / taps), out)
-                    _add_shifted(below, np.float32(fx), np.float32(fy / taps), out)
+                    above, below = (3 * upper + channel) * width + j, (3 * lower + channel) * width + j
+                    to = (3 * row + channel) * width + first
+                    if is_inside:
+                        _add_shifted(lines, above, fx, here, out, to, count)
+                        _add_shifted(lines, below, fx, after, out, to, count)
+                        continue
+                    for k in range(count + 1):
+                        away = min(max(j + k, 0), width - 1) - j
+                        padded[k], padded[BLOCK + 1 + k] = lines[above + away], lines[below + away]
+                    _add_shifted(padded, 0, fx, here, out, to, count)
+                    _add_shifted(padded, BLOCK + 1, fx, after, out, to, count)
 
 
-@njit(cache=True)
-def _window(line: NDArray[np.float32], first: int, count: int, scratch: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return ``count`` values of a line from ``first`` on, its ends repeated beyond it."""
-    if first >= 0 and first + count <= line.shape[0]:
-        return line[first : first + count]
-    for k in range(count):
-        scratch[k] = line[min(max(first + k, 0), line.shape[0] - 1)]
-    return scratch[:count]
-
-
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"})
-def _add_shifted(line: NDArray[np.float32], shift: np.float32, weight: np.float32, out: NDArray[np.float32]) -> None:
-    """Add ``weight ((1 - shift) line[k] + shift line[k + 1])`` to each ``out[k]``."""
+@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, inline="never")
+def _add_shifted(
+    line: NDArray[np.float32],
+    start: int,
+    shift: np.float32,
+    weight: np.float32,
+    out: NDArray[np.float32],
+    to: int,
+    count: int,
+) -> None:
+    """Add ``weight ((1 - shift) line[start + k] + shift line[start + k + 1])`` to each of ``count`` ``out[to + k]``."""
     a, b = weight * (np.float32(1.0) - shift), weight * shift
-    here, after = line[:-1], line[1:]
-    for k in range(out.shape[0]):
-        out[k] += a * here[k] + b * after[k]
+    first, into, one = np.uint64(start), np.uint64(to), np.uint64(1)
+    for k in range(np.uint64(count)):
+        out[into + k] += a * line[first + k] + b * line[first + k + one]

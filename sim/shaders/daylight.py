@@ -123,7 +123,7 @@ def shade_row(
 ) -> None:
     """Write the radiance (3, W) of one row."""
     colour, depth_m, normal, lit = surfaces.colour, surfaces.depth_m, surfaces.normal, scratch.lit
-    _cosine(light, normal, lit)
+    cosine_row(light, normal, lit)
     shadow_row(light.shadows, row, np.uint64(0), depth_m, lit, scratch.shadow, lit)
     for channel in range(3):
         reflectance_row(colour, np.uint32(8 * channel), radiance[channel])
@@ -165,7 +165,7 @@ def _reflectance(colour: np.uint32, mask: np.uint32, scale: np.float32) -> np.fl
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def _cosine(light: DaylightArrays, normal: NDArray[np.float32], cosine: NDArray[np.float32]) -> None:
+def cosine_row(light: DaylightArrays, normal: NDArray[np.float32], cosine: NDArray[np.float32]) -> None:
     """Write ``max(0, n . l)``."""
     lx, ly, lz = light.towards_sun[0], light.towards_sun[1], light.towards_sun[2]
     nx, ny, nz = normal[0], normal[1], normal[2]
@@ -346,8 +346,8 @@ class DaylightShader:
         check("sun.illuminance_lx", sun.illuminance_lx >= 0, "a number >= 0", sun.illuminance_lx)
         check("sky_illuminance_lx", sky_illuminance_lx >= 0, "a number >= 0", sky_illuminance_lx)
         towards_sun = direction / np.linalg.norm(direction)
-        sun_lx = sun.illuminance_lx * _of_unit_luminance(sun.colour_rgb)
-        sky_lx = sky_illuminance_lx * _of_unit_luminance(sky_colour_rgb)
+        sun_lx = sun.illuminance_lx * of_unit_luminance(sun.colour_rgb)
+        sky_lx = sky_illuminance_lx * of_unit_luminance(sky_colour_rgb)
         bounce_lx = GROUND_REFLECTANCE * (sun_lx * max(0.0, towards_sun[2]) + sky_lx)
         self._caster = ShadowCaster(world, towards_sun, shadow_texels)
         self._light = (
@@ -409,6 +409,6 @@ def shadows_in_view(
     )
 
 
-def _of_unit_luminance(colour_rgb: tuple[float, float, float]) -> NDArray[np.float64]:
+def of_unit_luminance(colour_rgb: tuple[float, float, float]) -> NDArray[np.float64]:
     colour = np.asarray(colour_rgb, dtype=float)
     return colour / float(colour @ LUMINANCE_WEIGHTS)

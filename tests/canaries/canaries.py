@@ -89,7 +89,10 @@ _DRAWN = "precision_plot"
 _COURSE = 60
 """Later frames of a set path, of which no picture is taken."""
 _COMMAND = CameraCommand(1.0, 0.5, 0.2, 0.1, 0.1, 0.05, 0.02)
-_IN_THE_SAME_TOWN = ("hard", "quick", "oblique", "standard-gipps", "standard-slow", "standard-fast")
+_IN_THE_SAME_TOWN = (
+    *("hard", "quick", "oblique", "standard-gipps", "standard-slow", "standard-fast"),
+    *("rain", "fog", "snow"),
+)
 """Presets of ``road-town`` that take place in the town of ``standard``, in closed loop: building a town takes longest
 of all.
 """

@@ -9,7 +9,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from sim.optics import intersect_plane, intrinsic_matrix, invert_pose, look_down_pose, project, rays
+from sim.optics import (
+    Intrinsics,
+    intersect_plane,
+    intrinsic_matrix,
+    invert_pose,
+    look_down_pose,
+    may_show,
+    project,
+    rays,
+)
 from trackers.types import CameraModel
 
 CAMERA = CameraModel.from_field_of_view(640, 480, np.deg2rad(50.0))
@@ -70,3 +79,21 @@ def test_top_of_the_picture_is_the_heading():
     assert ahead[1] < 240
     assert ahead[0] == pytest.approx(320)
     assert left[0] < 320
+
+
+def test_a_sphere_that_a_picture_shows_may_be_shown():
+    camera = Intrinsics(64, 48, 60.0)
+    T_world_camera = look_down_pose(np.array([3.0, -2.0, 50.0]), 0.4, 0.3, 0.1)
+    rng = np.random.default_rng(0)
+    centres_m = rng.uniform(-90.0, 90.0, (400, 3))
+    nearby = centres_m[:, None] + 8.0 * _directions(rng, 200)
+    pixels, depth_m = project(camera, T_world_camera, nearby)
+    inside = (depth_m > 0) & (pixels >= 0).all(axis=-1) & (pixels < (64, 48)).all(axis=-1)
+    shown = may_show(camera, T_world_camera, centres_m, 8.0)
+    assert shown[inside.any(axis=1)].all()
+    assert 0.05 < shown.mean() < 0.5
+
+
+def _directions(rng: np.random.Generator, count: int) -> np.ndarray:
+    vectors = rng.normal(size=(count, 3))
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)

@@ -220,7 +220,7 @@ def test_a_town_that_another_thread_forgets_meanwhile_is_whole(world, monkeypatc
             town.forget_town()
             return world.copy()
 
-    monkeypatch.setattr(town, "build_town", lambda layout, rng: Interrupted())
+    monkeypatch.setattr(town, "build_town", lambda layout, rng, **others: Interrupted())
     for _ in range(2):
         again = town.town_of(3, "streets")
         assert [body.name for body in again.bodies] == [body.name for body in world.bodies]
