@@ -91,7 +91,8 @@ def truth_of(
         if meaning.per_pixel:
             values[name] = pixels.get(name, np.empty((0, 0, *map(int, meaning.shape[2:])), dtype_of(kind, name)))
         elif meaning.table == "frames":
-            values[name] = value_of(frame[name], hints[name], meaning.shape)
+            if meaning.judged or name in frame:
+                values[name] = value_of(frame[name], hints[name], meaning.shape)
         elif meaning.judged or name in objects:
             values[name] = tuple(objects[name].tolist()) if get_origin(hints[name]) is tuple else objects[name]
     return kind(**values)
