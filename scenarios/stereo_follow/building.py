@@ -63,6 +63,10 @@ class Sky:
     temperature_k: float
 
 
+Blocker = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+"""Corner and two sides (3,) of a rectangle that faces ``side_a x side_b``."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Building:
     """All static objects.
@@ -72,22 +76,26 @@ class Building:
         panels: walls, floors, windows, lights …
         trees: meshes with their poses.
         sky: light from outdoors.
+        furniture: names and meshes with their poses. blockers: faces of it that stand in the way of light.
     """
 
     plan: FloorPlan
     panels: tuple[Panel, ...]
     trees: tuple[tuple[TexturedMesh, NDArray[np.float64]], ...]
     sky: Sky
+    furniture: tuple[tuple[str, TexturedMesh, NDArray[np.float64]], ...] = ()
+    blockers: tuple[Blocker, ...] = ()
 
 
 def draw_building(plan: FloorPlan, rng: np.random.Generator) -> Building:
     """Draw a building on a floor plan."""
-    sky = _sky(rng)
+    sky = draw_sky(rng)
     panels = [*_corridor(plan, sky, rng), *_hall(plan, sky, rng), *_doorway(plan, rng), *_yard(plan, rng)]
     return Building(plan, tuple(panels), tuple(_trees(plan.yard, rng)), sky)
 
 
-def _sky(rng: np.random.Generator) -> Sky:
+def draw_sky(rng: np.random.Generator) -> Sky:
+    """Draw a clear sky with its sun."""
     elevation, azimuth = np.deg2rad(rng.uniform(28.0, 60.0)), rng.uniform(-np.pi, np.pi)
     level = np.cos(elevation)
     direction = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])

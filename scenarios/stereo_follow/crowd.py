@@ -143,7 +143,7 @@ def _crosser(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | N
     plan = scene.plan
     if not plan.is_free(np.array([middle_m - across_m, middle_m, middle_m + across_m])).all():
         return None
-    come_m, go_m = (plan.free_area(plan.room_of(middle_m)).draw(rng) for _ in range(2))
+    come_m, go_m = (plan.draw_place(plan.room_of(middle_m), rng) for _ in range(2))
     way_m = rounded_way(np.array([come_m, middle_m - across_m, middle_m + across_m, go_m]))
     return _paced_through(way_m, middle_m, frame, rng.uniform(0.8, 1.5), scene)
 
@@ -184,11 +184,11 @@ def _follower(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | 
 
 def _walker(scene: _Scene, rng: np.random.Generator) -> NDArray[np.float64] | None:
     """Walk between two random places, passing a place in the target's room on a random frame."""
-    plan, rooms = scene.plan, list(scene.plan.rooms)
+    plan, rooms = scene.plan, scene.plan.walked
     frame = int(rng.uniform(0.0, 1.0) * (len(scene.target_m) - 1))
     here = plan.room_of(scene.target_m[frame])
-    stops_m = [plan.free_area(rooms[rng.integers(len(rooms))]).draw(rng), plan.free_area(here).draw(rng)]
-    stops_m.append(plan.free_area(rooms[rng.integers(len(rooms))]).draw(rng))
+    stops_m = [plan.draw_place(rooms[rng.integers(len(rooms))], rng), plan.draw_place(here, rng)]
+    stops_m.append(plan.draw_place(rooms[rng.integers(len(rooms))], rng))
     way_m = rounded_way(plan.way(np.array(stops_m), rng))
     return _paced_through(way_m, stops_m[1], frame, rng.uniform(0.8, 1.4), scene)
 

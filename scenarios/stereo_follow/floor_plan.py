@@ -18,6 +18,10 @@ WALL_M = 0.3
 _CLEARANCE_M = {"corridor": 0.45, "hall": 1.1, "yard": 1.8}
 """Distance of people from walls; objects along the walls of hall and yard stand within it."""
 _BESIDE_DOOR_M = 0.45
+_CLEAR_M, _CORNER_M = 0.2, 0.35
+"""Distance from the island of straight ways, so that rounded corners do not reach into it, and of the corners of ways
+around it.
+"""
 _APPROACH_M = 0.9
 """Paths lead straight through openings from this distance before to this distance behind."""
 
@@ -34,6 +38,11 @@ class Area:
     def shrunk(self, margin_m: float) -> Area:
         """Return the area without a margin at its border."""
         return Area(self.x0 + margin_m, self.y0 + margin_m, self.x1 - margin_m, self.y1 - margin_m)
+
+    @property
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """Its corners, counter-clockwise."""
+        return (self.x0, self.y0), (self.x1, self.y0), (self.x1, self.y1), (self.x0, self.y1)
 
     def holds(self, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which points (..., 2) lie in it."""
@@ -70,6 +79,8 @@ class FloorPlan:
         passage: opening between corridor and hall, through a wall without thickness.
         door: opening between hall and yard.
         opening_height_m: of both.
+        island: part of the hall's free area that furniture stands in; None for none.
+        walked: rooms in which people walk, in their order along x.
     """
 
     corridor: Area
@@ -82,6 +93,8 @@ class FloorPlan:
     passage: Area
     door: Area
     opening_height_m: float
+    island: Area | None = None
+    walked: tuple[str, ...] = ("corridor", "hall", "yard")
 
     @property
     def rooms(self) -> dict[str, Area]:
@@ -102,11 +115,36 @@ class FloorPlan:
     def place_of(self, point_m: NDArray[np.float64]) -> str:
         """Return the place of a point (2,), one of ``PLACES``; the door reaches one metre around its opening."""
         near = self.door.shrunk(-1.0)
-        return "door" if bool(near.holds(point_m)) else self.room_of(point_m)
+        return "door" if len(self.walked) > 1 and bool(near.holds(point_m)) else self.room_of(point_m)
 
     def free_area(self, room: str) -> Area:
         """Return the area of a room where people walk."""
         return self.rooms[room].shrunk(_CLEARANCE_M[room])
+
+    def draw_place(self, room: str, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Draw a place (2,) in the free area of a room, clear of its furniture."""
+        place_m = self.free_area(room).draw(rng)
+        while not self.is_clear(place_m, place_m):
+            place_m = self.free_area(room).draw(rng)
+        return place_m
+
+    def is_clear(self, from_m: NDArray[np.float64], to_m: NDArray[np.float64]) -> bool:
+        """Return whether a straight way between two places (2,) keeps clear of the island."""
+        return self.island is None or not _crosses(from_m, to_m, self.island.shrunk(-_CLEAR_M))
+
+    def around(self, from_m: NDArray[np.float64], to_m: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+        """Return the corners (2,) of the shortest way to a place around the island, the place last."""
+        if self.island is None or self.is_clear(from_m, to_m):
+            return [to_m]
+        area = self.island.shrunk(-_CORNER_M)
+        corners = [np.array([x, y]) for x, y in area.corners]
+        one = [[corner] for corner in corners]
+        two = [[corners[k], corners[(k + step) % 4]] for k in range(4) for step in (1, 3)]
+        whole = [[from_m, *way, to_m] for way in (*one, *two)]
+        clear = [way for way in whole if all(self.is_clear(a, b) for a, b in pairwise(way))]
+        if not clear:
+            return [to_m]
+        return min(clear, key=lambda way: sum(float(np.linalg.norm(b - a)) for a, b in pairwise(way)))[1:]
 
     @property
     def free_parts(self) -> tuple[Area, ...]:
@@ -118,7 +156,11 @@ class FloorPlan:
                 (self.door, _CLEARANCE_M["hall"], _CLEARANCE_M["yard"]),
             )
         )
-        return (*(self.free_area(room) for room in self.rooms), *lanes)
+        rooms = (self.free_area(room) for room in self.rooms)
+        if self.island is None:
+            return (*rooms, *lanes)
+        corridor, hall, yard = rooms
+        return (corridor, *_strips_around(hall, self.island), yard, *lanes)
 
     @property
     def free_m(self) -> NDArray[np.float64]:
@@ -153,7 +195,33 @@ class FloorPlan:
                 ends_m = (opening.x0 - _APPROACH_M, opening.x1 + _APPROACH_M)
                 corners += [np.array([x_m, y_m]) for x_m in ends_m[::step]]
             corners.append(end)
-        return np.array(corners)
+        return np.array([corners[0], *(corner for a, b in pairwise(corners) for corner in self.around(a, b))])
+
+
+def _strips_around(area: Area, hole: Area) -> tuple[Area, Area, Area, Area]:
+    """Return the largest rectangles of an area beside a hole."""
+    return (
+        Area(area.x0, area.y0, hole.x0, area.y1),
+        Area(hole.x1, area.y0, area.x1, area.y1),
+        Area(area.x0, area.y0, area.x1, hole.y0),
+        Area(area.x0, hole.y1, area.x1, area.y1),
+    )
+
+
+def _crosses(from_m: NDArray[np.float64], to_m: NDArray[np.float64], area: Area) -> bool:
+    """Return whether a straight line between two places (2,) meets an area, by Liang and Barsky's method."""
+    first, last = 0.0, 1.0
+    for start, step, low, high in (
+        (float(from_m[0]), float(to_m[0] - from_m[0]), area.x0, area.x1),
+        (float(from_m[1]), float(to_m[1] - from_m[1]), area.y0, area.y1),
+    ):
+        if abs(step) < 1e-12:
+            if not low < start < high:
+                return False
+            continue
+        enters, leaves = sorted(((low - start) / step, (high - start) / step))
+        first, last = max(first, enters), min(last, leaves)
+    return first < last
 
 
 def draw_floor_plan(rng: np.random.Generator) -> FloorPlan:

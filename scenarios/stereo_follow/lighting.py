@@ -25,6 +25,8 @@ NEW_S = 1.0
 _SUN_BEHIND_CLOUD = (0.05, 0.25)
 _LAMP_EDGE_FRAMES = 0.7
 _LARGEST_EXPONENT = 700.0
+_FURNITURE = np.full(3, 0.3)
+"""Reflectance of furniture for the light of a room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +111,8 @@ def build(world: World, building: Building) -> BakedLight:
         add_panel(world, piece)
     for mesh, T_world_tree in building.trees:
         world.add(mesh, T_world_tree, name="tree", category="tree")
+    for name, mesh, T_world_piece in building.furniture:
+        world.add(mesh, T_world_piece, name=name, category="furniture")
     return baked_light(building, first_index)
 
 
@@ -123,6 +127,7 @@ def baked_light(building: Building, first_index: int) -> BakedLight:
         else:
             reflectance = mean_reflectance(piece.texture)
             panels.append(Panel(index, piece.corner_m, piece.side_a_m, piece.side_b_m, reflectance))
+    panels += [Panel(-1, corner_m, a_m, b_m, _FURNITURE) for corner_m, a_m, b_m in building.blockers]
     sky = building.sky
     lights[SUN].append(Sun(sky.sun_direction, sky.sun_illuminance_lx, _colour(sky.sun_temperature_k)))
     lights[SKY].append(Sky(sky.luminance_nit, _colour(sky.temperature_k)))

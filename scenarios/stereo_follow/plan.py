@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from scenarios.stereo_follow.building import Building, draw_building
 from scenarios.stereo_follow.crowd import Crowd, draw_crowd
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
+from scenarios.stereo_follow.furniture import furnished
 from scenarios.stereo_follow.lighting import LightPlan, draw_light_plan
+from scenarios.stereo_follow.plaza import draw_plaza, outdoors
 from scenarios.stereo_follow.presets import StereoFollow
 from sim.meshes.person import RGB, PersonLook
 from sim.meshes.population import draw_person
@@ -158,7 +160,7 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool, kept: Build
         seed: of the episode, see ``sim.rng.episode_seed``.
         kept: a building that other episodes share; None: the seed's own.
     """
-    building = building_of(seed) if kept is None else kept
+    building = building_of(seed, preset.place, preset.rooms) if kept is None else kept
     floor_plan = building.plan
     crowd = draw_crowd(preset, floor_plan, generator(seed, "crowd"))
     places = tuple(floor_plan.place_of(place_m) for place_m in crowd.walks[TARGET].place_m)
@@ -181,9 +183,18 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool, kept: Build
 
 
 @lru_cache(maxsize=1)
-def building_of(seed: int) -> Building:
-    """Return the building of an episode. The latest one is kept, and its light: episodes often come again at once."""
-    return draw_building(draw_floor_plan(generator(seed, "floor plan")), generator(seed, "building"))
+def building_of(seed: int, place: str, rooms: str) -> Building:
+    """Return the building of an episode. The latest one is kept, and its light: episodes often come again at once.
+
+    Args:
+        place, rooms: see ``StereoFollow``.
+    """
+    plan = draw_floor_plan(generator(seed, "floor plan"))
+    if place == "outdoors":
+        rng = generator(seed, "plaza")
+        return draw_plaza(outdoors(plan, rng), rng)
+    building = draw_building(plan, generator(seed, "building"))
+    return furnished(building, generator(seed, "furniture")) if rooms == "furnished" else building
 
 
 def _phases(crowd: Crowd, looks: list[PersonLook], rate_hz: float, rng: np.random.Generator) -> NDArray[np.float64]:

@@ -32,6 +32,9 @@ class StereoFollow:
         uniformed: number of others in the same working clothes as the target; 0: no one wears working clothes.
         people_builds: "one" for adults of one figure; "many" for women, men and children of different figures, with
             more kinds of hair, headwear, coats, skirts and bags. Who is dressed alike remains so.
+        place: "building" for corridor, hall and yard; "outdoors" for a square between the houses of a town.
+        rooms: "bare", or "furnished" with desks in the middle of the hall, which all walk around, and with cabinets,
+            shelves, plants, radiators and pictures along the walls.
         pauses: number of times that the target stands still.
         leg_m, corner_deg: least and largest length of a straight piece of the target's path in a room, and angle
             between two pieces.
@@ -76,6 +79,8 @@ class StereoFollow:
     dropped_share: float = 0.0
     odometry: bool = True
     people_builds: Literal["one", "many"] = "one"
+    place: Literal["building", "outdoors"] = "building"
+    rooms: Literal["bare", "furnished"] = "bare"
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -146,8 +151,19 @@ PRESETS["paper-b3-dressed-apart"] = replace(
 VARIED = {
     "varied": replace(
         PRESETS["standard"],
-        summary="people of many builds, hair and clothes among the same lamps",
+        summary="people of many builds, hair and clothes in furnished rooms",
         people_builds="many",
+        rooms="furnished",
+    ),
+    "outdoors": replace(
+        PRESETS["standard"],
+        summary="people of many builds on a square between houses, in the sun, in shade and under clouds",
+        people_builds="many",
+        place="outdoors",
+        walkers=4,
+        standers=2,
+        clouds=2,
+        lamp_events=0,
     ),
 }
 """Presets with more variety than those of the tables."""

@@ -27,9 +27,9 @@ def targets_way(
     preset: StereoFollow, plan: FloorPlan, length_m: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
     """Draw the path (S, 2) from the robot's start on, longer than ``length_m``."""
-    rooms = list(plan.rooms)
+    rooms = plan.walked
     room = rooms[rng.integers(len(rooms))]
-    stop_m = plan.free_area(room).draw(rng)
+    stop_m = plan.draw_place(room, rng)
     if room == "corridor":
         stop_m[0] = max(stop_m[0], -_NEAR_PASSAGE_M)
     way_m = rounded_way(np.array([stop_m, stop_m]))
@@ -51,15 +51,15 @@ def _leg(preset: StereoFollow, plan: FloorPlan, room: str, way_m: NDArray[np.flo
     for _ in range(_TRIES * (rng.random() < preset.stays)):
         direction_rad = ahead_rad + rng.choice([-1.0, 1.0]) * np.deg2rad(rng.uniform(*preset.corner_deg))
         stop_m = here_m + rng.uniform(*preset.leg_m) * np.array([np.cos(direction_rad), np.sin(direction_rad)])
-        if plan.free_area(room).holds(stop_m):
+        if plan.free_area(room).holds(stop_m) and plan.is_clear(here_m, stop_m):
             return room, np.array([here_m, stop_m])
     next_room = _neighbour(plan, room, rng)
-    return next_room, plan.way(np.array([here_m, plan.free_area(next_room).draw(rng)]), rng)
+    return next_room, plan.way(np.array([here_m, plan.draw_place(next_room, rng)]), rng)
 
 
 def _neighbour(plan: FloorPlan, room: str, rng: np.random.Generator) -> str:
-    rooms = list(plan.rooms)
-    neighbours = [rooms[k] for k in (rooms.index(room) - 1, rooms.index(room) + 1) if 0 <= k < len(rooms)]
+    rooms = plan.walked
+    neighbours = [rooms[k] for k in (rooms.index(room) - 1, rooms.index(room) + 1) if 0 <= k < len(rooms)] or [room]
     return neighbours[rng.integers(len(neighbours))]
 
 

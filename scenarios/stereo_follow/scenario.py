@@ -15,7 +15,7 @@ from scenarios.stereo_follow.crowd import KINDS
 from scenarios.stereo_follow.lighting import LitBuilding, build, illuminance_lx, set_light
 from scenarios.stereo_follow.pictureless.bank import StereoPictureless
 from scenarios.stereo_follow.plan import TARGET, Plan, building_of, make_plan
-from scenarios.stereo_follow.presets import PRESETS
+from scenarios.stereo_follow.presets import PRESETS, StereoFollow
 from scenarios.stereo_follow.rig import LightEvents, StereoStage
 from scenarios.stereo_follow.robot import ROBOT, Robot
 from scenarios.stereo_follow.truth import PeopleTruth
@@ -141,9 +141,14 @@ class StereoFollowEpisode(StereoStage):
 
 def keep_building(setup: Setup) -> KeptWorld:
     """Build the building of an episode, and its light."""
-    building, world = building_of(setup.seed), World()
+    building, world = building_of(setup.seed, setup.preset.place, setup.preset.rooms), World()
     baked = build(world, building)
     return KeptWorld(world, LitBuilding(building, baked))
+
+
+def kind_of_building(preset: StereoFollow) -> tuple[str, str]:
+    """Return what of a preset decides what a building is."""
+    return preset.place, preset.rooms
 
 
 STEREO_FOLLOW = Scenario(
@@ -157,4 +162,5 @@ STEREO_FOLLOW = Scenario(
     truth=PeopleTruth,
     pictureless=StereoPictureless(),
     new_world=keep_building,
+    world_kind=kind_of_building,
 )

@@ -49,7 +49,7 @@ def first_corner(
     rooms = list(plan.rooms)
     here, there = rooms.index(plan.room_of(from_m)), rooms.index(plan.room_of(goal_m))
     if here == there or is_straight_way(from_m, goal_m, free_m):
-        return goal_m
+        return plan.around(from_m, goal_m)[0]
     gap = plan.openings[here if there > here else here - 1]
     middle_m = 0.5 * (gap.y0 + gap.y1)
     ends_m = np.array([[gap.x0 - _APPROACH_M, middle_m], [gap.x1 + _APPROACH_M, middle_m]])

@@ -37,9 +37,9 @@ class StereoPictureless(Pictureless):
         """Return all paths, and the walls.
 
         ``target_m`` (T, 2), ``target_rad`` (T,), ``size_m`` (3,) of the target; ``others_m`` (T, 16, 2), unused places
-        far away; ``free_m`` (5, 4) rectangles x0, y0, x1, y1 where the robot can be; ``openings_m`` (2, 4) those of the
-        gaps in the walls; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of the robot driven by hand; ``onsets`` (16,) frames
-        on which a loss becomes likely there, -1 for none.
+        far away; ``free_m`` (5, 4), in furnished rooms (8, 4), rectangles x0, y0, x1, y1 where the robot can be;
+        ``openings_m`` (2, 4) those of the gaps in the walls; ``path_m`` (T, 2) and ``yaw_rad`` (T,) of the robot driven
+        by hand; ``onsets`` (16,) frames on which a loss becomes likely there, -1 for none.
         """
         plan = make_plan(preset, seed, closed_loop=True)
         crowd, floor = plan.crowd, plan.building.plan
