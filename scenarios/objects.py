@@ -292,17 +292,19 @@ def add_parts(
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """A body of a labelled kind that no question is about, e.g. a parked car.
+    """A body of a labelled kind that no question is about, e.g. a parked car or someone who walks by.
 
     Attributes:
         name, kind: see ``Truth.standing_names`` and ``standing_kinds``.
         mesh: its shape in pictures: of a boat, what is above the water.
+        limbs: further bodies of it, whose ids count as that of ``body``.
     """
 
     body: Body
     name: str
     kind: str
     mesh: TexturedMesh
+    limbs: tuple[Body, ...] = ()
 
     @cached_property
     def bounds_m(self) -> NDArray[np.float64]:
@@ -312,7 +314,12 @@ class Standing:
     @cached_property
     def shape(self) -> JointedShape:
         """``mesh`` for labels. A town parks thousands of cars, of which few come into view."""
-        return joined([self.mesh])
+        return joined([self.mesh, *(limb.mesh for limb in self.limbs)])
+
+    @cached_property
+    def ids(self) -> list[int]:
+        """Ids of all of its bodies, the first one its own."""
+        return [self.body.index, *(limb.index for limb in self.limbs)]
 
 
 class StandingObjects:
@@ -321,6 +328,16 @@ class StandingObjects:
     def __init__(self, world: World, standing: Sequence[Standing]) -> None:
         self._world, self._all = world, standing
         self._id = np.array([each.body.index for each in standing], np.int64)
+        self._limbed = [each.ids for each in standing if each.limbs]
+
+    def merge(self, instance_map: NDArray[np.int32]) -> None:
+        """Write the ids of those of several bodies over the ids of their limbs in a map (H, W)."""
+        if not self._limbed:
+            return
+        whole = np.arange(len(self._world.bodies), dtype=np.int32)
+        for ids in self._limbed:
+            whole[ids] = ids[0]
+        merge_parts(instance_map, whole, min(ids[0] for ids in self._limbed))
 
     def labels(self, seen: SeenSurfaces, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> dict[str, Any]:
         """Return the fields of ``Truth`` about those that a picture shows at least one pixel of, by name."""
@@ -330,16 +347,21 @@ class StandingObjects:
         if not which:
             return {}
         shown, poses = [self._all[k] for k in which], self._world.poses[self._id[which]]
+        parts = [self._world.poses[one.ids] for one in shown]
         labels = [
-            seen_body(one.shape, pose[None], camera, T_world_camera, seen.instance_id, one.body.index, hiders=_NO_IDS)
-            for one, pose in zip(shown, poses, strict=True)
+            seen_body(one.shape, each, camera, T_world_camera, seen.instance_id, one.body.index, hiders=_NO_IDS)
+            for one, each in zip(shown, parts, strict=True)
+        ]
+        bounds = [
+            enclosing_bounds(one.shape, each, each[0]) if one.limbs else one.bounds_m
+            for one, each in zip(shown, parts, strict=True)
         ]
         return {
             "standing_names": tuple(one.name for one in shown),
             "standing_kinds": tuple(one.kind for one in shown),
             "standing_id": self._id[which],
             "T_world_standing": poses,
-            "standing_bounds_m": np.array([one.bounds_m for one in shown]),
+            "standing_bounds_m": np.array(bounds),
             "standing_box_xyxy": np.array([each.box_xyxy for each in labels]),
             "standing_visible_fraction": np.array([each.visible_fraction for each in labels]),
         }

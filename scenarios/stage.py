@@ -287,6 +287,7 @@ class Stage(ABC):
         capture = self._capture(self._frame)
         # In place: the map belongs to this frame alone.
         self._objects.merge(capture.instance_id)
+        self._standing.merge(capture.instance_id)
         labels = self._objects.labels(self._camera.model, self._T_world_camera, capture, self._in_full)
         truth = self._truth(capture, labels)
         picture, time_s, ego, head = capture.picture, truth.time_s, self._ego(), self._head

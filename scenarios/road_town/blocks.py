@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
-from scenarios.road_town.canvas import FLAT_ROOFS, ROOFS, WALLS, pick, rectangle
-from scenarios.road_town.layout import Building, CarPark, Layout, RoadGraph, Tree
+from scenarios.road_town.canvas import FLAT_ROOFS, ROOFS, WALLS, pick, rectangle, rings_of
+from scenarios.road_town.layout import Building, CarPark, Layout, Rectangle, RoadGraph, Tree
+from scenarios.road_town.road_map import road_area
 
 PAVEMENT_WIDTH_M = 2.0
 CAR_PARK_SETBACK_M = 2.5
@@ -26,14 +28,14 @@ def fill_blocks(graph: RoadGraph, rng: np.random.Generator, extent_m: float) -> 
     Args:
         extent_m: side of the square ground.
     """
-    ground = _FreeGround(graph, extent_m)
+    ground = FreeGround(graph, extent_m)
     car_parks = _place_car_parks(graph, ground, rng)
     buildings = _place_houses(graph, ground, rng)
     trees = _place_trees(graph, buildings, ground, rng)
     return Layout(extent_m, graph, tuple(buildings), tuple(trees), tuple(car_parks))
 
 
-class _FreeGround:
+class FreeGround:
     """A grid of ``_CELL_M`` that marks occupied ground."""
 
     def __init__(self, graph: RoadGraph, extent_m: float) -> None:
@@ -45,20 +47,52 @@ class _FreeGround:
             width = street.width_m + 2 * PAVEMENT_WIDTH_M
             cv2.polylines(self._taken, [line], False, 1, round(width / _CELL_M) + 1)
 
+    @classmethod
+    def of(cls, layout: Layout) -> FreeGround:
+        """Return the ground that a finished town leaves free."""
+        ground = cls(layout.graph, layout.extent_m)
+        pavements = road_area(layout.graph).buffer(PAVEMENT_WIDTH_M)
+        rings = [ground._cells(shapely.get_coordinates(ring)) for ring in rings_of(pavements)]
+        cv2.fillPoly(ground._taken, rings, 1)
+        taken = [(each.centre_m, each.size_m[:2], each.yaw_rad) for each in layout.buildings]
+        taken += [(each.centre_m, each.size_m, each.yaw_rad) for each in layout.car_parks]
+        taken += [(each.centre_m, (1.0, 1.0), 0.0) for each in layout.trees]
+        taken += [each.rectangle for each in layout.props]
+        taken += [solid for each in layout.overpasses for solid in each.solids]
+        for centre_m, size_m, yaw_rad in taken:
+            ground.occupy((centre_m, (size_m[0] + 1.0, size_m[1] + 1.0), yaw_rad))
+        return ground
+
     def take(self, centre_m: NDArray[np.float64], size_m: tuple[float, float], yaw_rad: float, margin_m: float) -> bool:
         """Occupy a rectangle with a margin if it is free and inside the town; return whether it was."""
-        corners = rectangle(centre_m, (size_m[0] + 2 * margin_m, size_m[1] + 2 * margin_m), yaw_rad)
-        if np.abs(corners).max() > self.half_m - 2.0:
+        found = self._window(centre_m, (size_m[0] + 2 * margin_m, size_m[1] + 2 * margin_m), yaw_rad)
+        if found is None:
             return False
+        window, shape = found
+        window |= shape
+        return True
+
+    def occupy(self, place: Rectangle) -> None:
+        """Occupy a rectangle, free or not."""
+        cv2.fillConvexPoly(self._taken, self._cells(rectangle(*place)), 1)
+
+    def is_free(self, centre_m: NDArray[np.float64], size_m: tuple[float, float], yaw_rad: float) -> bool:
+        """Return whether a rectangle is free and inside the town."""
+        return self._window(centre_m, size_m, yaw_rad) is not None
+
+    def _window(
+        self, centre_m: NDArray[np.float64], size_m: tuple[float, float], yaw_rad: float
+    ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]] | None:
+        """Return the part of the grid around a rectangle, and the rectangle in it; None if it is not free."""
+        corners = rectangle(centre_m, size_m, yaw_rad)
+        if np.abs(corners).max() > self.half_m - 2.0:
+            return None
         cells = self._cells(corners)
         low, high = cells.min(axis=0), cells.max(axis=0) + 1
         window = self._taken[low[1] : high[1], low[0] : high[0]]
         shape = np.zeros_like(window)
         cv2.fillConvexPoly(shape, cells - low, 1)
-        if (window & shape).any():
-            return False
-        window |= shape
-        return True
+        return None if (window & shape).any() else (window, shape)
 
     def _cells(self, points_m: NDArray[np.float64]) -> NDArray[np.int32]:
         return np.floor((points_m + self.half_m) / _CELL_M).astype(np.int32)
@@ -82,7 +116,7 @@ def _beside(
     return street.centre_m[index] + distance * right, float(np.arctan2(along[1], along[0]))
 
 
-def _place_houses(graph: RoadGraph, ground: _FreeGround, rng: np.random.Generator) -> list[Building]:
+def _place_houses(graph: RoadGraph, ground: FreeGround, rng: np.random.Generator) -> list[Building]:
     buildings: list[Building] = []
     for _ in range(40 * _HOUSES):
         if len(buildings) == _HOUSES:
@@ -103,7 +137,7 @@ def _place_houses(graph: RoadGraph, ground: _FreeGround, rng: np.random.Generato
     return buildings
 
 
-def _place_car_parks(graph: RoadGraph, ground: _FreeGround, rng: np.random.Generator) -> list[CarPark]:
+def _place_car_parks(graph: RoadGraph, ground: FreeGround, rng: np.random.Generator) -> list[CarPark]:
     """Place car parks: two rows of bays, and between them a lane along the length axis to the street."""
     car_parks: list[CarPark] = []
     parked = 0
@@ -136,7 +170,7 @@ def _place_car_parks(graph: RoadGraph, ground: _FreeGround, rng: np.random.Gener
 
 
 def _place_trees(
-    graph: RoadGraph, buildings: list[Building], ground: _FreeGround, rng: np.random.Generator
+    graph: RoadGraph, buildings: list[Building], ground: FreeGround, rng: np.random.Generator
 ) -> list[Tree]:
     """Plant rows along streets, single trees in gardens, and copses where there is room."""
     trees: list[Tree] = []
@@ -168,12 +202,12 @@ def _in_a_garden(buildings: list[Building], rng: np.random.Generator) -> list[ND
     return [house + rng.normal(0.0, 13.0, 2)]
 
 
-def _copse(ground: _FreeGround, rng: np.random.Generator) -> list[NDArray[np.float64]]:
+def _copse(ground: FreeGround, rng: np.random.Generator) -> list[NDArray[np.float64]]:
     middle = rng.uniform(-ground.half_m + 12, ground.half_m - 12, 2)
     return list(middle + rng.normal(0.0, 7.0, (int(rng.integers(1, 9)), 2)))
 
 
-def _plant(trees: list[Tree], ground: _FreeGround, centre: NDArray[np.float64], radius_m: float) -> None:
+def _plant(trees: list[Tree], ground: FreeGround, centre: NDArray[np.float64], radius_m: float) -> None:
     # The trunk must stand free; the crown may reach over pavement and lawn.
     if ground.take(centre, (1.0, 1.0), 0.0, max(0.3, 0.5 * (radius_m - 2.0))):
         x, y = map(float, centre)

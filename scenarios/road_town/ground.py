@@ -29,7 +29,7 @@ from scenarios.road_town.canvas import (
 )
 from scenarios.road_town.layout import BUILDING, OTHER, ROAD, Building, Layout
 from scenarios.road_town.road_map import road_area
-from scenarios.road_town.street_paint import paint_car_park, paint_streets
+from scenarios.road_town.street_paint import paint_car_park, paint_streets, paint_zebras
 
 MARGIN_M = 1.5
 """Least free ground between a pool's deck and houses, pavements, car parks, trunks and other pools."""
@@ -48,7 +48,10 @@ def place_pools(layout: Layout, rng: np.random.Generator) -> list[shapely.Polygo
     houses = [shapely.Polygon(rectangle(b.centre_m, b.size_m[:2], b.yaw_rad)) for b in layout.buildings]
     parks = [shapely.Polygon(rectangle(park.centre_m, park.size_m, park.yaw_rad)) for park in layout.car_parks]
     trunks = [shapely.Point(tree.centre_m).buffer(0.5) for tree in layout.trees]
-    taken = shapely.STRtree([*houses, *parks, *trunks, road_area(layout.graph).buffer(PAVEMENT_WIDTH_M)])
+    others = [each.rectangle for each in layout.props]
+    others += [place for each in layout.overpasses for place in (each.rectangle, *each.solids)]
+    things = [shapely.Polygon(rectangle(*place)) for place in others]
+    taken = shapely.STRtree([*houses, *parks, *trunks, *things, road_area(layout.graph).buffer(PAVEMENT_WIDTH_M)])
     half_m = 0.5 * layout.extent_m - MARGIN_M
     inside = shapely.box(-half_m, -half_m, half_m, half_m)
     pools: list[shapely.Polygon] = []
@@ -319,6 +322,8 @@ def _paint_terrace(canvas: Canvas, frame: _HouseFrame, rng: np.random.Generator)
 
 TEXTURE_PX = 4096
 _LAND_GRAIN, _PAVED_GRAIN = 8.0, 4.5
+_GRAVEL: Rgb = (128, 122, 112)
+"""Ground under a viaduct."""
 
 
 def paint_ground(layout: Layout, rng: np.random.Generator, size_px: int = TEXTURE_PX) -> NDArray[np.uint8]:
@@ -330,7 +335,11 @@ def paint_ground(layout: Layout, rng: np.random.Generator, size_px: int = TEXTUR
     furnish_gardens(canvas, layout, rng)
     for pool in place_pools(layout, rng):
         paint_pool(canvas, pool, rng)
+    for overpass in layout.overpasses:
+        if overpass.piers_m:  # A viaduct, in whose shade no grass grows.
+            canvas.polygon(rectangle(*overpass.rectangle), _GRAVEL)
     paint_streets(canvas, layout.graph, rng)
+    paint_zebras(canvas, layout.graph, layout.zebras)
     for car_park in layout.car_parks:
         paint_car_park(canvas, car_park, rng)
     canvas.grain(rng, _PAVED_GRAIN)

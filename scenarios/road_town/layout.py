@@ -8,6 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from sim.meshes.varied_house import HouseStyle
+
 ROAD, OTHER, BUILDING = 0, 1, 2
 """Ground classes of ``ground.class_map`` (paper A.3: road, other, building)."""
 
@@ -60,6 +62,7 @@ class Building:
         yaw_rad: of the length axis.
         roof: ``flat``, ``gable`` or ``hip``.
         wall_rgb, roof_rgb: sRGB 0-255.
+        style: of a ``varied_house``, None for a ``house``.
     """
 
     centre_m: tuple[float, float]
@@ -68,6 +71,7 @@ class Building:
     roof: str
     wall_rgb: tuple[int, int, int]
     roof_rgb: tuple[int, int, int]
+    style: HouseStyle | None = None
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,69 @@ class CarPark:
     taken: tuple[bool, ...]
 
 
+Rectangle = tuple[tuple[float, float], tuple[float, float], float]
+"""Centre, size and yaw of a rectangle on the ground, metres and radians."""
+
+
+@dataclass(frozen=True)
+class Prop:
+    """A small thing in a garden or on a pavement.
+
+    Attributes:
+        kind: see ``sim.meshes.street_props.KINDS``.
+        size_m: along, across, height.
+        variant: decides its colour and all that is random about it.
+    """
+
+    kind: str
+    centre_m: tuple[float, float]
+    size_m: tuple[float, float, float]
+    yaw_rad: float
+    variant: int
+
+    @property
+    def rectangle(self) -> Rectangle:
+        """The ground that it takes."""
+        return self.centre_m, self.size_m[:2], self.yaw_rad
+
+
+@dataclass(frozen=True)
+class Overpass:
+    """A way over a street, or a cover over it; cars drive under it.
+
+    Attributes:
+        kind: ``footbridge``, ``road``, ``rail`` or ``cover``.
+        centre_m, yaw_rad: place over the street's middle, and direction of the deck's length (of a cover: across the
+            street).
+        start_m, end_m: ends of the level deck on its axis, from the centre.
+        width_m: of the deck; of a cover the length along the street.
+        under_m, top_m: heights of the deck's lower and upper side.
+        solids: what of it stands on the ground: piers, stairs, banks.
+        piers_m: places on the axis, from the centre, of a viaduct's piers.
+        stairs: of a footbridge: at its start and end, +1 or -1 for stairs down to the left or right of the axis.
+    """
+
+    kind: str
+    centre_m: tuple[float, float]
+    yaw_rad: float
+    start_m: float
+    end_m: float
+    width_m: float
+    under_m: float
+    top_m: float
+    solids: tuple[Rectangle, ...]
+    piers_m: tuple[float, ...] = ()
+    stairs: tuple[float, ...] = ()
+
+    @property
+    def rectangle(self) -> Rectangle:
+        """The ground under the deck."""
+        middle_m = 0.5 * (self.start_m + self.end_m)
+        x = self.centre_m[0] + middle_m * np.cos(self.yaw_rad)
+        y = self.centre_m[1] + middle_m * np.sin(self.yaw_rad)
+        return (float(x), float(y)), (self.end_m - self.start_m, self.width_m), self.yaw_rad
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
     """A whole town, centred on the origin.
@@ -109,6 +176,8 @@ class Layout:
     Attributes:
         extent_m: side of the square ground.
         graph, buildings, trees, car_parks, lamps: its parts.
+        props: hedges, signs and the like. overpasses: bridges and covers over its streets.
+        zebras: (street, arc_m) where people cross it; none in a town without people.
     """
 
     extent_m: float
@@ -117,3 +186,6 @@ class Layout:
     trees: tuple[Tree, ...]
     car_parks: tuple[CarPark, ...]
     lamps: tuple[StreetLamp, ...] = ()
+    props: tuple[Prop, ...] = ()
+    overpasses: tuple[Overpass, ...] = ()
+    zebras: tuple[tuple[int, float], ...] = ()

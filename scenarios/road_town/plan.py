@@ -15,8 +15,11 @@ from scenarios.road_town.blocks import fill_blocks
 from scenarios.road_town.canvas import draw_paint
 from scenarios.road_town.fleet import CRUISES_AT, draw_car, draw_model, livery
 from scenarios.road_town.flight import AirState, Pulse
+from scenarios.road_town.furnishing import furnish
 from scenarios.road_town.kept_apart import Room, simulate_apart
 from scenarios.road_town.layout import Layout
+from scenarios.road_town.overpasses import Way, with_overpasses
+from scenarios.road_town.passers_by import PassersBy, draw_passers_by
 from scenarios.road_town.patterns import make_streets
 from scenarios.road_town.pilot import Drive, plan_flight
 from scenarios.road_town.presets import RoadTown
@@ -37,6 +40,10 @@ EXCURSION_ASIDE_M, EXCURSION_ALONG_M = (7.0, 16.0), (34.0, 70.0)
 """Ranges of an excursion's sideways distance and length."""
 STARTS_BEFORE_TURN_M = 6.0
 """Way to the crossing from the start of a target that starts at its first turn."""
+_REACH_SHARE = 0.75
+"""Share of the way at cruising speed that a car drives, with bends and stops."""
+_LEAST_REACH_M = 90.0
+"""Overpasses of short episodes may stand beyond what is driven."""
 STOP_S = (0.8, 2.5)
 """Range of the time that a car halts at a crossing."""
 
@@ -58,6 +65,7 @@ class Plan:
         excursions: where the target's route is off the road.
         pulses: swings of the view. camera_poses: T_world_camera (T, 4, 4) of the set path.
         sun_azimuth_rad, sun_elevation_rad: direction of the sun.
+        passers_by: people and cyclists; None in a town without.
     """
 
     preset: RoadTown
@@ -75,6 +83,7 @@ class Plan:
     camera_poses: NDArray[np.float64]
     sun_azimuth_rad: float
     sun_elevation_rad: float
+    passers_by: PassersBy | None = None
 
     def target_corners_m(self) -> NDArray[np.float64]:
         """Corners (T, 8, 3) of the target's bounding box."""
@@ -98,7 +107,14 @@ def draw_layout(preset: RoadTown, seed: int) -> Layout:
     pattern = str(rng.choice(preset.street_patterns))
     graph = replace(make_streets(pattern, rng, preset.extent_m), traffic_side=preset.traffic_side)
     layout = fill_blocks(graph, generator(seed, "blocks"), preset.extent_m)
-    return replace(layout, lamps=place_lamps(graph)) if preset.has_lamp_posts else layout
+    if preset.has_lamp_posts:
+        layout = replace(layout, lamps=place_lamps(graph))
+    return furnish(layout, preset, seed)
+
+
+def draw_kept_layout(preset: RoadTown, seed: int) -> Layout:
+    """Draw a town that other episodes share: its overpasses stand over any streets."""
+    return with_overpasses(draw_layout(preset, seed), preset.overpasses, seed)
 
 
 def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | None = None) -> Plan:
@@ -111,6 +127,10 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | 
     streams = {name: generator(seed, name) for name in ("looks", "traffic", "sun")}
     layout = draw_layout(preset, seed) if kept is None else kept
     target, layout, excursions = _target_driver(preset, layout, streams["traffic"], clears=kept is None)
+    if kept is None and preset.overpasses[1] > 0:
+        reach_m = max(_REACH_SHARE * target.cruise_mps * preset.frame_count / preset.rate_hz, _LEAST_REACH_M)
+        way = Way(target.route, (target.start_m, target.start_m + reach_m), excursions)
+        layout = with_overpasses(layout, preset.overpasses, seed, way)
     if closed_loop and preset.starts_at_turn:
         target = _at_first_turn(target)
     if preset.keeps_apart:
@@ -146,6 +166,7 @@ def make_plan(preset: RoadTown, seed: int, *, closed_loop: bool, kept: Layout | 
         flown.camera_poses,
         float(streams["sun"].uniform(-np.pi, np.pi)),
         float(np.deg2rad(streams["sun"].uniform(*preset.sun_elevation_deg))),
+        _passers_by(preset, layout, motion, sizes, seed),
     )
 
 
@@ -166,6 +187,16 @@ def _moved_apart(
         drivers, sizes[: len(drivers)], preset.frame_count, preset.rate_hz, preset.driver, excursions
     )
     return [drivers[car] for car in kept], tuple(looks[car] for car in kept), motion
+
+
+def _passers_by(
+    preset: RoadTown, layout: Layout, motion: Motion, sizes_m: NDArray[np.float64], seed: int
+) -> PassersBy | None:
+    numbers = {"person": preset.people, "cyclist": preset.cyclists}
+    if not any(most for _, most in numbers.values()):
+        return None
+    path_m = motion.position_m[:, TARGET]
+    return draw_passers_by(layout, motion, sizes_m, path_m, numbers, preset.rate_hz, generator(seed, "passers-by"))
 
 
 def _draw_looks(preset: RoadTown, others: int, rng: np.random.Generator) -> tuple[Look, ...]:

@@ -124,6 +124,11 @@ class RoadTown:
         rate_hz: frames per second. frame_count: length of an episode.
         street_patterns: one is drawn per episode.
         extent_m: side of the town.
+        buildings: ``plain``, or ``varied`` in form, roofing and windows.
+        gardens: ``painted``, or ``grown``: hedges, shrubs, fences and bins stand in them.
+        signs: range of the number of signs in the town.
+        overpasses: range of the number of bridges and covers over streets, where the target drives if there is room.
+        people, cyclists: ranges of their numbers; they keep to the pavements and cross where no car comes.
         traffic_cars: number of moving cars besides the target, up to 60; a small town may have room for fewer.
         traffic_looks: ``others`` = any model and any paint but the target's; ``twins`` = half of them have the target's
             model and paint.
@@ -165,6 +170,12 @@ class RoadTown:
     frame_count: int = 300
     street_patterns: tuple[str, ...] = ("grid", "organic", "ring")
     extent_m: float = 420.0
+    buildings: Literal["plain", "varied"] = "plain"
+    gardens: Literal["painted", "grown"] = "painted"
+    signs: tuple[int, int] = (0, 0)
+    overpasses: tuple[int, int] = (0, 0)
+    people: tuple[int, int] = (0, 0)
+    cyclists: tuple[int, int] = (0, 0)
     traffic_cars: int = 16
     traffic_looks: Literal["others", "twins"] = "others"
     vehicles: tuple[str, ...] = CARS
@@ -203,6 +214,10 @@ class RoadTown:
         check_within(self, "altitude_m", *ALTITUDE_RANGE_M)
         check_within(self, "traffic_cars", 0, MOST_CARS)
         check_within(self, "excursions", 0, 10)
+        check_within(self, "signs", 0, 1000)
+        check_within(self, "overpasses", 0, 8)
+        check_within(self, "people", 0, 200)
+        check_within(self, "cyclists", 0, 50)
         check_within(self, "attitude_noise_deg", 0, 30)
         check_within(self, "stop_share", 0, 1)
         check_within(self, "camera_pitch_deg", 0, 60)
@@ -350,6 +365,15 @@ ABLATIONS: dict[str, RoadTown] = {
 }
 """Further presets: ``standard`` with one assumption of a tracker violated in each."""
 
+LIVELY = replace(
+    STANDARD,
+    summary="people and cyclists, signs, hedges and shrubs, houses of many kinds",
+    buildings="varied",
+    gardens="grown",
+    signs=(40, 60),
+    people=(24, 40),
+    cyclists=(3, 6),
+)
 WORLDS: dict[str, RoadTown] = {
     "mixed-traffic": replace(
         STANDARD,
@@ -375,5 +399,7 @@ WORLDS: dict[str, RoadTown] = {
     "autumn": replace(
         STANDARD, summary="standard, in autumn, under a low sun", season="autumn", sun_elevation_deg=(14.0, 30.0)
     ),
+    "lively": LIVELY,
+    "bridges": replace(LIVELY, summary="lively, with bridges and covers that hide the car", overpasses=(2, 4)),
 }
 """Further worlds, which tables do not rest on yet."""

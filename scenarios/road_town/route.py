@@ -272,7 +272,7 @@ def with_excursion(
     along_m: tuple[float, float],
     clears: bool = True,
 ) -> tuple[Route, Layout, Excursion | None]:
-    """Bend a route off the road where the fewest obstacles stand, and remove those: trees, at most one house.
+    """Bend a route off the road where the fewest obstacles stand, and remove those: trees, props, at most one house.
 
     Args:
         between_m: arc lengths between which the excursion lies.
@@ -305,9 +305,9 @@ def with_excursion(
         bent = route.points_m + (aside * share)[:, None] * left
         off = share > 0.05
         hits = obstacles.hits(bent[off])
-        if hits.parked or len(hits.buildings) > 1 or np.abs(bent[off]).max() > 0.45 * layout.extent_m:
+        if hits.staying or len(hits.buildings) > 1 or np.abs(bent[off]).max() > 0.45 * layout.extent_m:
             continue
-        cost = 10.0 * len(hits.buildings) + len(hits.trees)
+        cost = 10.0 * len(hits.buildings) + len(hits.trees) + 0.2 * len(hits.props)
         if (clears or cost == 0) and (best is None or cost < best[0]):
             best = cost, hits, bent, leave, leave + along
         if cost == 0:
@@ -320,6 +320,7 @@ def with_excursion(
         buildings=tuple(b for k, b in enumerate(layout.buildings) if k not in hits.buildings),
         trees=tuple(t for k, t in enumerate(layout.trees) if k not in hits.trees),
         lamps=tuple(p for k, p in enumerate(layout.lamps, len(layout.trees)) if k not in hits.trees),
+        props=tuple(p for k, p in enumerate(layout.props) if k not in hits.props),
     )
     bent_route, excursion = _rebuilt(route, bent, leave, back)
     return bent_route, cleared, excursion
@@ -352,23 +353,27 @@ def _rebuilt(route: Route, bent: NDArray[np.float64], leave_m: float, return_m: 
 
 @dataclass(frozen=True, slots=True)
 class _Hits:
-    """Obstacles of a path: indices of buildings, of trees and after them street lamps; whether a parked car is one."""
+    """Obstacles of a path: indices of buildings, props, and trees and after them street lamps; whether others stay."""
 
     buildings: frozenset[int]
+    props: frozenset[int]
     trees: frozenset[int]
-    parked: bool
+    staying: bool
 
 
 class _Obstacles:
-    """Buildings, parked cars, trees and street lamps of a town."""
+    """Buildings, props, trees, street lamps, parked cars and overpasses of a town."""
 
     def __init__(self, layout: Layout) -> None:
         boxes = [(b.centre_m, b.size_m[:2], b.yaw_rad) for b in layout.buildings]
         self._buildings = len(boxes)
+        boxes += [prop.rectangle for prop in layout.props]
+        self._removable = len(boxes)
         for park in layout.car_parks:
             for (x, y, yaw), taken in zip(park.bays, park.taken, strict=True):
                 if taken:
                     boxes.append(((x, y), (5.0, 2.2), yaw))
+        boxes += [solid for overpass in layout.overpasses for solid in overpass.solids]
         self._centre = np.array([box[0] for box in boxes]).reshape(-1, 2)
         self._half = 0.5 * np.array([box[1] for box in boxes]).reshape(-1, 2)
         yaws = np.array([box[2] for box in boxes])
@@ -386,6 +391,7 @@ class _Obstacles:
         tree_distance = np.linalg.norm(points_m[:, None] - self._trees[None], axis=-1)
         return _Hits(
             frozenset(int(k) for k in near_boxes if k < self._buildings),
+            frozenset(int(k) - self._buildings for k in near_boxes if self._buildings <= k < self._removable),
             frozenset(np.flatnonzero((tree_distance < _CLEARANCE_M).any(axis=0)).tolist()),
-            bool((near_boxes >= self._buildings).any()),
+            bool((near_boxes >= self._removable).any()),
         )

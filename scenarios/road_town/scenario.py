@@ -15,10 +15,18 @@ from scenarios.road_town.flight import ALTITUDE_RANGE_M, HELICOPTER, Helicopter,
 from scenarios.road_town.ground import TEXTURE_PX
 from scenarios.road_town.layout import Layout
 from scenarios.road_town.pictureless.bank import RoadPictureless
-from scenarios.road_town.plan import TARGET, camera_of, draw_layout, make_plan
+from scenarios.road_town.plan import TARGET, camera_of, draw_kept_layout, make_plan
 from scenarios.road_town.presets import ABLATIONS, PRESETS, WORLDS, RoadTown
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.town import add_vehicle, build_town, parked_cars, town_of
+from scenarios.road_town.town import (
+    PASSING_KINDS,
+    add_passers_by,
+    add_vehicle,
+    build_town,
+    move_passers_by,
+    parked_cars,
+    town_of,
+)
 from scenarios.road_town.truth import Light, RoadTruth
 from scenarios.road_town.weather import (
     Conditions,
@@ -111,6 +119,8 @@ class RoadTownEpisode(Stage):
             for car, look in enumerate(plan.looks)
         ]
         self.plan = plan
+        self._passing = [] if plan.passers_by is None else add_passers_by(world, plan.passers_by)
+        self._flow_px = _NO_FLOW
         self._conditions = draw_conditions(plan.preset, plan.seed, plan.sun_azimuth_rad, plan.sun_elevation_rad)
         self._light = _light(self._conditions)
         shadow_texels = SHADOW_TEXELS if kept is None else kept.content.detail.shadow_texels
@@ -127,7 +137,7 @@ class RoadTownEpisode(Stage):
             setup,
             Objects(world, cars, kinds=[look.model for look in plan.looks], size_m=plan.sizes_m),
             SceneCamera(setup, world, plan.camera, sensor_in(self._conditions, setup, plan.camera)),
-            standing=parked_cars(world) if setup.covers_all else (),
+            standing=(*parked_cars(world), *(each for each, _ in self._passing)) if setup.covers_all else (),
         )
         self._from_ground = pixels_from_ground(plan.camera, self._T_world_camera)
         self._remember_poses()
@@ -146,8 +156,10 @@ class RoadTownEpisode(Stage):
         self._helicopter.obey(command, self._frame)
 
     def _move_to(self, frame: int) -> None:
-        motion = self.plan.motion
+        plan, motion = self.plan, self.plan.motion
         self._objects.move(motion.T_world_car[frame], motion.speed_mps[frame])
+        if plan.passers_by is not None:
+            move_passers_by(self.world, self._passing, plan.passers_by, frame)
         self._T_world_camera = self._set_path[frame] if self._helicopter is None else self._helicopter.pose(frame)
 
     def _remember_poses(self) -> None:
@@ -165,7 +177,12 @@ class RoadTownEpisode(Stage):
         self._from_ground = pixels_from_ground(camera, T_world_camera)
         self._background_motion = ground_homography(self._from_ground_before, self._from_ground)
         motion = CameraMotion(self._background_motion, 1.0 / self.rate_hz)
-        return self._camera.take(self._shader, T_world_camera, frame, motion=motion)
+        capture = self._camera.take(self._shader, T_world_camera, frame, motion=motion)
+        if self._setup.covers_all:
+            # Before the ids of limbs become those of people: each moves in its own way.
+            poses, before = self.world.poses, self._body_poses_before
+            self._flow_px = backward_flow(capture, camera, T_world_camera, self._T_world_camera_before, poses, before)
+        return capture
 
     def _braking(self, frame: int) -> NDArray[np.bool_]:
         """Return whether each car brakes, or waits."""
@@ -177,17 +194,12 @@ class RoadTownEpisode(Stage):
         return None if self._instruments is None else EgoPose(self._instruments.measure(self._T_world_camera))
 
     def _own_truth(self, capture: Capture[Any], labels: Labels) -> dict[str, Any]:
-        plan, frame, flow_px = self.plan, self._frame, _NO_FLOW
-        if self._setup.covers_all:
-            poses = self.world.poses
-            flow_px = backward_flow(
-                capture, plan.camera, self._T_world_camera, self._T_world_camera_before, poses, self._body_poses_before
-            )
+        plan, frame = self.plan, self._frame
         self._remember_poses()
         return {
             "on_road": bool(self._on_road[frame]),
             "turning": plan.turning(frame),
-            "flow_px": flow_px,
+            "flow_px": self._flow_px,
             "background_motion": self._background_motion,
             "light": self._light,
             **{name: getattr(self._conditions, name) for name in _OF_CONDITIONS},
@@ -205,7 +217,7 @@ def _light(conditions: Conditions) -> Light:
 def keep_town(setup: Setup) -> KeptWorld:
     """Build the town of an episode as its picture needs it. Excursions of others there lead where nothing stands."""
     preset, detail = setup.preset, detail_for(setup.preset)
-    layout = draw_layout(preset, setup.seed)
+    layout = draw_kept_layout(preset, setup.seed)
     world = build_town(layout, setup.rng("town"), detail.ground_px, preset.vehicles, preset.season)
     return KeptWorld(world, KeptTown(layout, detail, ground_light_of(world, layout, preset, setup.seed)))
 
@@ -213,22 +225,29 @@ def keep_town(setup: Setup) -> KeptWorld:
 def kind_of_town(preset: RoadTown) -> Hashable:
     """Return what of a configuration decides what a kept town is."""
     drawn = preset.street_patterns, preset.extent_m, preset.traffic_side, preset.season, preset.has_lamp_posts
-    return *drawn, kind_of_ground(preset), detail_for(preset), preset.vehicles
+    furnished = preset.buildings, preset.gardens, preset.signs, preset.overpasses
+    has_zebras = preset.people[1] > 0 or preset.cyclists[1] > 0
+    return *drawn, furnished, has_zebras, kind_of_ground(preset), detail_for(preset), preset.vehicles
 
 
-class _Vehicles(Mapping[str, str]):
-    """All models of vehicles, also those registered later, and their classes."""
+class _Kinds(Mapping[str, str]):
+    """All models of vehicles, people and cyclists, and models registered later, with their classes."""
 
-    def __getitem__(self, model: str) -> str:
-        if model not in VEHICLES:
-            raise KeyError(model)
-        return class_of(model)
+    def __init__(self) -> None:
+        self._shipped = tuple(VEHICLES)
+
+    def __getitem__(self, kind: str) -> str:
+        if kind in PASSING_KINDS:
+            return kind
+        if kind not in VEHICLES:
+            raise KeyError(kind)
+        return class_of(kind)
 
     def __iter__(self) -> Iterator[str]:
-        return iter(VEHICLES)
+        return iter((*self._shipped, *PASSING_KINDS, *(model for model in VEHICLES if model not in self._shipped)))
 
     def __len__(self) -> int:
-        return len(VEHICLES)
+        return len(VEHICLES) + len(PASSING_KINDS)
 
 
 ROAD_TOWN = Scenario(
@@ -237,7 +256,7 @@ ROAD_TOWN = Scenario(
     start="the first picture and the car's box in it; measured ego pose where the preset has instruments",
     stage=RoadTownEpisode,
     presets=PRESETS | ABLATIONS | WORLDS,
-    classes=_Vehicles(),
+    classes=_Kinds(),
     carrier=HELICOPTER,
     truth=RoadTruth,
     pictureless=RoadPictureless(),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -34,6 +36,16 @@ def paint_streets(canvas: Canvas, graph: RoadGraph, rng: np.random.Generator) ->
         if strip.clear_m is not None:
             _paint_lines(strip, strip.clear_m)
             _paint_crossing_ends(strip, strip.clear_m, graph.right_sign, rng)
+
+
+def paint_zebras(canvas: Canvas, graph: RoadGraph, zebras: Sequence[tuple[int, float]]) -> None:
+    """Paint the places (street, arc_m) where people cross."""
+    for street, arc_m in zebras:
+        strip = _Strip(canvas, graph.streets[street])
+        edge = strip.half_m - EDGE_LINE_INSET_M
+        for left in np.arange(-edge + 0.2, edge, 1.0):
+            bar = strip.at(arc_m + np.array([-1.3, 1.3]), left)
+            canvas.bar(bar[0], bar[1], 0.5, MARKING)
 
 
 def paint_car_park(canvas: Canvas, car_park: CarPark, rng: np.random.Generator) -> None:

@@ -16,13 +16,19 @@ from scenarios.road_town.canvas import KERB, Canvas, Rgb, rings_of
 from scenarios.road_town.fleet import draw_car
 from scenarios.road_town.ground import TEXTURE_PX, paint_countryside, paint_ground
 from scenarios.road_town.layout import Layout
+from scenarios.road_town.overpasses import add_overpasses
+from scenarios.road_town.passers_by import PassersBy
 from scenarios.road_town.road_map import road_area
 from scenarios.road_town.seasons import LOOKS, Season, strew_leaves, turn_ground
 from sim.mesh import Texture, TexturedMesh
+from sim.meshes.facets import Facets
 from sim.meshes.ground import ground, kerb, surroundings
 from sim.meshes.house import house
 from sim.meshes.lamp_post import lamp_post
+from sim.meshes.pedestrian import PEDESTRIAN_PARTS, cyclist, pedestrian, pedestrian_poses
+from sim.meshes.street_props import add_prop, props_texture
 from sim.meshes.tree import bare_tree, tree
+from sim.meshes.varied_house import varied_house
 from sim.meshes.vehicle import CARS, vehicle
 from sim.meshes.woodland import hedge, wood
 from sim.pose import pose_on_ground
@@ -122,6 +128,7 @@ _KERB_PIECE_CORNERS = 12
 _KINDS_OF_TREES = 12
 _LARGEST_PARKED_M = (5.4, 2.2)
 _ANY_PAINT: Rgb = (128, 128, 128)
+_BLOCK_M = 35.0
 
 _latest: tuple[tuple[object, ...], World] | None = None
 """What the latest town was drawn from, and the town. Threads share it: each reads it once."""
@@ -177,7 +184,10 @@ def build_town(
     add_countryside(world, layout.extent_m, rng, ground_px, season)
     add_kerbs(world, layout)
     for k, building in enumerate(layout.buildings):
-        mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)
+        if building.style is None:
+            mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)
+        else:
+            mesh = varied_house(building.size_m, building.style, building.wall_rgb)
         pose = pose_on_ground(*building.centre_m, building.yaw_rad)
         world.add(mesh, pose, name=f"building-{k}", category="building")
     # Building a tree takes milliseconds, so a dozen are reused, scaled and turned.
@@ -192,12 +202,57 @@ def build_town(
     _park_cars(world, layout, vehicles, rng)
     for k, lamp in enumerate(layout.lamps):
         world.add(lamp_post(), pose_on_ground(*lamp.centre_m, lamp.yaw_rad), name=f"lamp-{k}", category="lamp")
+    add_props(world, layout)
+    add_overpasses(world, layout)
     return world
+
+
+def add_props(world: World, layout: Layout) -> None:
+    """Add hedges, signs and the like, all those of a square of ``_BLOCK_M`` as one body."""
+    blocks: dict[tuple[int, int], Facets] = {}
+    for prop in layout.props:
+        x, y = (math.floor(place / _BLOCK_M) for place in prop.centre_m)
+        facets = blocks.setdefault((x, y), Facets())
+        add_prop(facets, prop.kind, prop.size_m, prop.centre_m, prop.yaw_rad, prop.variant)
+    for (x, y), facets in blocks.items():
+        world.add(facets.mesh(props_texture()), np.eye(4), name=f"props {x} {y}", category="props")
 
 
 def add_vehicle(world: World, name: str, model: str, paint_rgb: Rgb) -> Body:
     """Add a movable car at the origin."""
     return world.add(vehicle(model, paint_rgb), np.eye(4), name=name, category="vehicle", movable=True)
+
+
+PASSING_KINDS = ("person", "cyclist")
+
+
+def add_passers_by(world: World, passers_by: PassersBy) -> list[tuple[Standing, list[Body]]]:
+    """Add people and cyclists at the origin; return each with all of its bodies."""
+    added = []
+    for k, (kind, look) in enumerate(zip(passers_by.kinds, passers_by.looks, strict=True)):
+        name = f"{kind}-{k}"
+        parts = (cyclist(look),) if kind == "cyclist" else pedestrian(look)
+        bodies = [
+            world.add(mesh, np.eye(4), name=f"{name} {part}", category="passer-by", movable=True, kind=kind)
+            for mesh, part in zip(parts, PEDESTRIAN_PARTS, strict=False)
+        ]
+        added.append((Standing(bodies[0], name, kind, bodies[0].mesh, tuple(bodies[1:])), bodies))
+    return added
+
+
+def move_passers_by(world: World, added: list[tuple[Standing, list[Body]]], passers_by: PassersBy, frame: int) -> None:
+    """Move people and cyclists to where they are on a frame."""
+    bodies, poses = [], []
+    for k, (_, parts) in enumerate(added):
+        T_world, look = passers_by.T_world[frame, k], passers_by.looks[k]
+        bodies += parts
+        if len(parts) == 1:
+            poses.append(T_world[None])
+        else:
+            phase_rad, speed_mps = float(passers_by.phase_rad[frame, k]), float(passers_by.speed_mps[frame, k])
+            poses.append(pedestrian_poses(look, T_world, phase_rad, speed_mps))
+    if bodies:
+        world.move_all(bodies, np.concatenate(poses))
 
 
 def _park_cars(world: World, layout: Layout, vehicles: Sequence[str], rng: np.random.Generator) -> None:

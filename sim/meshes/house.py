@@ -63,12 +63,12 @@ def house_texture(
     length_m, eaves_m, gable_m = size_m
     floors = max(1, round(eaves_m / 2.9))
     picture = np.zeros((TEXELS, TEXELS, 3))
-    _fill(picture, HousePart.ROOF, _felt(roof_rgb, rng) if is_flat else _tiles(roof_rgb, rng))
-    front = _wall(HousePart.FRONT, max(2, round(length_m / 2.6)), floors, wall_rgb, rng)
-    _cut_door(front, max(2, round(length_m / 2.6)), floors, rng)
-    _fill(picture, HousePart.FRONT, front)
-    _fill(picture, HousePart.BACK, _wall(HousePart.BACK, max(2, round(length_m / 3.2)), floors, wall_rgb, rng))
-    _fill(picture, HousePart.GABLE, _gable(floors, eaves_m / (eaves_m + gable_m), wall_rgb, rng))
+    fill_part(picture, HousePart.ROOF, felt(roof_rgb, rng) if is_flat else tiles(roof_rgb, rng))
+    front = wall(HousePart.FRONT, max(2, round(length_m / 2.6)), floors, wall_rgb, rng)
+    cut_door(front, max(2, round(length_m / 2.6)), floors, rng)
+    fill_part(picture, HousePart.FRONT, front)
+    fill_part(picture, HousePart.BACK, wall(HousePart.BACK, max(2, round(length_m / 3.2)), floors, wall_rgb, rng))
+    fill_part(picture, HousePart.GABLE, gable_wall(floors, eaves_m / (eaves_m + gable_m), wall_rgb, rng))
     plain = {
         HousePart.DARK: tuple(0.45 * c for c in roof_rgb),
         HousePart.LIGHT: tuple(0.5 * c + 0.5 * 205 for c in wall_rgb),
@@ -78,73 +78,73 @@ def house_texture(
         HousePart.SOLAR: (30, 36, 58),
     }
     for part, rgb in plain.items():
-        _fill(picture, part, np.broadcast_to(np.array(rgb, dtype=float), (*part.value[2:], 3)))
+        fill_part(picture, part, np.broadcast_to(np.array(rgb, dtype=float), (*part.value[2:], 3)))
     return Texture(np.clip(picture, 0, 255).astype(np.uint8))
 
 
-def _fill(picture: NDArray[np.float64], part: HousePart, content: NDArray[np.float64]) -> None:
+def fill_part(picture: NDArray[np.float64], part: HousePart, content: NDArray[np.float64]) -> None:
     top, left, rows, columns = part.value
     picture[top : top + rows, left : left + columns] = content
 
 
-def _tiles(rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
+def tiles(rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
     """Return rows of tiles: shaded joints, single tiles off the mean colour, and weather stains."""
     rows, columns = HousePart.ROOF.value[2:]
-    light = 1.0 + 0.05 * rng.normal(size=(rows, columns)) + _stains(rows, columns, 0.06, rng)
+    light = 1.0 + 0.05 * rng.normal(size=(rows, columns)) + stains(rows, columns, 0.06, rng)
     light[1::2] *= 0.9
     return np.array(rgb, dtype=np.float64) * light[..., None]
 
 
-def _felt(rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
+def felt(rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
     """Return roofing felt: seams between lanes, puddle marks."""
     rows, columns = HousePart.ROOF.value[2:]
-    light = 1.0 + 0.02 * rng.normal(size=(rows, columns)) + _stains(rows, columns, 0.09, rng)
+    light = 1.0 + 0.02 * rng.normal(size=(rows, columns)) + stains(rows, columns, 0.09, rng)
     light[:, int(rng.integers(4, 9)) :: 9] *= 0.88
     return np.array(rgb, dtype=np.float64) * light[..., None]
 
 
-def _stains(rows: int, columns: int, strength: float, rng: np.random.Generator) -> NDArray[np.float64]:
+def stains(rows: int, columns: int, strength: float, rng: np.random.Generator) -> NDArray[np.float64]:
     coarse = strength * rng.normal(size=(4, 8))
     return np.asarray(cv2.resize(coarse, (columns, rows), interpolation=cv2.INTER_CUBIC), dtype=np.float64)
 
 
-def _plaster(rows: int, columns: int, rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
-    light = 1.0 + 0.015 * rng.normal(size=(rows, columns)) + _stains(rows, columns, 0.03, rng)
+def plaster(rows: int, columns: int, rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
+    light = 1.0 + 0.015 * rng.normal(size=(rows, columns)) + stains(rows, columns, 0.03, rng)
     light[-1] *= 0.75
     return np.array(rgb, dtype=np.float64) * light[..., None]
 
 
-def _wall(part: HousePart, bays: int, floors: int, rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
+def wall(part: HousePart, bays: int, floors: int, rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
     """Return a wall (rows, columns, 3) with a window in every bay of every floor."""
     rows, columns = part.value[2:]
-    wall = _plaster(rows, columns, rgb, rng)
+    wall = plaster(rows, columns, rgb, rng)
     for floor in range(floors):
         for bay in range(bays):
-            wall[_opening(rows / floors, columns / bays, rows, floor, bay)] = _pane(rng)
+            wall[opening(rows / floors, columns / bays, rows, floor, bay)] = pane(rng)
     return wall
 
 
-def _gable(floors: int, eaves_share: float, rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
+def gable_wall(floors: int, eaves_share: float, rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
     """Return a gable wall: two windows a floor up to the eaves, one below the ridge where there is room."""
     rows, columns = HousePart.GABLE.value[2:]
-    wall = _plaster(rows, columns, rgb, rng)
+    wall = plaster(rows, columns, rgb, rng)
     floor_rows = rows * eaves_share / floors
     for floor in range(floors):
         for bay in range(2):
-            wall[_opening(floor_rows, columns / 2, rows, floor, bay)] = _pane(rng)
+            wall[opening(floor_rows, columns / 2, rows, floor, bay)] = pane(rng)
     if (1.0 - eaves_share) * rows > 0.7 * floor_rows:
-        wall[_opening(0.7 * floor_rows, columns / 3, round(rows * (1.0 - eaves_share)), 0, 1)] = _pane(rng)
+        wall[opening(0.7 * floor_rows, columns / 3, round(rows * (1.0 - eaves_share)), 0, 1)] = pane(rng)
     return wall
 
 
-def _cut_door(wall: NDArray[np.float64], bays: int, floors: int, rng: np.random.Generator) -> None:
+def cut_door(wall: NDArray[np.float64], bays: int, floors: int, rng: np.random.Generator) -> None:
     """Put a door, which reaches down to the ground, in the place of one window."""
     rows, columns = wall.shape[:2]
-    down, across = _opening(rows / floors, columns / bays, rows, 0, int(rng.integers(bays)))
+    down, across = opening(rows / floors, columns / bays, rows, 0, int(rng.integers(bays)))
     wall[down.start :, across] = (88, 62, 46)
 
 
-def _opening(floor_rows: float, bay_columns: float, ground_row: int, floor: int, bay: int) -> tuple[slice, slice]:
+def opening(floor_rows: float, bay_columns: float, ground_row: int, floor: int, bay: int) -> tuple[slice, slice]:
     """Return the rows and columns of a window, at least one texel of each."""
     top = round(ground_row - (floor + 0.8) * floor_rows)
     bottom = round(ground_row - (floor + 0.28) * floor_rows)
@@ -152,7 +152,7 @@ def _opening(floor_rows: float, bay_columns: float, ground_row: int, floor: int,
     return slice(max(top, 0), max(bottom, top + 1)), slice(left, max(right, left + 1))
 
 
-def _pane(rng: np.random.Generator) -> NDArray[np.float64]:
+def pane(rng: np.random.Generator) -> NDArray[np.float64]:
     return np.asarray(rng.uniform(0.8, 1.5) * np.array((52.0, 60.0, 70.0)), dtype=np.float64)
 
 
@@ -286,49 +286,47 @@ def house(
     facets = Facets()
     gable_m = 0.0
     if roof == "gable":
-        fall = _fall((28.0, 42.0), width, rng)
+        fall = roof_fall((28.0, 42.0), width, rng)
         gable_m = 0.5 * width * fall
-        _add_gable(facets, length, width, eaves, fall, rng)
+        add_gable(facets, length, width, eaves, fall, rng)
     else:
-        _add_walls(facets, length, width, eaves)
+        add_walls(facets, length, width, eaves)
         if roof == "hip":
-            _add_hip(facets, length, width, eaves, _fall((22.0, 33.0), width, rng), rng)
+            add_hip(facets, length, width, eaves, roof_fall((22.0, 33.0), width, rng), rng)
         else:
-            _add_flat_roof(facets, length, width, eaves, rng)
+            add_flat_roof(facets, length, width, eaves, rng)
     mesh = facets.mesh(house_texture((length, eaves, gable_m), roof == "flat", wall_rgb, roof_rgb, rng))
-    return _quarter_turned(mesh) if size_m[1] > size_m[0] else mesh
+    return quarter_turned(mesh) if size_m[1] > size_m[0] else mesh
 
 
-def _fall(pitch_deg: tuple[float, float], width: float, rng: np.random.Generator) -> float:
+def roof_fall(pitch_deg: tuple[float, float], width: float, rng: np.random.Generator) -> float:
     """Draw a roof's fall in metres per metre."""
     return min(float(np.tan(np.radians(rng.uniform(*pitch_deg)))), 2.0 * HIGHEST_ROOF_M / width)
 
 
-def _rectangle(half_x: float, half_y: float) -> list[tuple[float, float]]:
+def footprint(half_x: float, half_y: float) -> list[tuple[float, float]]:
     return [(-half_x, -half_y), (half_x, -half_y), (half_x, half_y), (-half_x, half_y)]
 
 
-def _add_walls(facets: Facets, length: float, width: float, eaves: float) -> None:
-    outline = _rectangle(0.5 * length, 0.5 * width)
+def add_walls(facets: Facets, length: float, width: float, eaves: float) -> None:
+    outline = footprint(0.5 * length, 0.5 * width)
     front, back, dark = part_uv(HousePart.FRONT), part_uv(HousePart.BACK), plain_uv(HousePart.DARK)
     rings = [[(*p, z) for p in outline] for z in (0.0, eaves)]
     facets.loft(rings, lambda segment, side: front if side == 0 else back, dark, dark)
 
 
-def _add_flat_roof(facets: Facets, length: float, width: float, eaves: float, rng: np.random.Generator) -> None:
+def add_flat_roof(facets: Facets, length: float, width: float, eaves: float, rng: np.random.Generator) -> None:
     """Add a deck with a parapet, and the things on it."""
     x, y = 0.5 * length, 0.5 * width
     # Inset and height: foot and outer edge of the parapet, its inner edge, the deck.
     steps = ((-0.03, eaves - 0.1), (-0.03, eaves + PARAPET_M), (0.3, eaves + PARAPET_M), (0.3, eaves + 0.05))
-    rings = [[(*p, z) for p in _rectangle(x - inset, y - inset)] for inset, z in steps]
+    rings = [[(*p, z) for p in footprint(x - inset, y - inset)] for inset, z in steps]
     colours = [plain_uv(part) for part in (HousePart.LIGHT, HousePart.LIGHT, HousePart.DARK)]
     facets.loft(rings, lambda segment, side: colours[segment], plain_uv(HousePart.DARK), part_uv(HousePart.ROOF))
     add_deck_details(facets, (x - 0.3, y - 0.3), eaves + 0.05, rng)
 
 
-def _add_gable(
-    facets: Facets, length: float, width: float, eaves: float, fall: float, rng: np.random.Generator
-) -> None:
+def add_gable(facets: Facets, length: float, width: float, eaves: float, fall: float, rng: np.random.Generator) -> None:
     """Add five-sided walls and a roof of two slabs that meet in the ridge."""
     x, y = 0.5 * length, 0.5 * width
     ridge = eaves + fall * y
@@ -359,12 +357,12 @@ def _add_gable_roof(facets: Facets, x: float, y: float, ridge: float, fall: floa
     return ridge + rise
 
 
-def _add_hip(facets: Facets, length: float, width: float, eaves: float, fall: float, rng: np.random.Generator) -> None:
+def add_hip(facets: Facets, length: float, width: float, eaves: float, fall: float, rng: np.random.Generator) -> None:
     x, y = 0.5 * length + OVERHANG_M, 0.5 * width + OVERHANG_M
     low, edge = eaves - 0.02, eaves + SLAB_M
     ridge = edge + fall * y
     dark = plain_uv(HousePart.DARK)
-    outline = _rectangle(x, y)
+    outline = footprint(x, y)
     facets.loft([[(*p, z) for p in outline] for z in (low, edge)], lambda segment, side: dark, dark, None)
     corners = np.array([(*p, edge) for p in outline])
     west, east = np.array([y - x, 0.0, ridge]), np.array([x - y, 0.0, ridge])
@@ -378,7 +376,7 @@ def _add_hip(facets: Facets, length: float, width: float, eaves: float, fall: fl
     add_slope_details(facets, Slopes(x - y, y, ridge, fall), rng)
 
 
-def _quarter_turned(mesh: TexturedMesh) -> TexturedMesh:
+def quarter_turned(mesh: TexturedMesh) -> TexturedMesh:
     def turned(vectors: NDArray[np.float32]) -> NDArray[np.float32]:
         return np.ascontiguousarray(vectors[:, [1, 0, 2]] * np.array([-1.0, 1.0, 1.0], dtype=np.float32))
 

@@ -25,8 +25,8 @@ class RoadPictureless(Pictureless):
     )
 
     def is_playable(self, preset: RoadTown) -> bool:
-        """Return whether the helicopter has instruments."""
-        return preset.ego is not None
+        """Return whether the helicopter has instruments, and no overpass hides the car from it."""
+        return preset.ego is not None and preset.overpasses[1] == 0
 
     def arrays(self, preset: RoadTown, seed: int) -> dict[str, NDArray[np.float64]]:
         """Return the target's path, and air and camera of the helicopter in closed loop.

@@ -12,9 +12,9 @@ from tests.sim.ray_casting import away_from_edges
 from trackers.types import CameraModel
 
 
-@pytest.fixture(scope="module")
-def views():
-    episode = scenario("road-town").episode("quick", 3)
+@pytest.fixture(scope="module", params=["quick", "bridges[width_px=320,height_px=240]"])
+def views(request):
+    episode = scenario("road-town").episode(request.param, 3)
     poses = [episode.step().truth.T_world_camera for _ in range(120)]
     yield episode.world, poses[5::38]
     episode.close()
