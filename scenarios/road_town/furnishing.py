@@ -150,7 +150,8 @@ def _put_signs(layout: Layout, numbers: tuple[int, int], rng: np.random.Generato
         along = along / np.linalg.norm(along) * rng.choice([-1.0, 1.0])
         aside = right * np.array([along[1], -along[0]])
         place = street.centre_m[index] + (0.5 * street.width_m + SIGN_FROM_KERB_M) * aside
-        if any(np.hypot(*(place - other.centre_m)) < 6.0 for other in (*signs, *layout.lamps)):
+        taken_m = [each.centre_m for each in signs] + [each.centre_m for each in layout.lamps]
+        if any(np.hypot(*(place - other_m)) < 6.0 for other_m in taken_m):
             continue
         size = (0.1, 0.7, float(rng.uniform(2.3, 3.0)))
         signs.append(
