@@ -28,6 +28,7 @@ from tools.__main__ import TOOLS
         "Add a suite",
         "Add a street pattern",
         "Add a vehicle",
+        "Your own meshes",
         "Add an export format",
     ],
 )
@@ -49,6 +50,7 @@ def test_what_contributing_says_works(heading: str, tmp_path: Path) -> None:
         "Add a suite": '"suite": "while-seen"',
         "Add a street pattern": '"preset": "wheel"',
         "Add a vehicle": r"\[11\.",
+        "Your own meshes": r"models/milk\.glb",
         "Add an export format": "results/centres",
     }
     assert re.search(expected[heading], told)

@@ -27,8 +27,10 @@ import hashlib
 import importlib.metadata
 import json
 import os
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from functools import cache
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -39,6 +41,7 @@ from benchmarks.run.own_modules import imported_files
 from scenarios import catalog
 from scenarios.field_values import split_name
 from scenarios.scenario import Scenario
+from sim.meshes.file import digest_of_files
 from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry
 from trackers.controllers.policy import load_policy, policy_path
 
@@ -50,15 +53,34 @@ _PYBULLET = ("pybullet", "pybullet-arm64")
 _DIGITS = 10
 
 
-def scene_edition(scenario: Scenario, configuration: Any) -> str:
-    """Return the edition of a configuration of a scenario."""
-    return _words(scenario.id, digest_of(configuration), own_code(scenario.stage.__module__))
+def scene_edition(scenario: Scenario, configuration: Any, values: Mapping[str, str] = MappingProxyType({})) -> str:
+    """Return the edition of a configuration of a scenario.
+
+    Args:
+        values: that a preset's name changes. They may be drawn, so only the content of the meshes that they name is
+            part of it, as of those that the configuration names.
+    """
+    texts = [*_texts(configuration), *(each for text in values.values() for each in re.split(r"[\[\](),]", text))]
+    return _words(scenario.id, digest_of(configuration), own_code(scenario.stage.__module__), digest_of_files(texts))
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """Yield all texts in a configuration."""
+    if isinstance(value, str):
+        yield value
+    elif dataclasses.is_dataclass(value):
+        for each in dataclasses.fields(value):
+            yield from _texts(getattr(value, each.name))
+    elif isinstance(value, list | tuple):
+        for part in value:
+            yield from _texts(part)
 
 
 def preset_edition(scenario: str, preset: str) -> str:
     """Return the edition of a preset by its name. Raises ValueError for an unknown scenario."""
     found = catalog.scenario(scenario)
-    return scene_edition(found, found.presets.get(split_name(preset)[0]))
+    name, values = split_name(preset)
+    return scene_edition(found, found.presets.get(name), values)
 
 
 def judge_edition(judging: Suite) -> str:

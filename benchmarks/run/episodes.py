@@ -150,9 +150,9 @@ class Simulated(EpisodeSpec):
 
     @property
     def edition(self) -> str:
-        """See ``EpisodeSpec``; values that a preset's name changes are no part of it, since they may be drawn."""
+        """See ``EpisodeSpec``; of the values that a preset's name changes only meshes are part of it."""
         name, values = split_name(self.preset)
-        return scene_edition(self.scenario, self.scenario.presets[name] if values else self.configuration)
+        return scene_edition(self.scenario, self.scenario.presets[name] if values else self.configuration, values)
 
     def open(self, truth: TruthExtent) -> Episode:
         """See ``EpisodeSpec``."""

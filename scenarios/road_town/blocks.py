@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 import shapely
@@ -10,6 +12,7 @@ from numpy.typing import NDArray
 from scenarios.road_town.canvas import FLAT_ROOFS, ROOFS, WALLS, pick, rectangle, rings_of
 from scenarios.road_town.layout import Building, CarPark, Layout, Rectangle, RoadGraph, Tree
 from scenarios.road_town.road_map import road_area
+from sim.meshes.file import mesh_of_file
 
 PAVEMENT_WIDTH_M = 2.0
 CAR_PARK_SETBACK_M = 2.5
@@ -20,17 +23,29 @@ _HOUSES = 112
 _STREET_TREES, _GARDEN_TREES, _COPSE_TREES = 40, 40, 30
 _PARKED_SHARE = 0.5
 _MOST_PARKED = 30
+BUILDING_SIDES_M = (1.0, 120.0)
+"""Longest side of a building from a file."""
 
 
-def fill_blocks(graph: RoadGraph, rng: np.random.Generator, extent_m: float) -> Layout:
+def fill_blocks(
+    graph: RoadGraph,
+    rng: np.random.Generator,
+    extent_m: float,
+    models: Sequence[str] = ("house",),
+    own: np.random.Generator | None = None,
+) -> Layout:
     """Return the town of a road graph; its objects overlap no road, no pavement and not each other.
 
     Args:
         extent_m: side of the square ground.
+        models: of buildings, each as often: ``house``, or files, which are placed before the houses.
+        own: places files; None if there are none.
     """
     ground = FreeGround(graph, extent_m)
     car_parks = _place_car_parks(graph, ground, rng)
-    buildings = _place_houses(graph, ground, rng)
+    files = [model for model in models if model != "house"]
+    buildings = [] if own is None else _place_files(graph, ground, own, files, len(models))
+    buildings = _place_houses(graph, ground, rng, buildings)
     trees = _place_trees(graph, buildings, ground, rng)
     return Layout(extent_m, graph, tuple(buildings), tuple(trees), tuple(car_parks))
 
@@ -116,10 +131,32 @@ def _beside(
     return street.centre_m[index] + distance * right, float(np.arctan2(along[1], along[0]))
 
 
-def _place_houses(graph: RoadGraph, ground: FreeGround, rng: np.random.Generator) -> list[Building]:
+def _place_files(
+    graph: RoadGraph, ground: FreeGround, rng: np.random.Generator, files: Sequence[str], of: int
+) -> list[Building]:
+    """Place buildings from ``files``, each on one plot ``of`` so many, where there is room; they face the street."""
     buildings: list[Building] = []
+    for model in files:
+        length, width, height = map(float, mesh_of_file(model, BUILDING_SIDES_M).size_m)
+        wanted = len(buildings) + round(_HOUSES / of)
+        for _ in range(40 * _HOUSES):
+            if len(buildings) == wanted:
+                break
+            centre, yaw = _beside(graph, rng, length, float(rng.uniform(2.5, 9.0)))
+            yaw += 0.5 * np.pi
+            if ground.take(centre, (length, width), yaw, 2.0):
+                x, y = map(float, centre)
+                grey = (128, 128, 128)
+                buildings.append(Building((x, y), (length, width, height), yaw, "flat", grey, grey, model=model))
+    return buildings
+
+
+def _place_houses(
+    graph: RoadGraph, ground: FreeGround, rng: np.random.Generator, placed: list[Building]
+) -> list[Building]:
+    buildings = list(placed)
     for _ in range(40 * _HOUSES):
-        if len(buildings) == _HOUSES:
+        if len(buildings) >= _HOUSES:
             break
         flat = rng.random() < 0.25
         length = float(rng.uniform(14, 24) if flat else rng.uniform(9, 17))

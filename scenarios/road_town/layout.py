@@ -63,6 +63,7 @@ class Building:
         roof: ``flat``, ``gable`` or ``hip``.
         wall_rgb, roof_rgb: sRGB 0-255.
         style: of a ``varied_house``, None for a ``house``.
+        model: ``house``, or a file, see ``sim.meshes.file``, whose bounds the box is.
     """
 
     centre_m: tuple[float, float]
@@ -72,6 +73,7 @@ class Building:
     wall_rgb: tuple[int, int, int]
     roof_rgb: tuple[int, int, int]
     style: HouseStyle | None = None
+    model: str = "house"
 
 
 @dataclass(frozen=True)

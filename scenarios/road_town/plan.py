@@ -106,7 +106,8 @@ def draw_layout(preset: RoadTown, seed: int) -> Layout:
     rng = generator(seed, "streets")
     pattern = str(rng.choice(preset.street_patterns))
     graph = replace(make_streets(pattern, rng, preset.extent_m), traffic_side=preset.traffic_side)
-    layout = fill_blocks(graph, generator(seed, "blocks"), preset.extent_m)
+    rng, own = generator(seed, "blocks"), generator(seed, "own buildings")
+    layout = fill_blocks(graph, rng, preset.extent_m, preset.building_models, own)
     if preset.has_lamp_posts:
         layout = replace(layout, lamps=place_lamps(graph))
     return furnish(layout, preset, seed)

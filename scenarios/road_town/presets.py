@@ -6,11 +6,13 @@ import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from scenarios.road_town.blocks import BUILDING_SIDES_M
 from scenarios.road_town.patterns import SMALLEST_EXTENT_M, STREET_PATTERNS
 from scenarios.road_town.swing_geometry import PEAK_SPEED, SHORT_OF_NADIR_RAD
 from scenarios.scenario import MOST_FRAMES, check_length, check_size
 from sim.checks import check, check_choice, check_types, check_within
-from sim.meshes.vehicle import CARS, VEHICLES
+from sim.meshes.file import mesh_of_file, names_mesh_file
+from sim.meshes.vehicle import CARS, VEHICLES, vehicle
 
 SETTLE_FRAMES = 25
 """Shortest time that the target is whole in the picture at both ends and between frame-outs."""
@@ -137,6 +139,8 @@ class RoadTown:
         target_vehicle: the target's model, or ``any`` of these.
         traffic_keeps_apart: whether no two bodies ever touch, see ``kept_apart``; always so where others than cars
             drive. Else all count as 4.8 m long, and they keep apart on most crossings.
+        building_models: ``house``, and files of others, each as often. Wherever a vehicle's model is named a file may
+            stand too, see ``sim.meshes.file``.
         cruise_mps: range of the target's speed on a free straight.
         turn_preference: weight of turning against going straight on at a crossing.
         start_before_bend: whether the target starts shortly before the sharpest bend of its route.
@@ -181,6 +185,7 @@ class RoadTown:
     vehicles: tuple[str, ...] = CARS
     target_vehicle: str = "any"
     traffic_keeps_apart: bool = False
+    building_models: tuple[str, ...] = ("house",)
     cruise_mps: tuple[float, float] = (7.0, 12.0)
     turn_preference: float = 1.0
     start_before_bend: bool = False
@@ -231,9 +236,17 @@ class RoadTown:
         patterns = set(self.street_patterns)
         check("street_patterns", bool(patterns) and patterns <= set(STREET_PATTERNS), known, self.street_patterns)
         check("vehicles", bool(self.vehicles), "one model at least", self.vehicles)
-        for model in self.vehicles:
-            check_choice("vehicles", model, VEHICLES)
-        check_choice("target_vehicle", self.target_vehicle, ("any", *VEHICLES))
+        for model in (*self.vehicles, self.target_vehicle):
+            if names_mesh_file(model):
+                vehicle(model, (0, 0, 0))
+            elif model != "any" or model in self.vehicles:
+                check_choice("target_vehicle" if model not in self.vehicles else "vehicles", model, VEHICLES)
+        check("building_models", bool(self.building_models), "one model at least", self.building_models)
+        for model in self.building_models:
+            if names_mesh_file(model):
+                mesh_of_file(model, BUILDING_SIDES_M)
+            else:
+                check_choice("building_models", model, ("house",))
         low, high = self.camera_pitch_deg
         wanted = f"0, or angles of which gusts can make use: above {self._least_pitch_deg:.1f}"
         check("camera_pitch_deg", high == 0 or low > self._least_pitch_deg, wanted, self.camera_pitch_deg)

@@ -40,7 +40,7 @@ from scenarios.road_town.weather import (
 from scenarios.scenario import KeptWorld, Scenario, Setup
 from scenarios.stage import SceneCamera, Stage
 from sim.labels import backward_flow, ground_homography, pixels_from_ground
-from sim.meshes.vehicle import VEHICLES, class_of
+from sim.meshes.vehicle import OWN, SHIPPED, VEHICLES, class_of, kind_of
 from sim.optics import CameraMotion
 from sim.render.pipeline import Capture
 from sim.shaders.all_weather import AllWeatherShader
@@ -135,7 +135,7 @@ class RoadTownEpisode(Stage):
         self._T_world_camera = np.eye(4)
         super().__init__(
             setup,
-            Objects(world, cars, kinds=[look.model for look in plan.looks], size_m=plan.sizes_m),
+            Objects(world, cars, kinds=[kind_of(look.model) for look in plan.looks], size_m=plan.sizes_m),
             SceneCamera(setup, world, plan.camera, sensor_in(self._conditions, setup, plan.camera)),
             standing=(*parked_cars(world), *(each for each, _ in self._passing)) if setup.covers_all else (),
         )
@@ -225,7 +225,7 @@ def keep_town(setup: Setup) -> KeptWorld:
 def kind_of_town(preset: RoadTown) -> Hashable:
     """Return what of a configuration decides what a kept town is."""
     drawn = preset.street_patterns, preset.extent_m, preset.traffic_side, preset.season, preset.has_lamp_posts
-    furnished = preset.buildings, preset.gardens, preset.signs, preset.overpasses
+    furnished = preset.buildings, preset.building_models, preset.gardens, preset.signs, preset.overpasses
     has_zebras = preset.people[1] > 0 or preset.cyclists[1] > 0
     return *drawn, furnished, has_zebras, kind_of_ground(preset), detail_for(preset), preset.vehicles
 
@@ -233,21 +233,18 @@ def kind_of_town(preset: RoadTown) -> Hashable:
 class _Kinds(Mapping[str, str]):
     """All models of vehicles, people and cyclists, and models registered later, with their classes."""
 
-    def __init__(self) -> None:
-        self._shipped = tuple(VEHICLES)
-
     def __getitem__(self, kind: str) -> str:
         if kind in PASSING_KINDS:
             return kind
-        if kind not in VEHICLES:
+        if kind != OWN and kind not in VEHICLES:
             raise KeyError(kind)
         return class_of(kind)
 
     def __iter__(self) -> Iterator[str]:
-        return iter((*self._shipped, *PASSING_KINDS, *(model for model in VEHICLES if model not in self._shipped)))
+        return iter((*SHIPPED, *PASSING_KINDS, OWN, *(model for model in VEHICLES if model not in SHIPPED)))
 
     def __len__(self) -> int:
-        return len(VEHICLES) + len(PASSING_KINDS)
+        return len(VEHICLES) + len(PASSING_KINDS) + 1
 
 
 ROAD_TOWN = Scenario(

@@ -12,6 +12,7 @@ import shapely
 from numpy.typing import ArrayLike, NDArray
 
 from scenarios.objects import Standing
+from scenarios.road_town.blocks import BUILDING_SIDES_M
 from scenarios.road_town.canvas import KERB, Canvas, Rgb, rings_of
 from scenarios.road_town.fleet import draw_car
 from scenarios.road_town.ground import TEXTURE_PX, paint_countryside, paint_ground
@@ -22,6 +23,7 @@ from scenarios.road_town.road_map import road_area
 from scenarios.road_town.seasons import LOOKS, Season, strew_leaves, turn_ground
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.facets import Facets
+from sim.meshes.file import mesh_of_file, names_mesh_file
 from sim.meshes.ground import ground, kerb, surroundings
 from sim.meshes.house import house
 from sim.meshes.lamp_post import lamp_post
@@ -29,7 +31,7 @@ from sim.meshes.pedestrian import PEDESTRIAN_PARTS, cyclist, pedestrian, pedestr
 from sim.meshes.street_props import add_prop, props_texture
 from sim.meshes.tree import bare_tree, tree
 from sim.meshes.varied_house import varied_house
-from sim.meshes.vehicle import CARS, vehicle
+from sim.meshes.vehicle import CARS, kind_of, vehicle
 from sim.meshes.woodland import hedge, wood
 from sim.pose import pose_on_ground
 from sim.rng import generator
@@ -184,7 +186,9 @@ def build_town(
     add_countryside(world, layout.extent_m, rng, ground_px, season)
     add_kerbs(world, layout)
     for k, building in enumerate(layout.buildings):
-        if building.style is None:
+        if names_mesh_file(building.model):
+            mesh = mesh_of_file(building.model, BUILDING_SIDES_M)
+        elif building.style is None:
             mesh = house(building.size_m, building.roof, building.wall_rgb, building.roof_rgb, rng)
         else:
             mesh = varied_house(building.size_m, building.style, building.wall_rgb)
@@ -265,7 +269,7 @@ def _park_cars(world: World, layout: Layout, vehicles: Sequence[str], rng: np.ra
         yaw = facing + np.pi * float(rng.random() < 0.3) + float(rng.normal(0.0, 0.02))
         place = np.array([x, y]) + rng.normal(0.0, (0.1, 0.1))
         pose = pose_on_ground(place[0], place[1], yaw)
-        world.add(mesh, pose, name=f"parked-{k}", category="vehicle", kind=model)
+        world.add(mesh, pose, name=f"parked-{k}", category="vehicle", kind=kind_of(model))
 
 
 def parked_cars(world: World) -> list[Standing]:

@@ -8,9 +8,11 @@ from typing import Literal
 
 import numpy as np
 
+from sim.checks import check
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.car_parts import BodyShape, CabinShape, Swatch, add_body, add_cabin, add_mirrors, add_wheels, colour
 from sim.meshes.facets import Facets, palette
+from sim.meshes.file import MeshFile, mesh_of_file, names_mesh_file
 from sim.meshes.large_vehicles import add_bus, add_coach, add_flatbed, add_lorry, add_motorbike, add_tanker
 
 VehicleModel = Callable[[Facets], None]
@@ -38,9 +40,24 @@ def vehicle_model(name: str, of: VehicleClass = "car") -> Callable[[VehicleModel
     return enter
 
 
+OWN = "own"
+"""Kind of a vehicle from a file whose name is no model's."""
+_SIDES_M = (0.5, 30.0)
+"""Longest side of a vehicle from a file."""
+
+
+def kind_of(model: str) -> str:
+    """Return the kind of a model in truth: its name; of a file what it says (``@kind=``), or a model of its name."""
+    if not names_mesh_file(model):
+        return model
+    file = MeshFile.of(model)
+    check("mesh @kind", not file.kind or file.kind in VEHICLES, f"one of {', '.join(VEHICLES)}", repr(model))
+    return file.kind or (file.path.stem if file.path.stem in VEHICLES else OWN)
+
+
 def class_of(model: str) -> VehicleClass:
     """Return the class of a model."""
-    return _CLASSES[model]
+    return _CLASSES.get(kind_of(model), "car")
 
 
 def vehicle(model: str, paint_rgb: tuple[int, int, int]) -> TexturedMesh:
@@ -49,12 +66,18 @@ def vehicle(model: str, paint_rgb: tuple[int, int, int]) -> TexturedMesh:
     Those of one model share shapes, those of one paint textures, and those of both are one mesh.
 
     Args:
-        model: a name in ``VEHICLES``.
+        model: a name in ``VEHICLES``, or a file, see ``file``, which keeps its own colours.
         paint_rgb: sRGB 0-255.
 
     Raises:
-        ValueError: if there is no such model or colour.
+        ValueError: if there is no such model, colour or file.
     """
+    if names_mesh_file(model):
+        mesh = mesh_of_file(model, _SIDES_M)
+        length, width = mesh.size_m[:2]
+        wanted = f"a vehicle that is longer than wide, as {model}@yaw=90 may be"
+        check("mesh", length >= 0.9 * width, wanted, f"{length:.3g} m by {width:.3g} m")
+        return mesh
     if model not in VEHICLES:
         raise ValueError(f"model: expected one of {', '.join(VEHICLES)}, got {model!r}")
     if len(paint_rgb) != 3 or not all(0 <= c <= 255 for c in paint_rgb):
@@ -190,3 +213,5 @@ for _name, _class, _model in (
     ("motorbike", "motorbike", add_motorbike),
 ):
     vehicle_model(_name, _class)(_model)  # type: ignore[arg-type]
+SHIPPED = tuple(VEHICLES)
+"""Our models; users' own follow them in ``VEHICLES``."""
