@@ -20,8 +20,8 @@ from tests.sim.meshes.test_file import ANY, lorry
 def test_files_drive_and_stand_where_a_preset_names_them(tmp_path: Path):
     cart, church = lorry(tmp_path / "cart.glb"), tmp_path / "church.stl"
     trimesh.creation.box((26.0, 11.0, 18.0)).export(church)
-    values = f"vehicles=[sedan,{cart}],target_vehicle={cart}@kind=lorry,building_models=[house,house,{church}],frame_count=100"
-    name = f"quick[{values}]"
+    values = f"vehicles=[sedan,{cart}],target_vehicle={cart}@kind=lorry,building_models=[house,house,{church}]"
+    name = f"quick[{values},frame_count=100]"
     preset = ROAD_TOWN.configuration(name, 0)
     plan = make_plan(preset, 3, closed_loop=False)
     np.testing.assert_allclose(plan.sizes_m[TARGET], (8.0, 2.5, 3.0), atol=1e-5)
