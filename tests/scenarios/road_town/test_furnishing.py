@@ -42,7 +42,7 @@ def _areas(layout: Layout) -> dict[str, list[shapely.Polygon]]:
 
 
 @pytest.mark.parametrize("seed", [0, 2])
-@pytest.mark.parametrize("name", WORLDS)
+@pytest.mark.parametrize("name", ["lively", "bridges"])
 def test_nothing_stands_in_anything_else_or_on_a_street(name: str, seed: int) -> None:
     plan = plan_of(name, seed)
     areas = _areas(plan.layout)
