@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from trackers.kernels.particles import circular_mean, geometric_median
 from trackers.mosaic_graph.detector import Detector, look_first
 from trackers.mosaic_graph.kernels import road_motion as rm
 from trackers.mosaic_graph.kernels import road_position as rp
+from trackers.mosaic_graph.kernels.road_position import Roads
 from trackers.mosaic_graph.mosaic import SHRINK, Mosaic, standing_ground
 from trackers.mosaic_graph.motion_model import Birth, CarModel, Instant
 from trackers.mosaic_graph.parameters import MosaicGraphParameters
@@ -35,6 +37,25 @@ _SHAPE_RATE, _SURE_LOG_RATIO = 0.04, 2.0
 _SHARE_OF_OTHERS = 0.25
 
 
+class RoadSource(Protocol):
+    """Where roads come from, see ``RoadFinder``, which is one.
+
+    Attributes:
+        has_learnt: whether it needs no ground to begin with.
+    """
+
+    @property
+    def has_learnt(self) -> bool: ...
+
+    def learn(self, driven_m: NDArray[np.float64]) -> None:
+        """Take in a map point (2,) that the target has left."""
+        ...
+
+    def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> Roads:
+        """Return the roads about a map point (2,)."""
+        ...
+
+
 class MapTracker:
     """Tracks a car in coordinates of the ground, which the mosaic defines.
 
@@ -48,8 +69,13 @@ class MapTracker:
         rng: np.random.Generator,
         observation: Observation,
         box_xyxy: NDArray[np.float64],
+        road_source: RoadSource | None = None,
     ) -> None:
-        """Start the mosaic with the first picture, and the particles in the box (4,)."""
+        """Start the mosaic with the first picture, and the particles in the box (4,).
+
+        Args:
+            road_source: draws the roads in place of a ``RoadFinder``.
+        """
         self._p = p = parameters
         self._rng = rng
         model = observation.camera
@@ -68,7 +94,7 @@ class MapTracker:
         self._filter = ParticleFilter(self._car, p.particles, self._rng)
         self._mosaic = Mosaic(SHRINK * metres_per_pixel)
         self._mosaic.add(first.small_rgb, camera, standing_ground(camera, None, target.position_m, length_m))
-        self._road_finder = RoadFinder()
+        self._road_source: RoadSource = RoadFinder() if road_source is None else road_source
         self._roads = NO_ROADS
         self._sightings = Sightings()
         self._driven: deque[NDArray[np.float64]] = deque([target.position_m], maxlen=_DRIVEN_DELAY_FRAMES)
@@ -76,6 +102,21 @@ class MapTracker:
         self._last = LastSeen(target.position_m, FASTEST_MPS, 0.0)
         self._target: Sighting | None = None
         self._held_frames = 0
+
+    @property
+    def camera(self) -> GroundCamera:
+        """Pose of the camera on the map at the latest picture that showed ground."""
+        return self._registration.camera
+
+    def correct(self, position_m: NDArray[np.float64], heading_rad: float, speed_mps: float) -> None:
+        """Move the particles to a place (2,) on the map, heading and speed that are known from elsewhere.
+
+        What they assume of the driver stays.
+        """
+        self._filter.states = self._car.moved_to(
+            self._filter.states, position_m, heading_rad, speed_mps, self._roads, self._rng
+        )
+        self._last = LastSeen(position_m, speed_mps, 0.0)
 
     def update(self, observation: Observation) -> Estimate:
         """Take in the next picture."""
@@ -179,12 +220,12 @@ class MapTracker:
             return False
         states = self._filter.states
         position_m = states[:, : rp.Y + 1].mean(axis=0)
-        if not self._road_finder.has_learnt:
+        if not self._road_source.has_learnt:
             heading = self._mean_heading()
             along = np.array([np.cos(heading), np.sin(heading)])
             for ahead_m in (-1.0, 1.0):
-                self._road_finder.learn(position_m + ahead_m * (0.5 * self._size_m[0] + 2.0) * along)
-        self._roads = self._road_finder.draw(self._mosaic, position_m)
+                self._road_source.learn(position_m + ahead_m * (0.5 * self._size_m[0] + 2.0) * along)
+        self._roads = self._road_source.draw(self._mosaic, position_m)
         return True
 
     def _locked(self, posterior: Posterior, position_m: NDArray[np.float64]) -> Sighting | None:
@@ -209,7 +250,7 @@ class MapTracker:
             if np.linalg.norm(left_m - target.position_m) > self._size_m[0] and (
                 on_road > 0.5 or not self._roads.graph.edge_count
             ):
-                self._road_finder.learn(left_m)
+                self._road_source.learn(left_m)
             self._driven.append(target.position_m)
             self._detector.likeness.learn_target(target.candidate.measures)
             for other in self._sightings.seen():

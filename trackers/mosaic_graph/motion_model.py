@@ -64,6 +64,7 @@ _AXIS_DEVIATION_RAD, _AXIS_SPACING_RAD_PER_M = 0.12, 0.3
 _FREE_DRIVING_MPS, _CRUISE_PRIOR_S = 4.0, 2.0
 _FASTEST_START_MPS = 14.0
 """The usual limit in towns, 50 km/h."""
+_KNOWN_POSITION_M, _KNOWN_HEADING_RAD, _KNOWN_SPEED_MPS = 0.1, 0.02, 0.1
 _BORN_POSITION_M, _BORN_SPEED_MPS, _BORN_HEADING_RAD, _BORN_URGE_MPS2 = 0.4, 1.0, 0.12, 1.5
 _BORN_CURVE_PER_M, _BORN_TURNING, _BORN_TURNS_PER_M, _LONGEST_TURN_RAD = 0.06, 0.3, (0.05, 0.2), 1.7
 
@@ -168,6 +169,23 @@ class CarModel:
         states[:, rp.LOOK] = rng.uniform(rm.SHORTEST_LOOK_M, rm.LONGEST_LOOK_M, count)
         states[:, rp.VIGOUR] = rng.normal(0, self.habits.vigour_spread, count)
         states[:, rp.CORNERING] = rng.normal(0, self.habits.cornering_spread, count)
+        return states
+
+    def moved_to(
+        self,
+        states: NDArray[np.float64],
+        position_m: NDArray[np.float64],
+        heading_rad: float,
+        speed_mps: float,
+        roads: Roads,
+        rng: np.random.Generator,
+    ) -> NDArray[np.float64]:
+        """Return states (N, COLUMNS) at one place (2,), heading and speed; what they assume of the driver stays."""
+        states = states.copy()
+        states[:, rp.X : rp.Y + 1] = position_m + rng.normal(0, _KNOWN_POSITION_M, (len(states), 2))
+        states[:, rp.HEADING] = heading_rad + rng.normal(0, _KNOWN_HEADING_RAD, len(states))
+        states[:, rp.SPEED] = np.abs(speed_mps + rng.normal(0, _KNOWN_SPEED_MPS, len(states)))
+        rp.associate(states, roads, rng.random(len(states)))
         return states
 
     def predict(self, states: NDArray[np.float64], observed: Instant, rng: np.random.Generator) -> NDArray[np.float64]:

@@ -16,7 +16,8 @@ from trackers.mosaic_graph.kernels.skeleton import thin, trace_lines
 from trackers.mosaic_graph.mosaic import Mosaic, draw_disc
 from trackers.mosaic_graph.road_graph import RoadSketch, build_graph
 
-_GRID_M = 0.5
+GRID_M = 0.5
+"""Side of a cell of the grid of roads."""
 _REACH_M = 120.0
 _TYPICAL_QUANTILE = 0.5
 _ROAD_PROBABILITY = 0.3
@@ -46,7 +47,7 @@ class RoadFinder:
         """Learn the ground around a map point (2,), which the target has left, as road."""
         self._driven_m.append(driven_m)
 
-    def _probability(
+    def probability(
         self, mosaic: Mosaic, low: NDArray[np.int64], high: NDArray[np.int64]
     ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
         """Return the probability of road (H, W) on a grid of 0.5 m over the mosaic's cells (column, row) from ``low``
@@ -56,7 +57,7 @@ class RoadFinder:
         unseen cells.
         """
         cells = slice(low[1], high[1]), slice(low[0], high[0])
-        size = tuple(np.maximum(((high - low) * mosaic.cell_m / _GRID_M).astype(int), 4).tolist())
+        size = tuple(np.maximum(((high - low) * mosaic.cell_m / GRID_M).astype(int), 4).tolist())
         rgb = cv2.resize(mosaic.rgb[cells], size, interpolation=cv2.INTER_AREA)
         count = cv2.resize(mosaic.count[cells], size, interpolation=cv2.INTER_NEAREST)
         origin_m = mosaic.origin_m + low * mosaic.cell_m
@@ -80,7 +81,7 @@ class RoadFinder:
         """Return the cells (H, W) that the target drove over and that were seen often enough without it."""
         driven = np.zeros(count.shape, np.uint8)
         for point_m in self._driven_m:
-            draw_disc(driven, np.floor((point_m - origin_m) / _GRID_M), _SAMPLE_RADIUS_M / _GRID_M - 1, 1)
+            draw_disc(driven, np.floor((point_m - origin_m) / GRID_M), _SAMPLE_RADIUS_M / GRID_M - 1, 1)
         return (driven > 0) & (count >= _OFTEN_SEEN)
 
     def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> Roads:
@@ -89,10 +90,10 @@ class RoadFinder:
         high = np.minimum(mosaic.cells_of(centre_m[None] + _REACH_M)[0], mosaic.count.shape[::-1])
         if (high <= low).any():
             return NO_ROADS
-        probability, seen, origin_m = self._probability(mosaic, low, high)
+        probability, seen, origin_m = self.probability(mosaic, low, high)
         mask = _road_mask(_continued(probability, seen))
         cells, offsets = trace_lines(thin(mask))
-        points = origin_m + _GRID_M * (cells[:, ::-1] + 0.5)
+        points = origin_m + GRID_M * (cells[:, ::-1] + 0.5)
         lines = [points[a:b] for a, b in pairwise(offsets)]
         graph = build_graph(lines, partial(_unseen, seen, origin_m))
         return roads_about(graph, centre_m)
@@ -100,7 +101,7 @@ class RoadFinder:
 
 def _unseen(seen: NDArray[np.bool_], origin_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return whether each map point (n, 2) is unseen on a grid (H, W) that begins at ``origin_m`` (2,)."""
-    cells = np.floor((points_m - origin_m) / _GRID_M).astype(int)
+    cells = np.floor((points_m - origin_m) / GRID_M).astype(int)
     inside = ((cells >= 0) & (cells < seen.shape[::-1])).all(axis=1)
     result = np.ones(len(points_m), np.bool_)
     result[inside] = ~seen[cells[inside, 1], cells[inside, 0]]
@@ -113,7 +114,7 @@ def _continued(probability: NDArray[np.float32], seen: NDArray[np.bool_]) -> NDA
     A side street of which only the mouth was seen then reaches out of the crossing.
     """
     nearest, distance = _nearest(probability, seen)
-    return np.where(distance * _GRID_M < _CONTINUED_M, nearest, 0.0).astype(np.float32)
+    return np.where(distance * GRID_M < _CONTINUED_M, nearest, 0.0).astype(np.float32)
 
 
 def _nearest(values: NDArray[Any], known: NDArray[np.bool_]) -> tuple[NDArray[Any], NDArray[np.float32]]:
@@ -129,7 +130,7 @@ def _nearest(values: NDArray[Any], known: NDArray[np.bool_]) -> tuple[NDArray[An
 
 def _road_mask(probability: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return the mask (H, W) of road: gaps such as lane markings closed, parts narrower than a lane removed."""
-    mask = (cv2.GaussianBlur(probability, (0, 0), 0.8 / _GRID_M) > _ROAD_PROBABILITY).astype(np.uint8)
+    mask = (cv2.GaussianBlur(probability, (0, 0), 0.8 / GRID_M) > _ROAD_PROBABILITY).astype(np.uint8)
     mask = cv2.morphologyEx(mask, cv2.MORPH_CLOSE, _disc(_CLOSING_M))
     mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, _disc(_NARROWEST_M))
     mask[[0, -1], :] = mask[:, [0, -1]] = 0
@@ -137,7 +138,7 @@ def _road_mask(probability: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 
 def _disc(diameter_m: float) -> NDArray[np.uint8]:
-    size = round(diameter_m / _GRID_M) | 1
+    size = round(diameter_m / GRID_M) | 1
     return cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
 
 

@@ -17,6 +17,7 @@ from benchmarks.judges.frame_out.metrics import localisation, posterior
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut
 from benchmarks.judges.frame_out.oracle_map import ORACLES
 from benchmarks.judges.frame_out.real import ON_SEQUENCES
+from benchmarks.judges.frame_out.told import TOLD
 from benchmarks.judges.masks import MASKS
 from benchmarks.judges.recovery import Recovery, judge_recovery, recovery_times
 from benchmarks.judges.tracker_speed import SPEED
@@ -253,7 +254,7 @@ FRAME_OUT = Suite(
         ),
     ),
     silence=f"the worst error, {localisation.WORST_ERROR_M:g} m",
-    references=ORACLES,
+    references=ORACLES + TOLD,
     on_sequences=ON_SEQUENCES,
 )
 register_suite(FRAME_OUT)
