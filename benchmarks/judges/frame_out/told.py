@@ -135,7 +135,7 @@ class ToldTracker:
         """``target``: name of the car."""
         self._told, self._target, self._rng = told, target, rng
         self._laid = Laid()
-        kinds = {"graph": TrueGraph, "seen": TrueGround}
+        kinds: dict[str, type[TrueGraph] | type[TrueGround]] = {"graph": TrueGraph, "seen": TrueGround}
         self._roads = kinds[told.roads](graph, self._laid) if told.roads else None
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
