@@ -17,7 +17,7 @@ from benchmarks.judges.frame_out.metrics import localisation, posterior
 from benchmarks.judges.frame_out.metrics.frame_outs import FrameOut
 from benchmarks.judges.frame_out.oracle_map import ORACLES
 from benchmarks.judges.frame_out.real import ON_SEQUENCES
-from benchmarks.judges.frame_out.told import TOLD
+from benchmarks.judges.frame_out.told_rows import TOLD
 from benchmarks.judges.masks import MASKS
 from benchmarks.judges.recovery import Recovery, judge_recovery, recovery_times
 from benchmarks.judges.tracker_speed import SPEED

@@ -1,24 +1,18 @@
-"""Ours with unfair knowledge, of the car or of the roads; all else is its own.
-
-They say what ours lacks. No better state at the exit than the true one can come from pictures, and no better
-classifier of the ground than a true one of what was seen; the whole road graph includes what no picture has shown. What
-is then left is what ours makes of them.
-"""
+"""Ours, told what no picture says: where it lies on its own map. See ``told_rows``."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
-from scenarios.loop import LoopTracker, first_box, given
+from benchmarks.judges.frame_out.told_rows import Told
+from scenarios.loop import first_box, given
 from scenarios.road_town.layout import RoadGraph
 from scenarios.road_town.road_map import road_area
-from scenarios.scenario import Episode, Frame
+from scenarios.scenario import Frame
 from sim.optics import intersect_plane
 from trackers import registry
 from trackers.kernels.ground_camera import CENTRE_HEIGHT_M, GroundCamera
@@ -32,20 +26,6 @@ from trackers.types import Estimate, Start
 _OURS = "mosaic_graph_pf"
 _GRID = 5
 """Pixels along each side of a picture by which the world is laid on the tracker's map."""
-
-
-@dataclass(frozen=True)
-class Told:
-    """What a tracker is told.
-
-    Attributes:
-        state: whether position, heading and speed on the first frame outside, as ``oracle_map`` and the blind rows are.
-        roads: ``graph`` = the centre lines of all streets, in place of those that it finds in its mosaic; ``seen`` =
-            which cells of its mosaic are road, in place of its rule for colours; nothing = its own.
-    """
-
-    state: bool = False
-    roads: Literal["graph", "seen", ""] = ""
 
 
 class Laid:
@@ -165,31 +145,3 @@ class ToldTracker:
         """Return the pixels (N, 2) of places (N, 2) in the world, at half the height of a car."""
         camera = GroundCamera(self._tracker.camera.model, frame.truth.T_world_camera, np.zeros(2))
         return camera.to_picture(places_m, CENTRE_HEIGHT_M)
-
-
-@dataclass(frozen=True, kw_only=True)
-class ToldOurs(TrackerSpec):
-    """Ours, told what no picture says."""
-
-    role: str = "oracle"
-    suites: tuple[str, ...] = ("frame-out",)
-    module: str = ToldTracker.__module__
-
-    def create(
-        self, named: EpisodeName, episode: Episode, rng: np.random.Generator, *, many: bool = False
-    ) -> LoopTracker:
-        """See ``TrackerSpec``."""
-        assert named.scenario is not None
-        return ToldTracker(self.parameters, episode.map_of().graph, named.scenario.target, rng)
-
-
-TOLD = tuple(
-    ToldOurs(name=f"told_{name}", summary=f"ours, told {summary}", parameters=told)
-    for name, summary, told in (
-        ("state", "the true state at each exit", Told(state=True)),
-        ("ground", "which of the ground that it has seen is road", Told(roads="seen")),
-        ("graph", "the true road graph", Told(roads="graph")),
-        ("state_and_ground", "the state at each exit and the road that it has seen", Told(True, "seen")),
-        ("state_and_graph", "the state at each exit and the road graph", Told(True, "graph")),
-    )
-)

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from benchmarks.contract.suite import suite
 from benchmarks.data.sets.data_set import stored_episode
 from benchmarks.judges.frame_out.judge import FrameOutJudge
-from benchmarks.judges.frame_out.told import TOLD, Laid, Told, ToldTracker, TrueGraph, TrueGround, rigid
+from benchmarks.judges.frame_out.told import Laid, ToldTracker, TrueGraph, TrueGround, rigid
+from benchmarks.judges.frame_out.told_rows import TOLD, Told
 from benchmarks.run.selection import trackers_of
 from scenarios.loop import Loop
 from scenarios.road_town.layout import RoadGraph, Street
