@@ -8,7 +8,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.judges.frame_out.told_rows import Told
 from scenarios.loop import first_box, given
 from scenarios.road_town.layout import RoadGraph
 from scenarios.road_town.road_map import road_area
@@ -107,16 +106,17 @@ def rigid(before: NDArray[np.float64], after: NDArray[np.float64]) -> tuple[NDAr
 
 
 class ToldTracker:
-    """Runs ours on the pictures of an episode, and tells it what ``Told`` says; see ``LoopTracker``."""
+    """Runs ours on the pictures of an episode, and tells it what it is to know; see ``LoopTracker``."""
 
-    Parameters = Told
-
-    def __init__(self, told: Told, graph: RoadGraph, target: str, rng: np.random.Generator) -> None:
-        """``target``: name of the car."""
-        self._told, self._target, self._rng = told, target, rng
+    def __init__(self, graph: RoadGraph, target: str, rng: np.random.Generator, *, state: bool, roads: str) -> None:
+        """Args:
+        target: name of the car.
+        state, roads: see ``told_rows.Told``.
+        """
+        self._target, self._rng, self._knows_state = target, rng, state
         self._laid = Laid()
         kinds: dict[str, type[TrueGraph] | type[TrueGround]] = {"graph": TrueGraph, "seen": TrueGround}
-        self._roads = kinds[told.roads](graph, self._laid) if told.roads else None
+        self._roads = kinds[roads](graph, self._laid) if roads else None
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
         """See ``LoopTracker``."""
@@ -130,7 +130,7 @@ class ToldTracker:
         estimate = self._tracker.update(frame.observation)
         self._laid.lay(frame, self._tracker.camera)
         truth, target = frame.truth, frame.truth.index_of(self._target)
-        if not self._told.state or truth.frames_since_exit[target] != 0:
+        if not self._knows_state or truth.frames_since_exit[target] != 0:
             return estimate
         T = truth.T_world_object[target]
         # By way of the picture, in which answers are scored: the tracker's map differs from the world.

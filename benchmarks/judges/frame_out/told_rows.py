@@ -47,7 +47,8 @@ class ToldOurs(TrackerSpec):
         from benchmarks.judges.frame_out.told import ToldTracker
 
         assert named.scenario is not None
-        return ToldTracker(self.parameters, episode.map_of().graph, named.scenario.target, rng)
+        told: Told = self.parameters
+        return ToldTracker(episode.map_of().graph, named.scenario.target, rng, state=told.state, roads=told.roads)
 
 
 TOLD = tuple(

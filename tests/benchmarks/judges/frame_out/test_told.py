@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -104,7 +105,8 @@ def told(name: str) -> list[Any]:
     """Return the answers of a reference on the stored episode, up to some frames after the exit, and the truths."""
     episode = stored_episode(str(EPISODES / "road-town"), 0)
     spec = next(each for each in TOLD if each.name == name)
-    tracker = ToldTracker(spec.parameters, episode.map_of().graph, "target", generator(0, name))
+    what = asdict(spec.parameters)
+    tracker = ToldTracker(episode.map_of().graph, "target", generator(0, name), **what)
     loop = Loop(episode, [tracker])
     return [(frame.truth, loop.answers[0]) for frame in loop.frames(count=EXIT + 6)]
 
