@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -188,7 +189,7 @@ def shows_water(survey: SiteSurvey, view: SiteView) -> NDArray[np.bool_]:
     """Return where a picture (H, W) shows water when it is at its mean level, and what is afloat there."""
     rows, columns = np.mgrid[0 : view.camera.height_px, 0 : view.camera.width_px] + 0.5
     on_water = view.on_plane(np.column_stack([columns.ravel(), rows.ravel()]), survey.mean_water_m)
-    return np.nan_to_num(_off_m(survey, on_water), nan=-1.0).reshape(rows.shape) > 0.0
+    return np.nan_to_num(off_edge_m(survey, on_water), nan=-1.0).reshape(rows.shape) > 0.0
 
 
 def stood_on(survey: SiteSurvey, view: SiteView, px: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -197,7 +198,7 @@ def stood_on(survey: SiteSurvey, view: SiteView, px: NDArray[np.float64]) -> NDA
     NaN where neither plane is seen. Of a quay that hides its own wall from the camera nothing else is known.
     """
     on_quay, on_water = view.on_plane(px, 0.0), view.on_plane(px, survey.mean_water_m)
-    off_m, far_off_m = (_off_m(survey, each) for each in (on_quay, on_water))
+    off_m, far_off_m = (off_edge_m(survey, each) for each in (on_quay, on_water))
     # Between the edge and the water the line of sight meets the wall.
     share = np.divide(off_m, off_m - far_off_m, out=np.ones_like(off_m), where=(off_m > 0) & (far_off_m < 0))
     share[off_m <= 0.0] = 0.0
@@ -205,10 +206,33 @@ def stood_on(survey: SiteSurvey, view: SiteView, px: NDArray[np.float64]) -> NDA
     return points
 
 
-def _off_m(survey: SiteSurvey, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return how far (N,) points (N, 3) lie off the quay's edge, towards the water."""
-    off_m: NDArray[np.float64] = (points_m[:, :2] - np.array(survey.edge_m)) @ np.array(survey.seaward)
-    return off_m
+def off_edge_m(survey: SiteSurvey, points_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return how far (N,) points (N, 2 or 3) lie off the quay's edge, towards the water; negative on the quay.
+
+    Off an edge with corners this is the distance to the nearest of its sides. A point lies on water if a line from it
+    to far out, seawards, crosses the edge an even number of times.
+    """
+    level_m = np.asarray(points_m, dtype=np.float64)[:, :2]
+    off_m: NDArray[np.float64] = (level_m - np.array(survey.edge_m)) @ np.array(survey.seaward)
+    if not survey.outline_m:
+        return off_m
+    corners, out = np.array(survey.outline_m), np.array(survey.seaward)
+    along = np.array([-out[1], out[0]])
+    at, off = level_m @ along, level_m @ out
+    nearest, crossed = np.full(len(level_m), np.inf), np.zeros(len(level_m), np.int64)
+    for a, b in pairwise(corners):
+        side = b - a
+        share = np.clip((level_m - a) @ side / (side @ side), 0.0, 1.0)
+        nearest = np.minimum(nearest, np.hypot(*(level_m - a - share[:, None] * side).T))
+        (a_at, a_off), (b_at, b_off) = ((each @ along, each @ out) for each in (a, b))
+        between = (at >= min(a_at, b_at)) & (at < max(a_at, b_at))
+        met = a_off + (at - a_at) / np.where(between, b_at - a_at, 1.0) * (b_off - a_off)
+        crossed += between & (met > off)
+    ends = corners @ along
+    beside = (at < ends.min()) | (at >= ends.max())
+    is_water = np.where(beside, off_m > 0.0, crossed % 2 == 0)
+    signed: NDArray[np.float64] = np.where(np.isfinite(nearest), np.where(is_water, nearest, -nearest), np.nan)
+    return signed
 
 
 Picture = NDArray[np.float32]

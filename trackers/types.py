@@ -146,9 +146,11 @@ class SiteSurvey:
     upright box: its middle lies where the camera's axis meets the quay, its depth along the horizontal line of sight.
 
     Attributes:
-        edge_m: (2,) a point of the quay's straight edge. seaward: (2,) horizontal unit vector from there to the water.
+        edge_m: (2,) a point of the quay's main edge. seaward: (2,) horizontal unit vector from there to the water.
         mean_water_m: mean sea level, < 0. How high the tide is at a time is not surveyed.
         watched_m: (3,) depth, width and height of the watched volume, > 0. watched_bottom_m: height of its lower side.
+        outline_m: (K, 2) the whole edge where it is not straight, K >= 2 corners, with the water on the left of the way
+            from the first to the last; behind these it goes on through ``edge_m``. () for a straight edge.
     """
 
     edge_m: tuple[float, float]
@@ -156,6 +158,7 @@ class SiteSurvey:
     mean_water_m: float
     watched_m: tuple[float, float, float]
     watched_bottom_m: float
+    outline_m: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
         """Raise ValueError for water that is not below the quay, a direction that is not one long, or no volume."""
@@ -169,6 +172,9 @@ class SiteSurvey:
             raise ValueError(f"watched_m: expected three numbers of metres > 0, got {self.watched_m}")
         if not np.isfinite(self.watched_bottom_m):
             raise ValueError(f"watched_bottom_m: expected a finite number of metres, got {self.watched_bottom_m}")
+        pairs = all(len(each) == 2 and np.isfinite(each).all() for each in self.outline_m)
+        if len(self.outline_m) == 1 or not pairs:
+            raise ValueError(f"outline_m: expected none or at least two corners in metres, got {self.outline_m}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -80,10 +80,14 @@ def value_of(stored: Any, hint: Any, shape: tuple[Any, ...] = (), name: str = ""
         return None
     if dataclasses.is_dataclass(hint):
         hints = get_type_hints(hint)
-        return hint(**{key: value_of(stored[key], each, (), key) for key, each in hints.items()})  # type: ignore[operator]
+        # What an earlier format did not have is as the class says.
+        known = {key: each for key, each in hints.items() if key in stored}
+        return hint(**{key: value_of(stored[key], each, (), key) for key, each in known.items()})  # type: ignore[operator]
     if get_origin(hint) is np.ndarray:
         return np.array(stored, _dtype_of(hint)).reshape(shape or ((4, 4) if name.startswith("T_") else -1))
-    return tuple(stored) if get_origin(hint) is tuple else stored
+    if get_origin(hint) is not tuple:
+        return stored
+    return tuple(tuple(each) if isinstance(each, list) else each for each in stored)
 
 
 def runs_of(mask: NDArray[np.bool_]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.harbour.conditions import DAYS_BEFORE, Conditions, Tide, float_poses
-from scenarios.harbour.layout import BOLLARD_X_M, BOLLARDS_Y_M, PARKING_X_M, SHED_X_M, SHEDS, WALL_X_M
+from scenarios.harbour.layout import FIXED, Site
 from scenarios.harbour.moorings import SEGMENTS, Ride, buoy_mesh, draw_moored, mesh_of, ride, rope_lengths_m, rope_mesh
 from scenarios.harbour.plan import Plan, draw_car
 from scenarios.harbour.scenery import Surface
@@ -20,6 +21,7 @@ from sim.meshes.gull import gull
 from sim.meshes.shed import level_plate
 from sim.meshes.thermal_paint import parts_palette, thermal_car
 from sim.pose import pose_on_ground
+from sim.thermal.waves import SeaWaves
 from sim.world import Body, World
 
 FLYING, RESTING = 5, 6
@@ -36,16 +38,16 @@ class Birds(NamedTuple):
     resting: NDArray[np.float64]
 
 
-def birds(time_s: NDArray[np.float64], tide: Tide, rng: np.random.Generator) -> Birds:
+def birds(time_s: NDArray[np.float64], tide: Tide, rng: np.random.Generator, site: Site = FIXED) -> Birds:
     """Draw the gulls at ascending times (F,)."""
     flying, resting = (np.tile(np.eye(4), (len(time_s), count, 1, 1)) for count in (FLYING, RESTING))
     flying[..., 2, 3] = resting[..., 2, 3] = AWAY_M
     span_h = (time_s[-1] - time_s[0]) / 3600.0
     for k, begin in enumerate(_moments(time_s, _FLIGHTS_PER_H * span_h, rng)):
-        _fly(flying[:, k % FLYING], time_s, begin, rng)
+        _fly(flying[:, k % FLYING], time_s, begin, rng, site)
     level_m = tide.level_m(time_s)
     for k, begin in enumerate(_moments(time_s, _RESTS_PER_H * span_h, rng, before_s=_REST_S[1])):
-        _rest(resting[:, k % RESTING], time_s, begin, level_m, rng)
+        _rest(resting[:, k % RESTING], time_s, begin, level_m, rng, site)
     return Birds(flying, resting)
 
 
@@ -57,7 +59,9 @@ def _moments(
     return np.sort(rng.uniform(time_s[0] - before_s, time_s[-1], count))
 
 
-def _fly(poses: NDArray[np.float64], time_s: NDArray[np.float64], begin_s: float, rng: np.random.Generator) -> None:
+def _fly(
+    poses: NDArray[np.float64], time_s: NDArray[np.float64], begin_s: float, rng: np.random.Generator, site: Site
+) -> None:
     """Write a straight flight across the picture, level or in a shallow dive."""
     x, height = rng.uniform(-50.0, 55.0), rng.uniform(1.5, 13.0)
     side = float(rng.choice([-1.0, 1.0]))
@@ -69,9 +73,11 @@ def _fly(poses: NDArray[np.float64], time_s: NDArray[np.float64], begin_s: float
         return
     since = time_s[first:last] - begin_s
     along = speed * since - half
-    place = np.column_stack([x + along * np.cos(heading), along * np.sin(heading), height - dive * along])
+    # Across what the camera sees, wherever it looks.
+    turned, (x, y) = heading + site.bearing_rad, x * site.volume_axes[0]
+    place = np.column_stack([x + along * np.cos(turned), y + along * np.sin(turned), height - dive * along])
     zero = np.zeros(len(since))
-    poses[first:last] = float_poses(place, zero + heading, zero + roll, zero)
+    poses[first:last] = float_poses(place, zero + turned, zero + roll, zero)
 
 
 def _rest(
@@ -80,19 +86,20 @@ def _rest(
     begin_s: float,
     level_m: NDArray[np.float64],
     rng: np.random.Generator,
+    site: Site,
 ) -> None:
     """Write a rest: on the water, where the gull drifts, on the edge of the quay, a bollard, the apron, or a roof."""
     first, last = np.searchsorted(time_s, (begin_s, begin_s + np.exp(rng.uniform(*np.log(_REST_S)))))
     since, heading = time_s[first:last] - begin_s, rng.uniform(-np.pi, np.pi)
-    shed = SHEDS[int(rng.integers(len(SHEDS)))]
-    ridge = (SHED_X_M + 0.5 * shed.depth_m, shed.eaves_m + shed.rise_m + 0.15)
+    shed = site.sheds[int(rng.integers(len(site.sheds)))]
+    ridge = (site.shed_x_m + 0.5 * shed.depth_m, shed.eaves_m + shed.rise_m + 0.15)
     y = rng.uniform(-22.0, 22.0)
     where = int(rng.choice(5, p=[0.4, 0.2, 0.15, 0.15, 0.1]))
     spots = (
-        (rng.uniform(-46.0, -20.0), 0.6 * y, 0.0),
-        (WALL_X_M + 0.3, y, 0.0),
-        (BOLLARD_X_M, float(rng.choice(BOLLARDS_Y_M[2:-2])), 0.6),
-        (rng.uniform(-12.0, 10.0), y, 0.0),
+        (rng.uniform(site.wall_x_m - 31.0, site.wall_x_m - 5.0), 0.6 * y, 0.0),
+        (site.wall_x_m + 0.3, y, 0.0),
+        (site.bollard_x_m, float(rng.choice(site.bollards_y_m[2:-2])), 0.6),
+        (rng.uniform(site.wall_x_m + 3.0, site.apron_end_m - 2.0), y, 0.0),
         (ridge[0], shed.y_m + rng.uniform(-0.4, 0.4) * shed.length_m, ridge[1]),
     )
     place = np.tile(spots[where], (len(since), 1))
@@ -109,6 +116,8 @@ CAR_PAINTS = ("dark paint", "painted steel", "white paint")
 HULLS = ("fibreglass", "painted steel", "timber")
 _SEA_REACH_M = (-99.0, 130.0)
 """The sea begins there before the camera, and reaches so far to either side."""
+_FAR_SEA_REACH_M = (-700.0, 700.0)
+"""Likewise where the picture shows the other shore."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,15 +142,24 @@ class Clutter:
         standing: moored boats and parked cars.
     """
 
-    def __init__(self, world: World, plan: Plan, conditions: Conditions, rng: np.random.Generator) -> None:
-        self._world, self._conditions = world, conditions
+    def __init__(
+        self,
+        world: World,
+        plan: Plan,
+        conditions: Conditions,
+        rng: np.random.Generator,
+        site: Site = FIXED,
+        waves: Sequence[SeaWaves] = (),
+    ) -> None:
+        """``waves``: of each day, on which boats float; none: they move by chance."""
+        self._world, self._conditions, self._site, self._waves = world, conditions, site, waves
         self._gull_rng = rng.integers(2**31, size=2)
-        low_x, reach_y = _SEA_REACH_M
-        plate = level_plate((low_x, -reach_y), (WALL_X_M, reach_y), 0.0, parts_palette(1), (8, 16))
+        (low_x, reach_y), cells = (_FAR_SEA_REACH_M, (24, 48)) if site.is_drawn else (_SEA_REACH_M, (8, 16))
+        plate = level_plate((low_x, -reach_y), (site.wall_x_m, reach_y), 0.0, parts_palette(1), cells)
         self.sea = world.add(plate, np.eye(4), name="sea", category="sea", movable=True)
         self.surfaces: list[Surface] = []
         self.standing: list[Standing] = []
-        self._moored = draw_moored(plan.buoys, rng)
+        self._moored = draw_moored(plan.buoys, rng, site)
         self._boats: list[Body] = []
         self._ropes: list[list[Body]] = []
         self._buoys: list[Body] = []
@@ -167,22 +185,24 @@ class Clutter:
         ]
         self.gulls = [*self._flying, *self._resting]
         for y in plan.usual_y_m:
-            self._park(pose_on_ground(PARKING_X_M, y, _parked_heading(rng)), False, rng)
+            self._park(pose_on_ground(site.parking_x_m, y, _parked_heading(rng)), False, rng)
         # In the bays of cars that stood there before, other cars stood on the days before: on some of them.
         self._earlier: list[tuple[Body, NDArray[np.float64], NDArray[np.bool_]]] = []
         for y in plan.before_y_m:
-            pose = pose_on_ground(PARKING_X_M + rng.normal(0.0, 0.2), y, _parked_heading(rng))
+            pose = pose_on_ground(site.parking_x_m + rng.normal(0.0, 0.2), y, _parked_heading(rng))
             stood = rng.permutation([True, True, False][:DAYS_BEFORE])
             self._earlier.append((self._park(AWAY, True, rng), pose, stood))
 
     def afloat(self, time_s: NDArray[np.float64], *, before: bool) -> Afloat:
         """Return all that floats or flies at ascending times (F,), of the days before or of the episode."""
         conditions = self._conditions
-        days = [conditions.days[conditions.day_at(each)] for each in time_s.tolist()]
+        which = [conditions.day_at(each) for each in time_s.tolist()]
+        days = [conditions.days[k] for k in which]
         waves_m = np.array([day.waves.significant_m for day in days])
         wind_mps, wind_rad = np.array([(day.weather.wind_mps, day.weather.wind_rad) for day in days]).T
-        rides = tuple(ride(each, time_s, conditions.tide, waves_m, wind_mps, wind_rad) for each in self._moored)
-        gulls = birds(time_s, conditions.tide, np.random.default_rng(int(self._gull_rng[int(before)])))
+        weather = waves_m, wind_mps, wind_rad
+        rides = tuple(ride(each, time_s, conditions.tide, *weather, self._waves, which) for each in self._moored)
+        gulls = birds(time_s, conditions.tide, np.random.default_rng(int(self._gull_rng[int(before)])), self._site)
         return Afloat(conditions.tide.level_m(time_s), rides, gulls)
 
     def _park(self, pose: NDArray[np.float64], movable: bool, rng: np.random.Generator) -> Body:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from scenarios.harbour.layout import MEAN_SEA_M
 from scenarios.harbour.presets import DayBefore, Harbour, Range
-from sim.thermal.waves import SeaState
+from sim.thermal.waves import SeaState, SeaWaves
 from sim.thermal.weather import Weather, draw_weather
 
 _HOUR_S = 3600.0
@@ -148,14 +148,26 @@ class Conditions:
         return time_s - 86400.0 * (np.array(self.days_ago)[since + DAYS_BEFORE] + since)
 
 
+def draw_waves(conditions: Conditions, rng: np.random.Generator) -> list[SeaWaves]:
+    """Draw the waves of each day."""
+    keys = rng.integers(2**31, size=len(conditions.days))
+    days = zip(conditions.days, keys, strict=True)
+    return [SeaWaves(day.waves, np.random.default_rng(int(key))) for day, key in days]
+
+
 def draw_conditions(preset: Harbour, rng: np.random.Generator) -> Conditions:
     """Draw an episode's conditions."""
     start_h = float(rng.uniform(*preset.start_h))
     day_of_year = int(rng.integers(preset.day_of_year[0], preset.day_of_year[1] + 1))
     alike = preset.cloud_before, preset.wind_before_mps, (0.0, 0.0), preset.swell_before_m
     days = preset.days_before or [DayBefore(ago, *alike) for ago in range(DAYS_BEFORE, 0, -1)]
-    before = [_day(day_of_year - k.days_ago, k.cloud, k.wind_mps, k.rain_mm_h, k.swell_m, rng) for k in days]
-    today = _day(day_of_year, preset.cloud, preset.wind_mps, preset.rain_mm_h, preset.swell_m, rng)
+    long = (14.0, 30.0)
+    if preset.swell_period_s is not None:
+        # Of waves in deep water.
+        low, high = (9.81 * period_s**2 / (2.0 * np.pi) for period_s in preset.swell_period_s)
+        long = (low, high)
+    before = [_day(day_of_year - k.days_ago, k.cloud, k.wind_mps, k.rain_mm_h, k.swell_m, long, rng) for k in days]
+    today = _day(day_of_year, preset.cloud, preset.wind_mps, preset.rain_mm_h, preset.swell_m, long, rng)
     ago = (*(each.days_ago for each in days), 0)
     return Conditions(start_h, preset.frame_count / preset.rate_hz / 3600.0, (*before, today), ago, draw_tide(rng))
 
@@ -166,6 +178,7 @@ def _day(
     wind_mps: Range,
     rain_mm_h: Range,
     swell_m: Range,
+    swell_length_m: Range,
     rng: np.random.Generator,
 ) -> Day:
     weather = draw_weather(
@@ -184,7 +197,7 @@ def _day(
         wind_rad=weather.wind_rad,
         peak_m=float(np.clip(0.35 * wind, 0.9, 6.0)),
         swell_m=float(rng.uniform(*swell_m)),
-        swell_length_m=float(rng.uniform(14.0, 30.0)),
+        swell_length_m=float(rng.uniform(*swell_length_m)),
         swell_rad=float(rng.normal(0.0, 0.5)),
         # Cox and Munk (1954): 0.003 + 0.00512 wind is the variance of all slopes; less in shelter.
         fine_slope=float(np.clip(0.6 * np.sqrt(0.003 + 0.00512 * wind), 0.02, 0.2)),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scenarios.harbour.clutter import CAR_PAINTS, HULLS
 from scenarios.harbour.conditions import Conditions, float_poses, rocking
 from scenarios.harbour.plan import SIZE_FACTORS, Plan, Visit, draw_car, draw_person, names_of
+from scenarios.harbour.seakeeping import afloat_on
 from scenarios.harbour.warmth import (
     BOAT_VIEW,
     CAR_VIEW,
@@ -32,6 +33,7 @@ from sim.meshes.thermal_paint import thermal_car, thermal_person
 from sim.motion.gait import part_poses, stride_length_m
 from sim.motion.keypoints import person_points
 from sim.motion.skeleton import Skeleton, skeleton
+from sim.thermal.waves import SeaWaves
 from sim.thermal.weather import Weather
 from sim.world import Body, World
 
@@ -78,8 +80,15 @@ class Intruders(JointedObjects):
         time_s: NDArray[np.float64],
         rng: np.random.Generator,
         bay_k: Mapping[float, float] | None = None,
+        waves: SeaWaves | None = None,
     ) -> None:
-        """``bay_k``: see ``Scenery``; needed for cars without contrast."""
+        """Put all in a world.
+
+        Args:
+            bay_k: see ``Scenery``; needed for cars without contrast.
+            waves: on which boats float; None: they move by chance.
+        """
+        self._waves = waves
         self.world, self._bay_k = world, bay_k or {}
         names = tuple(names_of(plan.visits))
         weather = conditions.days[-1].weather
@@ -157,6 +166,8 @@ class Intruders(JointedObjects):
             height, roll, pitch = flat, flat, flat
             if visit.kind == "boat":
                 rocked = rocking(time_s, waves_m, float(one.size_m[0]), rng)
+                if self._waves is not None:
+                    rocked = afloat_on(self._waves, time_s, place, heading, *one.size_m[:2].tolist())
                 height, roll, pitch = level_m + rocked.heave_m, rocked.roll_rad, rocked.pitch_rad
             poses = float_poses(np.column_stack([place, height]), heading, roll, pitch)
             self.presence[:, k], self.course_mps[:, k] = here, np.where(here, speed, 0.0)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.harbour.conditions import LOWEST_M, Tide, float_poses, rocking, sway
-from scenarios.harbour.layout import BERTHS, BOLLARD_X_M, BOLLARDS_Y_M, BUOYS_M, WALL_X_M
+from scenarios.harbour.layout import FIXED, Site
+from scenarios.harbour.seakeeping import afloat_on
 from sim.mesh import TexturedMesh
 from sim.meshes.boat import boat
 from sim.meshes.facets import Facets, swatch_uv
 from sim.meshes.thermal_paint import parts_palette
+from sim.thermal.waves import SeaWaves
 
 SEGMENTS = 6
 """Of a rope."""
@@ -30,6 +33,8 @@ class Moored:
         anchor_m: (2,) middle of the berth, or the buoy. heading_rad: at the berth, or at the buoy off the wind's eye.
         swings: about a buoy.
         seed: of its motion.
+        off: (2,) unit vector from the wall to the water.
+        posts_m: bollards, to the nearest of which its ropes are tied.
     """
 
     model: str
@@ -39,6 +44,8 @@ class Moored:
     heading_rad: float
     swings: bool
     seed: int
+    off: tuple[float, float] = (-1.0, 0.0)
+    posts_m: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,17 +56,19 @@ class Ride:
     T_world_rope: NDArray[np.float64]
 
 
-def draw_moored(buoys: int, rng: np.random.Generator) -> list[Moored]:
+def draw_moored(buoys: int, rng: np.random.Generator, site: Site = FIXED) -> list[Moored]:
     """Draw a boat for each berth that is not free, and for the first ``buoys`` buoys."""
     boats = []
-    for berth in BERTHS:
+    for berth in site.berths:
         if not berth.is_free:
             model = str(rng.choice(["fisher", "yacht", "launch"], p=[0.55, 0.2, 0.25]))
             length = rng.uniform(5.5, 6.5) if model == "launch" else rng.uniform(7.5, 9.5)
-            beam = length * rng.uniform(0.31, 0.37)
-            place = (WALL_X_M - _FENDER_M - 0.5 * beam, berth.y_m)
-            boats.append(Moored(model, length, beam, place, berth.heading_rad, False, int(rng.integers(2**31))))
-    for place in BUOYS_M[:buoys]:
+            beam, (x, y) = length * rng.uniform(0.31, 0.37), berth.off
+            wall_x = site.wall_x_m if berth.wall_x_m is None else berth.wall_x_m
+            place = (wall_x + x * _FENDER_M + 0.5 * x * beam, berth.y_m + y * (_FENDER_M + 0.5 * beam))
+            seed = int(rng.integers(2**31))
+            boats.append(Moored(model, length, beam, place, berth.heading_rad, False, seed, berth.off, site.bollards_m))
+    for place in site.buoys_m[:buoys]:
         length, heading = rng.uniform(4.6, 5.6), rng.normal(0.0, 0.2)
         model = str(rng.choice(["launch", "yacht"]))
         boats.append(Moored(model, length, 0.36 * length, place, heading, True, int(rng.integers(2**31))))
@@ -101,11 +110,14 @@ def ride(
     wave_height_m: NDArray[np.float64],
     wind_mps: NDArray[np.float64],
     wind_rad: NDArray[np.float64],
+    waves: Sequence[SeaWaves] = (),
+    days: Sequence[int] = (),
 ) -> Ride:
     """Return the boat and its ropes at times (F,), in waves (F,) and wind (F,).
 
     Args:
         wind_rad: where it blows to: all that swing lie there of their buoys, bow to the wind.
+        waves: of each day, on which it floats on ``days`` (F,); none: it moves by chance.
     """
     rng = np.random.default_rng(moored.seed)
     level_m = tide.level_m(time_s)
@@ -128,9 +140,15 @@ def ride(
         off = slack * np.minimum(push, 1.5) * (1.0 + 0.6 * sway(time_s, (25.0, 120.0), rng))
         along = 0.8 * slack * np.minimum(push, 1.5) * sway(time_s, (30.0, 150.0), rng)
         place = _at_berth(moored, level_m)[:, :3, 3]
-        place[:, 0] -= np.maximum(off, 0.0)
-        place[:, 1] += along
+        (x, y), off = moored.off, np.maximum(off, 0.0)
+        place[:, 0] += x * off + y * along
+        place[:, 1] += y * off - x * along
         heading = moored.heading_rad + 0.12 * slack * sway(time_s, (30.0, 120.0), rng)
+    for day in set(days) if waves else ():
+        then = np.array(days) == day
+        size, at = (moored.length_m, moored.beam_m), (time_s[then], place[then, :2], heading[then])
+        for name, moved in asdict(afloat_on(waves[day], *at, *size)).items():
+            getattr(rocked, name)[then] = moved
     place[:, 2] += rocked.heave_m
     T_boat = float_poses(place, heading, rocked.roll_rad, rocked.pitch_rad)
     lengths = rope_lengths_m(moored)
@@ -152,7 +170,9 @@ def _rope_ends(
     if moored.swings:
         cleats = np.array([(0.94 * half, 0.0, 1.2 * deck)])
     else:
-        side = np.sign(np.cos(moored.heading_rad + 0.5 * np.pi)) * 0.4 * moored.beam_m
+        h, (x, y) = moored.heading_rad, moored.off
+        # Its left is where the wall is, or its right.
+        side = np.sign(x * np.sin(h) - y * np.cos(h)) * 0.4 * moored.beam_m
         along = ((0.85, 1.2), (-0.9, 1.0), (0.3, 1.0), (-0.3, 1.0))
         cleats = np.array([(share * half, side, rise * deck) for share, rise in along])
     start = np.einsum("...ij,rj->...ri", T_boat[..., :3, :3], cleats) + T_boat[..., None, :3, 3]
@@ -161,10 +181,11 @@ def _rope_ends(
         end[..., 0, :2] = moored.anchor_m
         end[..., 0, 2] = 0.0 if level_m is None else level_m + 0.3
     else:
-        ahead = np.sin(moored.heading_rad)
+        posts_m, anchor_m = np.array(moored.posts_m), np.array(moored.anchor_m)
+        ahead = np.array([np.cos(moored.heading_rad), np.sin(moored.heading_rad)])
         for k, reach in enumerate((half + 2.5, -half - 2.5, -0.35 * half, 0.35 * half)):
-            away = np.abs(np.array(BOLLARDS_Y_M) - (moored.anchor_m[1] + ahead * reach))
-            end[..., k, :] = BOLLARD_X_M, BOLLARDS_Y_M[int(away.argmin())], _BOLLARD_TOP_M
+            away = np.hypot(*(posts_m - (anchor_m + reach * ahead)).T)
+            end[..., k, :] = *posts_m[int(away.argmin())], _BOLLARD_TOP_M
     return start, end
 
 

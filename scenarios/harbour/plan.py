@@ -9,29 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scenarios.harbour.layout import (
-    APRON_END_M,
-    BERTHS,
-    FAIRWAY_X_M,
-    GAP_Y_M,
-    LANE_X_M,
-    OPEN_BAYS_Y_M,
-    PARKING_X_M,
-    PARKING_Y_M,
-    SHED_X_M,
-    SHEDS,
-    WALL_X_M,
-    border_y_m,
-)
+from scenarios.harbour.layout import FIXED, GAP_Y_M, OPEN_BAYS_Y_M, PARKING_Y_M, Site
 from scenarios.harbour.presets import Harbour
 from sim.meshes.person_parts import PersonLook
 from sim.meshes.vehicle import CARS
 
 Points = NDArray[np.float64]
 
-_BEHIND_SHEDS_X_M = 64.0
-_ACROSS = (APRON_END_M - 0.2, PARKING_X_M + 4.2)
-"""x before and behind the row of parked cars."""
+_BEHIND_SHEDS_M = 18.0
+_TRIES = 60
 
 
 class Journey(NamedTuple):
@@ -96,7 +82,7 @@ def rounded(points_m: Sequence[tuple[float, float]], times: int = 3) -> Points:
     return points
 
 
-def gate(rng: np.random.Generator) -> list[tuple[float, float]]:
+def gate(site: Site, rng: np.random.Generator) -> list[tuple[float, float]]:
     """Draw a way in on foot: points from outside the watched volume to where one is on the site.
 
     Doors of sheds, both ends of the quay and of the lane, and the road between the sheds.
@@ -104,35 +90,52 @@ def gate(rng: np.random.Generator) -> list[tuple[float, float]]:
     kind = int(rng.choice(4, p=[0.35, 0.25, 0.15, 0.25]))
     side = float(rng.choice([-1.0, 1.0]))
     if kind == 0:
-        shed = SHEDS[int(rng.integers(len(SHEDS)))]
+        sheds = site.gate_sheds
+        shed = sheds[int(rng.integers(len(sheds)))]
         inner = [y for y in shed.doors_y_m if abs(y) < 20.0]
         y = inner[int(rng.integers(len(inner)))]
-        return [(SHED_X_M + 1.5, y), (SHED_X_M - 0.8, y), (rng.uniform(31.0, 36.0), y + rng.uniform(-1.0, 1.0))]
+        x = site.shed_x_m
+        return [(x + 1.5, y), (x - 0.8, y), (rng.uniform(x - 15.0, x - 10.0), y + rng.uniform(-1.0, 1.0))]
     if kind == 3:
-        far = (_BEHIND_SHEDS_X_M, GAP_Y_M + side * 12.0)
+        far = (site.shed_x_m + _BEHIND_SHEDS_M, GAP_Y_M + side * 12.0)
         return [
             far,
-            (_BEHIND_SHEDS_X_M - 1.0, GAP_Y_M + 2.0 * side),
-            (SHED_X_M - 2.0, GAP_Y_M + rng.uniform(-3.0, 3.0)),
+            (site.shed_x_m + _BEHIND_SHEDS_M - 1.0, GAP_Y_M + 2.0 * side),
+            (site.shed_x_m - 2.0, GAP_Y_M + rng.uniform(-3.0, 3.0)),
         ]
-    x = rng.uniform(WALL_X_M + 1.8, 9.0) if kind == 1 else rng.uniform(21.5, 33.0)
-    border = side * border_y_m(x)
+    on_apron, on_lane = (site.wall_x_m + 1.8, site.apron_end_m - 3.0), (site.parking_x_m + 5.0, site.shed_x_m - 13.0)
+    x = rng.uniform(*on_apron) if kind == 1 else rng.uniform(*on_lane)
+    border = side * site.border_y_m(x, side)
     return [(x, border), (x + rng.uniform(-0.5, 0.5), border - side * rng.uniform(7.0, 12.0))]
 
 
-def place_on_site(rng: np.random.Generator) -> tuple[float, float]:
-    """Draw a place where people go: the quay's edge, the apron, between parked cars, the lane, before the sheds."""
+def place_on_site(site: Site, rng: np.random.Generator) -> tuple[float, float]:
+    """Draw a place where people go: the quay's edge, the apron, between parked cars, the lane, before the sheds.
+
+    It is one that the picture shows, if one of many is.
+    """
+    for _ in range(_TRIES):
+        place = _somewhere(site, rng)
+        if site.sees(place):
+            break
+    return place
+
+
+def _somewhere(site: Site, rng: np.random.Generator) -> tuple[float, float]:
     kind = int(rng.choice(5, p=[0.3, 0.25, 0.15, 0.15, 0.15]))
     if kind == 2:
-        return (rng.uniform(PARKING_X_M - 2.5, PARKING_X_M + 3.0), corridor_y(rng.uniform(-14.0, 14.0)))
+        return (
+            rng.uniform(site.parking_x_m - 2.5, site.parking_x_m + 3.0),
+            corridor_y(rng.uniform(0.5 - site.walks_y_m, site.walks_y_m - 0.5)),
+        )
     low, high = (
-        (WALL_X_M + 1.8, WALL_X_M + 2.6),
-        (-7.5, 10.5),
+        (site.wall_x_m + 1.8, site.wall_x_m + 2.6),
+        (site.wall_x_m + 7.5, site.apron_end_m - 1.5),
         (0.0, 0.0),
-        (21.0, 33.0),
-        (40.0, 44.0),
+        (site.parking_x_m + 4.5, site.shed_x_m - 13.0),
+        (site.shed_x_m - 6.0, site.shed_x_m - 2.0),
     )[kind]
-    half = 14.5 if kind < 3 else 15.5
+    half = site.walks_y_m if kind < 3 else site.walks_y_m + 1.0
     return (rng.uniform(low, high), rng.uniform(-half, half))
 
 
@@ -142,100 +145,106 @@ def corridor_y(y_m: float) -> float:
     return float(between[np.argmin(np.abs(between - y_m))])
 
 
-def on_foot(places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+def on_foot(site: Site, places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return a way through places that passes the row of parked cars only between two of them."""
     way = [places[0]]
     for there in places[1:]:
-        way += [*_around_cars(way[-1], there), there]
+        way += [*_around_cars(site, way[-1], there), there]
     return way
 
 
-def _around_cars(here: tuple[float, float], there: tuple[float, float]) -> list[tuple[float, float]]:
+def _around_cars(site: Site, here: tuple[float, float], there: tuple[float, float]) -> list[tuple[float, float]]:
     """Return the ends of the corridors to take from a place to another, in order."""
     # 0 is the apron, 1 within the row, 2 the lane.
-    zones = [int(x > _ACROSS[0]) + int(x > _ACROSS[1]) for x, _ in (here, there)]
+    across = site.apron_end_m - 0.2, site.parking_x_m + 4.2
+    zones = [int(x > across[0]) + int(x > across[1]) for x, _ in (here, there)]
     if zones == [1, 1]:
-        return [] if here[1] == there[1] else [(_ACROSS[1], here[1]), (_ACROSS[1], there[1])]
+        return [] if here[1] == there[1] else [(across[1], here[1]), (across[1], there[1])]
     if zones[0] == zones[1]:
         return []
     if 1 in zones:
         y, outside = (here[1], zones[1]) if zones[0] == 1 else (there[1], zones[0])
-        return [(_ACROSS[0] if outside == 0 else _ACROSS[1], y)]
+        return [(across[0] if outside == 0 else across[1], y)]
     y = corridor_y(0.5 * (here[1] + there[1]))
-    ends = [(x, y) for x in _ACROSS]
+    ends = [(x, y) for x in across]
     return ends if zones[0] == 0 else ends[::-1]
 
 
-def into_bay(bay_y_m: float, side: float) -> Points:
+def into_bay(site: Site, bay_y_m: float, side: float) -> Points:
     """Return a car's way from the end of the lane on a side (1 = left) into a bay, where it stands facing the sea."""
     return rounded(
         [
-            (LANE_X_M, side * border_y_m(LANE_X_M)),
-            (LANE_X_M, bay_y_m + side * 6.5),
-            (LANE_X_M - 0.5, bay_y_m + side * 1.0),
-            (PARKING_X_M + 4.5, bay_y_m),
-            (PARKING_X_M, bay_y_m),
+            (site.lane_x_m, side * site.border_y_m(site.lane_x_m, side)),
+            (site.lane_x_m, bay_y_m + side * 6.5),
+            (site.lane_x_m - 0.5, bay_y_m + side * 1.0),
+            (site.parking_x_m + 4.5, bay_y_m),
+            (site.parking_x_m, bay_y_m),
         ]
     )
 
 
-def out_of_bay(bay_y_m: float, side: float) -> tuple[Points, Points]:
+def out_of_bay(site: Site, bay_y_m: float, side: float) -> tuple[Points, Points]:
     """Return the way backwards into the lane, and the way on to the lane's end on a side."""
-    turned = (LANE_X_M, bay_y_m - side * 6.0)
+    turned = (site.lane_x_m, bay_y_m - side * 6.0)
     back = rounded(
-        [(PARKING_X_M, bay_y_m), (PARKING_X_M + 5.0, bay_y_m), (LANE_X_M - 0.5, bay_y_m - side * 1.0), turned]
+        [
+            (site.parking_x_m, bay_y_m),
+            (site.parking_x_m + 5.0, bay_y_m),
+            (site.lane_x_m - 0.5, bay_y_m - side * 1.0),
+            turned,
+        ]
     )
-    return back, np.array([turned, (LANE_X_M, side * border_y_m(LANE_X_M))])
+    return back, np.array([turned, (site.lane_x_m, side * site.border_y_m(site.lane_x_m, side))])
 
 
-def across_apron(first_y_m: float, last_y_m: float, place: tuple[float, float], side: float) -> tuple[Points, Points]:
+def across_apron(
+    site: Site, first_y_m: float, last_y_m: float, place: tuple[float, float], side: float
+) -> tuple[Points, Points]:
     """Return a car's ways from the lane's end on a side to a place on the apron, and away to the other end, both ahead.
 
     It comes through one open bay and leaves through another; on the apron it drives along the quay.
     """
     ahead = float(np.sign(last_y_m - first_y_m))
-    border, (x, y) = border_y_m(LANE_X_M), place
+    ends, (x, y) = [one * site.border_y_m(site.lane_x_m, one) for one in (side, -side)], place
     towards = [
-        (LANE_X_M, side * border),
-        (LANE_X_M, first_y_m + side * 6.5),
-        (LANE_X_M - 0.5, first_y_m + side * 1.0),
-        (PARKING_X_M + 4.5, first_y_m),
-        (APRON_END_M - 2.0, first_y_m),
+        (site.lane_x_m, ends[0]),
+        (site.lane_x_m, first_y_m + side * 6.5),
+        (site.lane_x_m - 0.5, first_y_m + side * 1.0),
+        (site.parking_x_m + 4.5, first_y_m),
+        (site.apron_end_m - 2.0, first_y_m),
         (x, y - ahead * 5.0),
         place,
     ]
     away = [
         place,
         (x, y + ahead * 5.0),
-        (APRON_END_M - 2.0, last_y_m),
-        (PARKING_X_M + 4.5, last_y_m),
-        (LANE_X_M - 0.5, last_y_m - side * 1.0),
-        (LANE_X_M, last_y_m - side * 6.5),
-        (LANE_X_M, -side * border),
+        (site.apron_end_m - 2.0, last_y_m),
+        (site.parking_x_m + 4.5, last_y_m),
+        (site.lane_x_m - 0.5, last_y_m - side * 1.0),
+        (site.lane_x_m, last_y_m - side * 6.5),
+        (site.lane_x_m, ends[1]),
     ]
     return rounded(towards), rounded(away)
 
 
-def past(x_m: float, side: float) -> Points:
+def past(site: Site, x_m: float, side: float) -> Points:
     """Return a boat's way along the fairway, from a side to the other."""
-    border = border_y_m(x_m, beyond_m=9.0)
-    drift = 0.3 * (FAIRWAY_X_M[1] - FAIRWAY_X_M[0])
-    return rounded([(x_m, side * border), (x_m + drift, 0.0), (x_m, -side * border)])
+    drift = 0.3 * (site.fairway_x_m[1] - site.fairway_x_m[0])
+    return rounded([*site.at_sea(x_m, side)[::-1], (x_m + drift, 0.0), *site.at_sea(x_m, -side)])
 
 
-def alongside(x_m: float, berth: tuple[float, float], heading_rad: float) -> tuple[Points, Points]:
+def alongside(site: Site, x_m: float, berth: tuple[float, float], heading_rad: float) -> tuple[Points, Points]:
     """Return a boat's ways to a berth along the wall, and away from it, both ahead."""
     ahead = float(np.sign(np.sin(heading_rad)))
-    border = border_y_m(x_m, beyond_m=9.0)
     x, y = berth
     towards = [
-        (x_m, -ahead * border),
+        *site.at_sea(x_m, -ahead)[::-1],
         (x_m, y - ahead * 15.0),
         (x - 2.5, y - ahead * 7.0),
         (x - 0.2, y - ahead * 2.5),
         berth,
     ]
-    away = [berth, (x - 1.2, y + ahead * 3.0), (x_m, y + ahead * 12.0), (x_m, ahead * border)]
+    away = [berth, (x - 1.2, y + ahead * 3.0), (x_m, y + ahead * 12.0), *site.at_sea(x_m, ahead)]
     return rounded(towards), rounded(away)
 
 
@@ -243,7 +252,6 @@ _USUAL_CARS = 5
 """Cars that stand in bays on all days; each stands for one of the site's own."""
 _GET_OUT_S, _GET_IN_S = (6.0, 14.0), (10.0, 25.0)
 """From the car's stop to its driver at its door; from the driver's getting in to the start."""
-_DELIVERED_X_M = (-6.0, 4.0)
 _BOAT_OFF_WALL_M = 0.6
 _LEAVES_BEFORE_END_S = 60.0
 """A visit that would end later lasts to the end."""
@@ -308,7 +316,9 @@ class Plan:
     before_y_m: tuple[float, ...]
 
 
-def draw_plan(preset: Harbour, rng: np.random.Generator, day_rng: np.random.Generator | None = None) -> Plan:
+def draw_plan(
+    preset: Harbour, rng: np.random.Generator, day_rng: np.random.Generator | None = None, site: Site = FIXED
+) -> Plan:
     """Draw an episode's visits; from ``day_rng``, None = the same, in which bays cars stand."""
     last_s = preset.frame_count / preset.rate_hz
     day_rng = rng if day_rng is None else day_rng
@@ -317,17 +327,17 @@ def draw_plan(preset: Harbour, rng: np.random.Generator, day_rng: np.random.Gene
     taken = tuple(bays[: preset.cars])
     others = [y for y in PARKING_Y_M if y not in OPEN_BAYS_Y_M and y not in taken]
     usual = tuple(sorted(others[k] for k in day_rng.permutation(len(others))[:_USUAL_CARS]))
-    visits, people = _drives(preset, taken, last_s, rng)
-    visits += _sails(preset, last_s, rng)
-    visits += [_patrols(last_s, rng) for _ in range(preset.patrols)]
-    visits += _walks(preset.people - preset.patrols - people, last_s, rng)
+    visits, people = _drives(site, preset, taken, last_s, rng)
+    visits += _sails(site, preset, last_s, rng)
+    visits += [_patrols(site, last_s, rng) for _ in range(preset.patrols)]
+    visits += _walks(site, preset.people - preset.patrols - people, last_s, rng)
     visits = [replace(each, end_s=min(each.end_s, last_s + 1.0)) for each in visits]
     visits.sort(key=lambda each: each.begin_s)
     return Plan(tuple(visits), preset.buoys, usual, taken[: preset.cars_before])
 
 
 def _drives(
-    preset: Harbour, bays: tuple[float, ...], last_s: float, rng: np.random.Generator
+    site: Site, preset: Harbour, bays: tuple[float, ...], last_s: float, rng: np.random.Generator
 ) -> tuple[list[Visit], int]:
     """Return the cars with those who get out of them and into them, and the number of these people."""
     visits: list[Visit] = []
@@ -336,8 +346,8 @@ def _drives(
         spare = preset.people - preset.patrols - people
         if k < preset.cars_before:
             side = float(rng.choice([-1.0, 1.0]))
-            came_s, (_, door, away) = -np.inf, _parking(bay, side)
-            way = journey([(PARKING_X_M + 0.1, bay), (PARKING_X_M, bay)], 1.0, -1e4)
+            came_s, (_, door, away) = -np.inf, _parking(site, bay, side)
+            way = journey([(site.parking_x_m + 0.1, bay), (site.parking_x_m, bay)], 1.0, -1e4)
             engine = []
             leaves_s = last_s * rng.uniform(0.7, 0.88) if rng.random() < 0.4 else np.inf
             leaves_s = np.inf if k < preset.cars_without_contrast else leaves_s
@@ -345,20 +355,20 @@ def _drives(
             came_s = last_s * (0.04 + 0.55 * (k - preset.cars_before + rng.uniform(0.0, 0.5)) / preset.cars)
             side = float(rng.choice([-1.0, 1.0]))
             if k < preset.cars - preset.deliveries:
-                towards, door, away = _parking(bay, side)
+                towards, door, away = _parking(site, bay, side)
             else:
-                towards, door, away = _delivery(side, rng)
+                towards, door, away = _delivery(site, side, rng)
             way = journey(towards, rng.uniform(2.8, 4.2), came_s)
             stopped_s = float(way.time_s[-1])
             if stopped_s + 60.0 < last_s and spare > 0:
-                visits.append(_gets_out(door, stopped_s + rng.uniform(*_GET_OUT_S), rng))
+                visits.append(_gets_out(site, door, stopped_s + rng.uniform(*_GET_OUT_S), rng))
                 people += 1
                 spare -= 1
             engine = [(-600.0 + came_s, stopped_s)]
             leaves_s = stopped_s + rng.uniform(*preset.car_stays_s)
         leaves = spare > 0 and leaves_s < last_s - _LEAVES_BEFORE_END_S
         if leaves:
-            visits.append(_gets_in(door, leaves_s, rng))
+            visits.append(_gets_in(site, door, leaves_s, rng))
             people += 1
             start_s = leaves_s + rng.uniform(*_GET_IN_S)
             for points, backwards in away:
@@ -371,15 +381,15 @@ def _drives(
     return visits, people
 
 
-def _parking(bay_y_m: float, side: float) -> _Stop:
-    back, on = out_of_bay(bay_y_m, side)
-    return _Stop(into_bay(bay_y_m, side), _door((PARKING_X_M, bay_y_m), np.pi), ((back, True), (on, False)))
+def _parking(site: Site, bay_y_m: float, side: float) -> _Stop:
+    back, on = out_of_bay(site, bay_y_m, side)
+    return _Stop(into_bay(site, bay_y_m, side), _door((site.parking_x_m, bay_y_m), np.pi), ((back, True), (on, False)))
 
 
-def _delivery(side: float, rng: np.random.Generator) -> _Stop:
+def _delivery(site: Site, side: float, rng: np.random.Generator) -> _Stop:
     first, last = OPEN_BAYS_Y_M[:: int(rng.choice([-1, 1]))]
-    place = (rng.uniform(*_DELIVERED_X_M), 0.5 * (first + last) + rng.uniform(-1.0, 1.0))
-    towards, away = across_apron(first, last, place, side)
+    place = (rng.uniform(site.wall_x_m + 9.0, site.apron_end_m - 8.0), 0.5 * (first + last) + rng.uniform(-1.0, 1.0))
+    towards, away = across_apron(site, first, last, place, side)
     return _Stop(towards, _door(place, 0.5 * np.pi * float(np.sign(last - first))), ((away, False),))
 
 
@@ -390,18 +400,18 @@ def _door(place: tuple[float, float], heading_rad: float) -> tuple[float, float]
     return (float(x), float(y))
 
 
-def _gets_out(door: tuple[float, float], at_s: float, rng: np.random.Generator) -> Visit:
-    way = on_foot([door, *_sometimes_a_stop(rng), *gate(rng)[::-1]])
+def _gets_out(site: Site, door: tuple[float, float], at_s: float, rng: np.random.Generator) -> Visit:
+    way = on_foot(site, [door, *_sometimes_a_stop(site, rng), *gate(site, rng)[::-1]])
     return _person(way, at_s, rng)
 
 
-def _gets_in(door: tuple[float, float], at_s: float, rng: np.random.Generator) -> Visit:
-    way = on_foot([*gate(rng), *_sometimes_a_stop(rng), door])
+def _gets_in(site: Site, door: tuple[float, float], at_s: float, rng: np.random.Generator) -> Visit:
+    way = on_foot(site, [*gate(site, rng), *_sometimes_a_stop(site, rng), door])
     return _person(way, at_s, rng, arrives=True)
 
 
-def _sometimes_a_stop(rng: np.random.Generator) -> list[tuple[float, float]]:
-    return [place_on_site(rng)] if rng.random() < 0.8 else []
+def _sometimes_a_stop(site: Site, rng: np.random.Generator) -> list[tuple[float, float]]:
+    return [place_on_site(site, rng)] if rng.random() < 0.8 else []
 
 
 def _person(
@@ -419,7 +429,7 @@ def _person(
     return Visit("person", made, float(made.time_s[0]), float(made.time_s[-1]))
 
 
-def _walks(count: int, last_s: float, rng: np.random.Generator) -> list[Visit]:
+def _walks(site: Site, count: int, last_s: float, rng: np.random.Generator) -> list[Visit]:
     """Return people on foot: some in pairs, one who stands still for five minutes if there is time."""
     visits: list[Visit] = []
     stands = int(count > 2 and last_s > 900.0)
@@ -428,10 +438,10 @@ def _walks(count: int, last_s: float, rng: np.random.Generator) -> list[Visit]:
         at_s = last_s * (0.92 * share if last_s > 900.0 else 0.35 * share)
         if stands > 0 and share > 0.2:
             stands -= 1
-            visits.append(_stands(min(at_s, last_s - 500.0), rng))
+            visits.append(_stands(site, min(at_s, last_s - 500.0), rng))
             continue
-        places = [place_on_site(rng) for _ in range(int(rng.integers(1, 4)))]
-        way = on_foot([*gate(rng), *places, *gate(rng)[::-1]])
+        places = [place_on_site(site, rng) for _ in range(int(rng.integers(1, 4)))]
+        way = on_foot(site, [*gate(site, rng), *places, *gate(site, rng)[::-1]])
         pauses = {k: float(rng.exponential(30.0)) for k in range(2, len(way) - 2) if rng.random() < 0.5}
         visits.append(_person(way, at_s, rng, pauses_s=pauses))
         if len(visits) < count and rng.random() < 0.25:
@@ -439,27 +449,31 @@ def _walks(count: int, last_s: float, rng: np.random.Generator) -> list[Visit]:
     return visits
 
 
-def _patrols(last_s: float, rng: np.random.Generator) -> Visit:
+def _patrols(site: Site, last_s: float, rng: np.random.Generator) -> Visit:
     """Return a person who walks about from before the first picture until after the last, with short stops."""
     speed_mps = float(rng.uniform(0.9, 1.5))
-    way = [place_on_site(rng)]
+    way = [place_on_site(site, rng)]
     pauses_s: dict[int, float] = {}
     made = journey([way[0], way[0]], speed_mps, -1.0)
     while made.time_s[-1] <= last_s:
-        way = on_foot([*way, place_on_site(rng)])
+        way = on_foot(site, [*way, place_on_site(site, rng)])
         if rng.random() < 0.3:
             pauses_s[len(way) - 1] = float(rng.uniform(3.0, 12.0))
         made = journey(way, speed_mps, -1.0, pauses_s)
     return Visit("person", made, -1.0, float(made.time_s[-1]))
 
 
-def _stands(at_s: float, rng: np.random.Generator) -> Visit:
+def _stands(site: Site, at_s: float, rng: np.random.Generator) -> Visit:
     """Return a person who goes to a place on the quay, stands there for five minutes and more, and goes away."""
-    place = (rng.uniform(WALL_X_M + 1.8, 5.0), rng.uniform(-13.0, 13.0))
-    before, after = gate(rng), gate(rng)[::-1]
-    way = on_foot([*before, place])
+    half = site.walks_y_m - 1.5
+    for _ in range(_TRIES):
+        place = (rng.uniform(site.wall_x_m + 1.8, site.apron_end_m - 7.0), rng.uniform(-half, half))
+        if site.sees(place):
+            break
+    before, after = gate(site, rng), gate(site, rng)[::-1]
+    way = on_foot(site, [*before, place])
     stood = len(way) - 1
-    return _person([*way, *on_foot([place, *after])[1:]], at_s, rng, pauses_s={stood: rng.uniform(300.0, 420.0)})
+    return _person([*way, *on_foot(site, [place, *after])[1:]], at_s, rng, pauses_s={stood: rng.uniform(300.0, 420.0)})
 
 
 def _beside(other: Visit, rng: np.random.Generator) -> Visit:
@@ -472,17 +486,17 @@ def _beside(other: Visit, rng: np.random.Generator) -> Visit:
     return Visit("person", made, other.begin_s + late_s, other.end_s + late_s)
 
 
-def _sails(preset: Harbour, last_s: float, rng: np.random.Generator) -> list[Visit]:
+def _sails(site: Site, preset: Harbour, last_s: float, rng: np.random.Generator) -> list[Visit]:
     """Return boats that pass, or lie at the free berth for a while; the first does so if there is time."""
     visits = []
     count = preset.boats
-    berth = next(each for each in BERTHS if each.is_free)
+    berth = next(each for each in site.berths if each.is_free)
     for k in range(count):
         at_s = last_s * (0.9 * (k + rng.uniform(0.1, 0.6)) / count if last_s > 900.0 else rng.uniform(0.0, 0.15))
-        x, speed = float(rng.uniform(*FAIRWAY_X_M)), float(rng.uniform(1.0, 1.8))
+        x, speed = float(rng.uniform(*site.fairway_x_m)), float(rng.uniform(1.0, 1.8))
         if k == 0 and last_s > 900.0 and rng.random() < 0.6:
-            place = (WALL_X_M - _BOAT_OFF_WALL_M - 1.4, berth.y_m)
-            towards, away = alongside(x, place, berth.heading_rad)
+            place = (site.wall_x_m - _BOAT_OFF_WALL_M - 1.4, berth.y_m)
+            towards, away = alongside(site, x, place, berth.heading_rad)
             way = journey(towards, speed, at_s)
             arrived_s = float(way.time_s[-1])
             stays_s = float(rng.uniform(*preset.boat_stays_s))
@@ -492,7 +506,7 @@ def _sails(preset: Harbour, last_s: float, rng: np.random.Generator) -> list[Vis
                 (arrived_s + stays_s - 60.0, float(way.time_s[-1])),
             )
         else:
-            way = journey(past(x, float(rng.choice([-1.0, 1.0]))), speed, at_s)
+            way = journey(past(site, x, float(rng.choice([-1.0, 1.0]))), speed, at_s)
             engine = ((-900.0 + at_s, float(way.time_s[-1])),)
         visits.append(Visit("boat", way, at_s, float(way.time_s[-1]), engine))
     return visits

@@ -9,6 +9,7 @@ from scenarios.scenario import check_length, check_size
 from sim.checks import check, check_types, check_within
 
 Range = tuple[float, float]
+BY_SEED = "by seed"
 _LONGEST_S = 12 * 3600.0
 
 
@@ -58,6 +59,10 @@ class Harbour:
         background: pictures without intruders before the first frame, evenly over three days.
         cloud_before, wind_before_mps, swell_before_m: of those days, which are dry and the three before the episode's.
         days_before: these days one by one in place of that, the earliest first; () for none.
+        swell_period_s: of the swell's waves, on which boats then float as they pass under them; None: these are 14 to
+            30 m long, and boats move by chance as much as such waves move them.
+        site: ``fixed``, the one harbour of the standing presets; ``by seed``, another one each day; or a number, which
+            stands for one harbour.
         episodes_a_day: so many episodes with successive seeds are of one day, at the same hours: weather, tide, what is
             moored and parked, the camera and the days before are the same, and a data set has the pictures of these
             once. Who comes differs. A divisor of 10,000: no day is in both splits.
@@ -91,6 +96,8 @@ class Harbour:
     swell_before_m: Range = (0.02, 0.2)
     days_before: tuple[DayBefore, ...] = ()
     episodes_a_day: int = 1
+    swell_period_s: Range | None = None
+    site: str | int = "fixed"
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -120,6 +127,10 @@ class Harbour:
         check_within(self, "rain_mm_h", 0, 20)
         check_within(self, "swell_m swell_before_m", 0, 1)
         check_within(self, "background", 0, 2000)
+        if self.swell_period_s is not None:
+            check_within(self, "swell_period_s", 2.5, 5.5)
+        known = self.site in ("fixed", BY_SEED) if isinstance(self.site, str) else self.site >= 0
+        check("site", known, f"'fixed', '{BY_SEED}' or a whole number >= 0", repr(self.site))
         alike = self.episodes_a_day
         check("episodes_a_day", alike >= 1 and 10_000 % max(alike, 1) == 0, "a divisor of 10,000", alike)
 
@@ -182,3 +193,24 @@ PRESETS = {
         background=200,
     ),
 }
+SITES = {
+    "sites": Harbour("70 minutes at any hour, at another harbour for each seed", site=BY_SEED, start_h=(0.0, 24.0)),
+    "swell": Harbour(
+        "another harbour for each seed, with swell on which boats heave, roll and pitch",
+        site=BY_SEED,
+        start_h=(0.0, 24.0),
+        wind_mps=(3.0, 9.0),
+        swell_m=(0.5, 1.0),
+        swell_period_s=(3.2, 5.0),
+    ),
+    "rain": Harbour(
+        "another harbour for each seed, in rain",
+        site=BY_SEED,
+        start_h=(0.0, 24.0),
+        cloud=(0.8, 1.0),
+        wind_mps=(2.0, 9.0),
+        rain_mm_h=(2.0, 12.0),
+    ),
+}
+"""At harbours by seed: the next version's. Trackers learnt nothing at any of them."""
+PRESETS |= SITES

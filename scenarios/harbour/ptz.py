@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from scenarios.harbour.intruders import Intruders
-from scenarios.harbour.layout import CAMERA_M
+from scenarios.harbour.layout import FIXED
 from scenarios.harbour.presets import Harbour
 from scenarios.harbour.scenario import HarbourEpisode, day_of
 from scenarios.harbour.truth import HarbourTruth
@@ -30,7 +30,7 @@ _WIDEST_RAD = float(np.deg2rad(25.0))
 MOUNT = Mount(
     HEAD,
     CameraModel.from_field_of_view(384, 288, _WIDEST_RAD, band="thermal"),
-    place_m=CAMERA_M,
+    place_m=FIXED.camera_m,
     aim_m=(0.0, 0.0, 0.0),
     ahead=(1.0, 0.0, 0.0),
     left=(0.0, 1.0, 0.0),
@@ -81,7 +81,15 @@ class HarbourPtzEpisode(HarbourEpisode):
         target = intruders.names.index(setup.scenario.target)
         middle_m = intruders.course[0, target, :3, 3] + (0.0, 0.0, 0.5 * intruders.size_m[target, 2])
         lens = CameraModel.from_field_of_view(preset.width_px, preset.height_px, _WIDEST_RAD, band="thermal")
-        mount = replace(MOUNT, lens=lens, aim_m=tuple(middle_m.tolist()))
+        site, (ahead, left) = self._site, self._site.volume_axes
+        mount = replace(
+            MOUNT,
+            lens=lens,
+            place_m=site.camera_m,
+            aim_m=tuple(middle_m.tolist()),
+            ahead=(*ahead.tolist(), 0.0),
+            left=(*left.tolist(), 0.0),
+        )
         return Head(mount, preset.rate_hz, mount.zoom_for(_FIRST_VIEW * WIDEST_VIEW_M))
 
     def _ego(self) -> EgoPose:

@@ -1,12 +1,13 @@
 """The scenario ``harbour-v1``: a harbour through a thermal camera; people, cars and boats come and go.
 
-There is one site. All presets and both splits of seeds share its quay, berths, sheds, bays and lamp posts, the camera's
-place and its pattern of pixels; episodes differ in weather, tide, boats, looks and ways. What was learnt on development
-seeds was learnt on this site: the confidences of ``harbour_mog2``, ``harbour_knn``, ``harbour_median`` and
-``eigen_swarm_learnt_confidence``, the places of ``harbour_blind`` and ``harbour_posts``, the values in
-``trackers/tuned``, the settings of ``harbour_watch`` and what paper D leaves open of ``eigen_swarm``, the controllers'
-for the second camera. Weather and intruders of test episodes are new, their place is not: no figure predicts how
-any of them does at another harbour, where all but the pictures without intruders and the survey would be taken along.
+There is one site, but for the presets ``SITES``, which have another one each day. All others share, in both splits,
+its quay, berths, sheds, bays and lamp posts, the camera's place and its pattern of pixels; episodes differ in weather,
+tide, boats, looks and ways. What was learnt on development seeds was learnt on this site: the confidences of
+``harbour_mog2``, ``harbour_knn``, ``harbour_median`` and ``eigen_swarm_learnt_confidence``, the places of
+``harbour_blind`` and ``harbour_posts``, the values in ``trackers/tuned``, the settings of ``harbour_watch`` and what
+paper D leaves open of ``eigen_swarm``, the controllers' for the second camera. Weather and intruders of test episodes
+are new, their place is not: no figure there predicts how any of them does at another harbour, where all but the
+pictures without intruders and the survey is taken along; ``SITES`` measure that.
 """
 
 from __future__ import annotations
@@ -18,23 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.harbour.clutter import Afloat, Clutter
-from scenarios.harbour.conditions import DAYS_BEFORE, draw_conditions
+from scenarios.harbour.conditions import DAYS_BEFORE, draw_conditions, draw_waves
 from scenarios.harbour.intruders import Intruders
-from scenarios.harbour.layout import (
-    AIM_M,
-    CAMERA,
-    CAMERA_M,
-    SURVEY,
-    VOLUME_BOTTOM_M,
-    VOLUME_M,
-    WALL_X_M,
-    is_watched,
-    overview_pose,
-)
+from scenarios.harbour.layout import FIXED, VOLUME_BOTTOM_M, Site
 from scenarios.harbour.pictureless.bank import HarbourPictureless
 from scenarios.harbour.plan import draw_plan
 from scenarios.harbour.presets import PRESETS
-from scenarios.harbour.scenery import SPAN_M, build_scenery
+from scenarios.harbour.scenery import build_scenery
+from scenarios.harbour.sites import site_of
+from scenarios.harbour.surroundings import add_surroundings
 from scenarios.harbour.thermals import Thermals
 from scenarios.harbour.truth import HarbourMap, HarbourTruth, contrasts
 from scenarios.objects import Labels
@@ -55,17 +48,26 @@ HEAD = Carrier(
 """Limits are those of a surveillance head with a motor zoom."""
 LENS = CameraModel.from_field_of_view(384, 288, float(np.deg2rad(5.0)), band="thermal")
 """Of its camera at zoom 1: at 100 m it sees 9 m, and a person 75 pixels tall."""
-MOUNT = Mount(
-    HEAD,
-    LENS,
-    place_m=(CAMERA_M[0], CAMERA_M[1] - 0.8, CAMERA_M[2] - 0.5),
-    aim_m=AIM_M,
-    ahead=(1.0, 0.0, 0.0),
-    left=(0.0, 1.0, 0.0),
-    widest_pan_rad=0.9,
-    tilt_rad=(-0.9, 0.1),
-    zoom=(0.5, 3.0),
-)
+
+
+def mount_at(site: Site) -> Mount:
+    """Return the head of the second camera, on the mast of the overview camera, to its right and below it."""
+    (x, y, z), (ahead, left) = site.camera_m, site.volume_axes
+    right_x, right_y = -0.8 * left
+    return Mount(
+        HEAD,
+        LENS,
+        place_m=(x + float(right_x), y + float(right_y), z - 0.5),
+        aim_m=(0.0, 0.0, 0.0),
+        ahead=(float(ahead[0]), float(ahead[1]), 0.0),
+        left=(float(left[0]), float(left[1]), 0.0),
+        widest_pan_rad=0.9,
+        tilt_rad=(-0.9, 0.1),
+        zoom=(0.5, 3.0),
+    )
+
+
+MOUNT = mount_at(FIXED)
 
 
 _SURVEY_RAD, _SURVEY_M = np.deg2rad(0.02), 0.05
@@ -86,19 +88,33 @@ class HarbourEpisode(Stage):
             preset = replace(preset, patrols=max(preset.patrols, 1))
         self._preset = preset
         self._time_s = np.arange(preset.frame_count) / preset.rate_hz
-        scale = min(preset.width_px / CAMERA.width_px, preset.height_px / CAMERA.height_px)
+        self._site = site = site_of(preset, setup)
+        camera = site.camera
+        scale = min(preset.width_px / camera.width_px, preset.height_px / camera.height_px)
         self._view = replace(
-            CAMERA, width_px=preset.width_px, height_px=preset.height_px, focal_px=CAMERA.focal_px * scale
+            camera, width_px=preset.width_px, height_px=preset.height_px, focal_px=camera.focal_px * scale
         )
         self._conditions = draw_conditions(preset, setup.day_rng("conditions"))
         # Alone on its day an episode draws all of a kind from one stream.
         alone = preset.episodes_a_day == 1
-        plan = draw_plan(preset, setup.rng("plan"), None if alone else setup.day_rng("bays"))
+        plan = draw_plan(preset, setup.rng("plan"), None if alone else setup.day_rng("bays"), site)
         world = World()
-        scenery = build_scenery(world, setup.day_rng("scenery"))
-        self._clutter = Clutter(world, plan, self._conditions, setup.day_rng("clutter"))
+        scenery = build_scenery(world, setup.day_rng("scenery"), site)
+        if site.is_drawn:
+            scenery.surfaces.extend(add_surroundings(world, site, setup.day_rng("surroundings")))
+        waves = draw_waves(self._conditions, setup.day_rng("waves"))
+        carrying = waves if preset.swell_period_s is not None else []
+        self._clutter = Clutter(world, plan, self._conditions, setup.day_rng("clutter"), site, carrying)
         self._labels = {body.index: body.category for body in world.bodies}
-        intruders = Intruders(world, plan, self._conditions, self._time_s, setup.rng("looks"), scenery.bay_k)
+        intruders = Intruders(
+            world,
+            plan,
+            self._conditions,
+            self._time_s,
+            setup.rng("looks"),
+            scenery.bay_k,
+            carrying[-1] if carrying else None,
+        )
         self._thermals = Thermals(
             world,
             self._conditions,
@@ -106,12 +122,12 @@ class HarbourEpisode(Stage):
             self._clutter,
             intruders,
             preset.rate_hz,
-            setup.day_rng("waves"),
+            waves,
         )
         self._shader = self._thermals.shader
         self._afloat = self._clutter.afloat(self._time_s, before=False)
         self._config = ThermalConfig(rate_hz=preset.rate_hz)
-        self._T_world_camera = overview_pose()
+        self._T_world_camera = site.overview_pose()
         self._surveyed = EgoPose(_surveyed(self._T_world_camera, setup.day_rng("survey")))
         super().__init__(
             setup,
@@ -123,23 +139,25 @@ class HarbourEpisode(Stage):
 
     def _head_before(self, setup: Setup, intruders: Intruders) -> Head:
         """Return the head of the steered camera."""
-        return Head(MOUNT, setup.preset.rate_hz)
+        return Head(mount_at(self._site), setup.preset.rate_hz)
 
     @property
     def start(self) -> Start:
         """The calibration, the survey of the site, and pictures of the days before; in closed loop the target's box."""
         start = super().start
-        return replace(start, site=SURVEY, box_xyxy=start.box_xyxy if self.closed_loop else None)
+        return replace(start, site=self._site.survey, box_xyxy=start.box_xyxy if self.closed_loop else None)
 
     def map_of(self) -> HarbourMap:
         """Return what is where."""
-        low, high = WALL_X_M, 900.0
+        site = self._site
+        high, span = 900.0, site.span_m
         return HarbourMap(
-            np.array(VOLUME_M),
-            np.array([AIM_M[0], AIM_M[1], VOLUME_BOTTOM_M + 0.5 * VOLUME_M[2]]),
+            np.array(site.volume_m),
+            np.array([0.0, 0.0, VOLUME_BOTTOM_M + 0.5 * site.volume_m[2]]),
+            site.volume_axes,
             dict(self._labels),
-            np.array([(low, -SPAN_M), (high, -SPAN_M), (high, SPAN_M), (low, SPAN_M)]),
-            np.array([(WALL_X_M, -SPAN_M), (WALL_X_M, SPAN_M)]),
+            np.array([*site.edge_m, (high, span), (high, -span)]),
+            np.array(site.edge_m),
         )
 
     def _move_to(self, frame: int) -> None:
@@ -183,7 +201,7 @@ class HarbourEpisode(Stage):
         return {
             "temperature_contrast_k": contrast_k,
             "contrast_to_noise": to_noise,
-            "watched": intruders.present & is_watched(centres_m),
+            "watched": intruders.present & self._site.is_watched(centres_m),
             "tide_m": float(self._conditions.tide.above_mean_m(np.array(self._frame / self.rate_hz))),
             "wave_height_m": self._conditions.days[-1].waves.significant_m,
             "agc_gain": picture.settings.gain,

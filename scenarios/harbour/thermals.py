@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -41,21 +43,22 @@ class Thermals:
         clutter: Clutter,
         intruders: Intruders,
         rate_hz: float,
-        rng: np.random.Generator,
+        waves: Sequence[SeaWaves],
     ) -> None:
+        """``waves``: of the days of ``conditions``."""
         self._conditions, self._clutter, self._intruders = conditions, clutter, intruders
         self._rate_hz = rate_hz
-        self._wall = scenery[0]
+        walls = [each for each in scenery if each.body.name == "wall"]
+        self._wall, self._walls = walls[0], [each.body for each in walls]
         self._alike: dict[tuple[tuple[str, ...], float], list[Body]] = {}
-        for surface in (*scenery[1:], *clutter.surfaces):
+        others = (each for each in scenery if each.body.name != "wall")
+        for surface in (*others, *clutter.surfaces):
             self._alike.setdefault((surface.materials, surface.sky_view), []).append(surface.body)
         self._kinds = {(name, each.sky_view) for each in (*scenery, *clutter.surfaces) for name in each.materials}
         self._kinds |= intruders.warmth_kinds()
         self.shader = ThermalShader(world, _SHADOW_REACH_M)
-        keys = rng.integers(2**31, size=DAYS_BEFORE + 1)
         self._seas = [
-            Sea(clutter.sea, SeaWaves(day.waves, np.random.default_rng(int(key))), day.weather.sea_k)
-            for day, key in zip(conditions.days, keys, strict=True)
+            Sea(clutter.sea, each, day.weather.sea_k) for day, each in zip(conditions.days, waves, strict=True)
         ]
         self._warmth: dict[int, DayWarmth] = {}
         self._shown: tuple[int, frozenset[int]] | None = None
@@ -93,7 +96,7 @@ class Thermals:
         for (materials, sky_view), bodies in self._alike.items():
             set_parts(bodies, *warmth.of(materials, sky_view))
         dry = warmth.of(self._wall.materials, self._wall.sky_view)
-        set_parts(self._wall.body, *wet_wall(dry, warmth.weather.sea_k, self._conditions, time_s))
+        set_parts(self._walls, *wet_wall(dry, warmth.weather.sea_k, self._conditions, time_s))
         set_parts(self._clutter.gulls, *gull_kelvins(warmth))
         self.shader.set_air(warmth.weather.air(round(hour / _AIR_STEP_H) * _AIR_STEP_H))
         self.shader.set_sun(*_suns(warmth, hour))

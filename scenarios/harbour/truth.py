@@ -51,13 +51,16 @@ class HarbourMap:
     """What is where.
 
     Attributes:
-        volume_m: (3,) sides of the watched volume along x, y and z. volume_centre_m: (3,).
+        volume_m: (3,) sides of the watched volume along the line of sight, across it, and upright.
+        volume_centre_m: (3,).
+        volume_axes: (2, 2) level unit vectors along the first two.
         clutter: instance id -> ``sea``, ``moored``, ``rope``, ``bird``, ``parked``, ``land`` or ``building``.
-        land_m: (n, 2) outline of the land. wall_m: (2, 2) ends of the quay's edge.
+        land_m: (n, 2) outline of the land. wall_m: (k, 2) the quay's edge.
     """
 
     volume_m: NDArray[np.float64]
     volume_centre_m: NDArray[np.float64]
+    volume_axes: NDArray[np.float64]
     clutter: Mapping[int, str]
     land_m: NDArray[np.float64]
     wall_m: NDArray[np.float64]

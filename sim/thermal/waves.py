@@ -78,6 +78,7 @@ class SeaWaves:
         amplitude = np.where(usable, np.sqrt(variance) * (deviates[0] + 1j * deviates[1]), 0.0)
         frequencies, self._which = np.unique(np.round(np.sqrt(_GRAVITY_MPS2 * k), 12), return_inverse=True)
         self._frequencies = frequencies
+        self._components = kx, ky, np.sqrt(_GRAVITY_MPS2 * k), amplitude
         # The field sx + i sy of the two slopes: Re f has the spectrum (f(k) + f(-k)*) / 2.
         mirrored = np.conj(np.roll(amplitude[::-1, ::-1], (1, 1), (0, 1)))
         slope = 0.5 * CELLS**2 * (1j * kx - ky)
@@ -85,6 +86,14 @@ class SeaWaves:
             (slope * amplitude).astype(np.complex64),
             (slope * mirrored).astype(np.complex64),
         )
+
+    def strongest(self, count: int) -> tuple[NDArray[np.float64], ...]:
+        """Return the components of the surface with the greatest amplitudes: wave vectors' x and y, angular frequencies
+        and complex amplitudes, each (count,), see the module.
+        """
+        kx, ky, omega, amplitude = (each.ravel() for each in self._components)
+        chosen = np.argsort(-np.abs(amplitude), kind="stable")[:count]
+        return kx[chosen], ky[chosen], omega[chosen], amplitude[chosen]
 
     def slopes(self) -> NDArray[np.float32]:
         """Return the slopes dh/dx and dh/dy (CELLS, CELLS, 2) now, rows along y; cell (i, j) is at

@@ -59,7 +59,16 @@ from tests.trackers.drawn_harbour import CAMERA, SURVEY, DrawnHarbour
 from trackers.controllers.catalogue import ControllerEntry, controllers
 from trackers.follow_one import FollowOne
 from trackers.gaps import Bridge, GapMethod, Piece, Surroundings
-from trackers.types import CameraCommand, CameraModel, CameraRegisters, Estimate, Observation, Start, Track
+from trackers.types import (
+    CameraCommand,
+    CameraModel,
+    CameraRegisters,
+    Estimate,
+    Observation,
+    SiteSurvey,
+    Start,
+    Track,
+)
 
 HERE = Path(__file__).parent
 DIGESTS = HERE / "digests.json"
@@ -538,8 +547,9 @@ def _parts(held: Any) -> Iterator[bytes]:
         left_out = (
             [name for name, meaning in meanings(held).items() if not meaning.judged] if isinstance(held, Truth) else []
         )
-        # Digests are older than masks.
+        # Digests are older than masks and quays with corners.
         left_out += ["mask"] if isinstance(held, Estimate) and held.mask is None else []
+        left_out += ["outline_m"] if isinstance(held, SiteSurvey) and not held.outline_m else []
         held = {each.name: getattr(held, each.name) for each in dataclasses.fields(held) if each.name not in left_out}
     if isinstance(held, float):
         held = np.array(held)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from trackers.baselines.ground_linker import EVIDENCE, evidence_of, learnt_weights, probabilities
 from trackers.eigen_swarm.tracker import EigenSwarm, EigenSwarmParameters
 from trackers.registry import register
+from trackers.site import off_edge_m
 from trackers.types import CameraModel, Observation, Track
 
 NAME = "eigen_swarm_learnt_confidence"
@@ -63,8 +64,7 @@ class EigenSwarmLearntConfidence(EigenSwarm):
         place_m = self._site.view.place_of(track.estimate)[:2]
         hits, first_m = self._met.get(track.identity, (0, place_m))
         self._met[track.identity] = hits + 1, first_m
-        survey = self._site.survey
-        off_m = (place_m - np.array(survey.edge_m)) @ np.array(survey.seaward)
+        [off_m] = off_edge_m(self._site.survey, place_m[None])
         strength = 1.0 / (1.0 - min(track.confidence, _SUREST))
         moved_m = float(np.hypot(*(place_m - first_m)))
         return evidence_of(strength, track.size_m[1], track.size_m[2], hits + 1, moved_m, bool(off_m > 0.0))

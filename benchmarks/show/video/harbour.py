@@ -126,11 +126,11 @@ def plan_of(site: HarbourMap, height_px: int) -> Canvas:
     depth_m, width_m = site.volume_m[:2]
     px_per_m = height_px / (depth_m + 2.0 * _MARGIN_M)
     image = np.full((height_px, round((width_m + 2.0 * _MARGIN_M) * px_per_m), 3), _SEA, np.uint8)
-    turn = np.array([[0.0, -px_per_m], [-px_per_m, 0.0]])
-    top_left_m = site.volume_centre_m[:2] + 0.5 * site.volume_m[:2] + _MARGIN_M
+    turn = np.array([[0.0, -px_per_m], [-px_per_m, 0.0]]) @ site.volume_axes
+    top_left_m = site.volume_centre_m[:2] + (0.5 * site.volume_m[:2] + _MARGIN_M) @ site.volume_axes
     plan = Canvas(image, turn, -turn @ top_left_m)
     cv2.fillPoly(image, [marks.fixed_point(plan.at(site.land_m))], _LAND, cv2.LINE_AA, 4)
-    volume_m = site.volume_centre_m[:2] + _SIDES * site.volume_m[:2]
+    volume_m = site.volume_centre_m[:2] + _SIDES * site.volume_m[:2] @ site.volume_axes
     for line_m in (site.wall_m, volume_m):
         marks.draw_lines(image, [plan.at(line_m)], marks.QUIET, 1)
     marks.draw_text(image, (8, 18), f"watched from above: {depth_m:g} m × {width_m:g} m", marks.QUIET, size=13)

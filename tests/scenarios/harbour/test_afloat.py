@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from scenarios.harbour.clutter import birds
 from scenarios.harbour.conditions import Tide, draw_tide, float_poses, rocking, sway
-from scenarios.harbour.layout import MEAN_SEA_M, WALL_X_M
+from scenarios.harbour.layout import FIXED, MEAN_SEA_M
 from scenarios.harbour.moorings import SEGMENTS, Moored, Ride, draw_moored, mesh_of, ride, rope_lengths_m
 from scenarios.objects import AWAY_M
 
@@ -80,7 +80,7 @@ def test_moored_boats_rise_with_the_tide_swing_and_stay_off_the_wall(moored: lis
         assert np.ptp(place[:, :2], axis=0).max() > 0.15
         corners = mesh_of(boat).vertices_m.astype(float)
         for T in moving.T_world_boat[::100]:
-            assert (corners @ T[:3, :3].T + T[:3, 3])[:, 0].max() < WALL_X_M
+            assert (corners @ T[:3, :3].T + T[:3, 3])[:, 0].max() < FIXED.wall_x_m
         if boat.swings:
             away = np.hypot(*(place[:, :2] - boat.anchor_m).T)
             np.testing.assert_allclose(away, away[0], rtol=1e-9)
@@ -161,7 +161,7 @@ def test_gulls_fly_at_their_speed_and_rest_on_water_quay_and_roofs() -> None:
         place = resting[:, k, :3, 3]
         here = place[:, 2] > AWAY_M
         on_water = np.abs(place[:, 2] - level_m + 0.05) < 1e-9
-        on_land = (place[:, 2] >= 0.0) & (place[:, 0] > WALL_X_M)
+        on_land = (place[:, 2] >= 0.0) & (place[:, 0] > FIXED.wall_x_m)
         assert (on_water | on_land | ~here).all()
         rests.append((on_water & here).mean() - (on_land & here).mean() * 1j)
     assert sum(each.real for each in rests) > 0.2

@@ -11,18 +11,7 @@ from numpy.typing import NDArray
 from scenarios.harbour import plan as routes
 from scenarios.harbour.conditions import draw_conditions
 from scenarios.harbour.intruders import Intruders
-from scenarios.harbour.layout import (
-    APRON_END_M,
-    BERTHS,
-    BUOYS_M,
-    LANE_X_M,
-    PARKING_X_M,
-    SHED_X_M,
-    SHEDS,
-    WALL_X_M,
-    border_y_m,
-    is_watched,
-)
+from scenarios.harbour.layout import FIXED
 from scenarios.harbour.plan import Journey, Plan, Visit, draw_car, draw_person, draw_plan, names_of
 from scenarios.harbour.presets import PRESETS
 from sim.meshes.person import person_size_m
@@ -80,7 +69,7 @@ def test_each_comes_from_outside_or_out_of_a_car_and_is_watched_at_some_time(pla
         for visit in plan.visits:
             _, place = way_of(visit, last_s(name))
             three = np.column_stack([place, np.full(len(place), 0.5)])
-            watched = is_watched(three)
+            watched = FIXED.is_watched(three)
             if last_s(name) > 900.0:
                 assert watched.any(), (name, visit)
             if visit.kind == "person":
@@ -102,7 +91,7 @@ def test_deliveries_stop_on_the_apron_along_the_quay_and_go_on_ahead() -> None:
             (x, _), heading = car.place_m[still], car.at(car.time_s[still : still + 1] + 1.0)[1]
             low_s, high_s = preset.car_stays_s
             assert low_s < np.diff(car.time_s)[still] < high_s + 30.0
-            assert WALL_X_M + 4.0 < x < APRON_END_M - 4.0
+            assert FIXED.wall_x_m + 4.0 < x < FIXED.apron_end_m - 4.0
             assert abs(np.sin(heading[0])) > 0.98
             assert not car.backwards.any()
             step = np.diff(car.place_m, axis=0)
@@ -119,7 +108,7 @@ def test_who_patrols_is_there_from_the_first_picture_to_the_last_and_watched_all
             assert patrol.end_s > last_s(name)
             _, place = way_of(patrol, last_s(name))
             assert np.linalg.norm(np.diff(place, axis=0), axis=1).sum() > 0.5 * last_s(name)
-            assert is_watched(np.column_stack([place, np.full(len(place), 0.9)])).mean() > 0.95
+            assert FIXED.is_watched(np.column_stack([place, np.full(len(place), 0.9)])).mean() > 0.95
 
 
 def inside(place: NDArray[np.float64], low: tuple[float, float], high: tuple[float, float]) -> NDArray[np.bool_]:
@@ -133,13 +122,17 @@ def test_people_walk_around_what_is_solid(plans: list[tuple[str, Plan]]) -> None
             if visit.kind != "person":
                 continue
             _, place = way_of(visit, last_s(name))
-            assert (place[:, 0] > WALL_X_M + 0.3).all()
+            assert (place[:, 0] > FIXED.wall_x_m + 0.3).all()
             for y in cars_y:
-                assert not inside(place, (PARKING_X_M - 2.0, y - 0.7), (PARKING_X_M + 2.0, y + 0.7)).any(), (name, y)
+                assert not inside(
+                    place, (FIXED.parking_x_m - 2.0, y - 0.7), (FIXED.parking_x_m + 2.0, y + 0.7)
+                ).any(), (name, y)
             # Into a shed one goes through a door.
-            for shed in SHEDS:
+            for shed in FIXED.sheds:
                 half = 0.5 * shed.length_m
-                within = inside(place, (SHED_X_M, shed.y_m - half), (SHED_X_M + shed.depth_m, shed.y_m + half))
+                within = inside(
+                    place, (FIXED.shed_x_m, shed.y_m - half), (FIXED.shed_x_m + shed.depth_m, shed.y_m + half)
+                )
                 beside = np.abs(place[within, 1:] - np.array(shed.doors_y_m)).min(axis=1, initial=9.0)
                 assert (beside < 1.0).all()
             steps = np.linalg.norm(np.diff(place, axis=0), axis=1)
@@ -152,13 +145,13 @@ def test_boats_keep_to_the_water_and_off_the_others(plans: list[tuple[str, Plan]
             if visit.kind != "boat":
                 continue
             _, place = way_of(visit, last_s(name))
-            assert (place[:, 0] < WALL_X_M - 1.5).all()
-            for x, y in BUOYS_M:
+            assert (place[:, 0] < FIXED.wall_x_m - 1.5).all()
+            for x, y in FIXED.buoys_m:
                 assert np.hypot(*(place - (x, y)).T).min() > 8.5
-            for berth in BERTHS:
+            for berth in FIXED.berths:
                 if not berth.is_free:
                     beside = np.abs(place[:, 1] - berth.y_m) < 4.5
-                    assert (place[beside, 0] < WALL_X_M - 4.2).all(), (name, berth, place[beside, 0].max())
+                    assert (place[beside, 0] < FIXED.wall_x_m - 4.2).all(), (name, berth, place[beside, 0].max())
 
 
 def test_someone_stands_still_for_five_minutes_in_the_long_presets(plans: list[tuple[str, Plan]]) -> None:
@@ -201,7 +194,7 @@ def near(person: Visit, time_s: float, place: NDArray[np.float64]) -> bool:
 
 
 def test_a_car_backs_out_with_its_bonnet_behind() -> None:
-    back, on = routes.out_of_bay(6.0, 1.0)
+    back, on = routes.out_of_bay(FIXED, 6.0, 1.0)
     way = routes.then(routes.journey(back, 1.5, 10.0, backwards=True), routes.journey(on, 4.0, 40.0))
     _, heading, speed = way.at(np.array([5.0, 12.0, 35.0, 42.0]))
     # Facing the sea in the bay, also before it starts; afterwards along the lane to the left.
@@ -222,10 +215,10 @@ def test_a_journey_keeps_its_speed_and_its_pauses() -> None:
 
 def test_cars_come_along_the_lane_from_outside_the_picture() -> None:
     for side in (-1.0, 1.0):
-        way = routes.into_bay(-3.0, side)
-        np.testing.assert_allclose(way[0], (LANE_X_M, side * border_y_m(LANE_X_M)))
-        np.testing.assert_allclose(way[-1], (PARKING_X_M, -3.0))
-        assert abs(way[0, 1]) - 5.9 > 0.2493 * (LANE_X_M + 100.0)
+        way = routes.into_bay(FIXED, -3.0, side)
+        np.testing.assert_allclose(way[0], (FIXED.lane_x_m, side * FIXED.border_y_m(FIXED.lane_x_m)))
+        np.testing.assert_allclose(way[-1], (FIXED.parking_x_m, -3.0))
+        assert abs(way[0, 1]) - 5.9 > 0.2493 * (FIXED.lane_x_m + 100.0)
 
 
 @pytest.mark.heavy

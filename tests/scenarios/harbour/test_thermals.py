@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from scenarios.harbour.clutter import Clutter
-from scenarios.harbour.conditions import draw_conditions
+from scenarios.harbour.conditions import draw_conditions, draw_waves
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.plan import draw_plan
 from scenarios.harbour.presets import PRESETS
@@ -37,7 +37,9 @@ def test_what_an_engine_heats_changes_on_every_frame_and_stone_in_steps(monkeypa
     scenery = build_scenery(world, generator(3, "c")).surfaces
     clutter = Clutter(world, plan, conditions, generator(3, "d"))
     intruders = Intruders(world, plan, conditions, TIME_S, generator(3, "e"))
-    thermals = Thermals(world, conditions, scenery, clutter, intruders, QUICK.rate_hz, generator(3, "f"))
+    thermals = Thermals(
+        world, conditions, scenery, clutter, intruders, QUICK.rate_hz, draw_waves(conditions, generator(3, "f"))
+    )
     stone, checked = [], 0
     excess = {k: heated_k(visit.kind, TIME_S, visit.engine_s) for k, visit in enumerate(plan.visits) if visit.engine_s}
     assert {intruders.kinds[k] for k in excess} == {"car", "boat"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from trackers.types import Estimate, Track
 SITE = HarbourMap(
     volume_m=np.array([90.0, 33.0, 6.0]),
     volume_centre_m=np.zeros(3),
+    volume_axes=np.eye(2),
     clutter=CLUTTER,
     land_m=np.array([[-15.0, 90.0], [-15.0, -90.0], [200.0, -90.0], [200.0, 90.0]]),
     wall_m=np.array([[-15.0, 90.0], [-15.0, -90.0]]),
@@ -68,16 +69,21 @@ def test_what_a_tracker_does_not_decide_for_is_left_out() -> None:
     assert of_colour(drawn(unlikely, decides_at=0.3), _ALARM) == 0
 
 
-def test_a_plan_looks_along_the_line_of_sight() -> None:
-    plan = plan_of(SITE, 720)
-    far, near, left = (plan.at(place) for place in ((45.0, 0.0), (-45.0, 0.0), (0.0, 16.5)))
-    assert far[0] == near[0]
+@pytest.mark.parametrize("bearing_rad", [0.0, 1.5, -2.1])
+def test_a_plan_looks_along_the_line_of_sight(bearing_rad: float) -> None:
+    c, s = np.cos(bearing_rad), np.sin(bearing_rad)
+    axes = np.array([[c, s], [-s, c]])
+    plan = plan_of(replace(SITE, volume_axes=axes), 720)
+    far, near, left = (plan.at(np.array(place) @ axes) for place in ((45.0, 0.0), (-45.0, 0.0), (0.0, 16.5)))
+    assert far[0] == pytest.approx(near[0])
     assert near[1] > far[1]
     assert left[0] < far[0]
     px_per_m = (near[1] - far[1]) / 90.0
     assert (far[0] - left[0]) / 16.5 == pytest.approx(px_per_m)
     ground = plan.image
     assert ground.shape[0] == 720
+    if bearing_rad != 0.0:
+        return
     sea, land = (ground[int(y), int(x)] for x, y in (plan.at((-40.0, 8.0)), plan.at((20.0, 8.0))))
     assert (sea != land).any()
 
