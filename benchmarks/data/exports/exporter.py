@@ -29,7 +29,7 @@ from benchmarks.data import sequence_names
 from benchmarks.data.exports.destination import README, whole_folder
 from benchmarks.data.exports.labels import ClassLevel, Instance, Labels, StoredFrame
 from benchmarks.data.sets.card import axes_text, hub_head, tasks_of
-from benchmarks.data.sets.channels import CODINGS, PICTURES
+from benchmarks.data.sets.channels import CODINGS, LOSSY, PICTURES, coding_of
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.request import FORMAT
 from benchmarks.data.sets.stored_episode import StoredEpisode
@@ -75,7 +75,8 @@ class Exporter:
         self.reads = tuple(channel for channel in self.channels if channel not in PICTURES)
         self.stack = ExitStack()
         self._written: dict[str, NDArray[np.int64]] = {}
-        self._coding = data.request.pictures if data.request.pictures in ("png", "jpeg") else "png"
+        stored_as = coding_of("image_rgb", data.request.pictures)
+        self._coding = stored_as if stored_as in ("png", LOSSY) else "png"
         self.ending = f".{CODINGS[self._coding].extension}"
 
     def write(self) -> None:

@@ -98,16 +98,16 @@ def test_a_changed_byte_is_found(data: DataSet, tmp_path: Path, name: str, damag
     assert [path.name for path in tmp_path.iterdir()] == ["set"]
 
 
-@pytest.mark.parametrize("pictures", ["png", "jpeg"])
-def test_stored_pictures_are_copied_unchanged(tmp_path: Path, pictures: str) -> None:
+@pytest.mark.parametrize(("pictures", "coding"), [("png", "png"), ("jpeg", "jpeg"), ("jpeg-80", "jpeg")])
+def test_stored_pictures_are_copied_unchanged(tmp_path: Path, pictures: str, coding: str) -> None:
     data = painted_data_set(tmp_path / "set", pictures=pictures, seeds=(3, 4))
     export(data, "otb", tmp_path / "out")
-    ending = CODINGS[pictures].extension
+    ending = CODINGS[coding].extension
     for k in range(FRAMES):
         content = (tmp_path / "out" / "painted-v1-quick-000003" / "img" / f"{k + 1:04d}.{ending}").read_bytes()
-        assert data.episode(3).coded(k, "image_rgb") == (pictures, content)
+        assert data.episode(3).coded(k, "image_rgb") == (coding, content)
         if pictures == "png":
-            np.testing.assert_array_equal(CODINGS[pictures].decode(content), picture(3, k))
+            np.testing.assert_array_equal(CODINGS[coding].decode(content), picture(3, k))
 
 
 def test_what_is_there_is_kept(data: DataSet, tmp_path: Path) -> None:
