@@ -107,8 +107,8 @@ class Truth:
 
     Boxes are amodal: they enclose the whole object, also where it is hidden or outside the picture.
 
-    The N objects are those that suites judge. S standing ones, of the same kinds, are only labelled: parked cars and
-    moored boats. A frame holds those of them of which it shows at least one pixel.
+    The N objects are those that suites judge. S standing ones, of the same kinds, are only labelled: parked cars, moored
+    boats and passers-by. A frame holds those of them of which it shows at least one pixel.
 
     Scores of following one target do not use the most expensive fields. An episode with ``truth="target"`` leaves
     them out, see ``Meaning.left_out``; the state of all other objects then follows from their boxes alone, as if none
@@ -117,7 +117,8 @@ class Truth:
     Attributes:
         pinhole: of the kind of truth: whether places are seen where a pinhole camera sees them. False: light is bent on
             its way. keypoints: likewise: class -> its named points; a kind of truth with ``PERSON`` has a field
-            ``keypoints_m``, see ``keypoints_field``.
+            ``keypoints_m``, see ``keypoints_field``. passing: likewise: kinds of standing objects that walk or ride by,
+            whose limbs have no pose here.
         frame: index from 0.
         time_s: seconds since frame 0.
         T_world_camera: (4, 4), the true pose.
@@ -151,6 +152,7 @@ class Truth:
 
     pinhole: ClassVar[bool] = True
     keypoints: ClassVar[Mapping[str, Keypoints]] = {}
+    passing: ClassVar[tuple[str, ...]] = ()
 
     frame: int = truth_field("1", coding="index from 0")
     time_s: float = truth_field("s", coding="since frame 0")

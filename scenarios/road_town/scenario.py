@@ -19,7 +19,6 @@ from scenarios.road_town.plan import TARGET, camera_of, draw_kept_layout, make_p
 from scenarios.road_town.presets import ABLATIONS, PRESETS, WORLDS, RoadTown
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import (
-    PASSING_KINDS,
     add_passers_by,
     add_vehicle,
     build_town,
@@ -234,17 +233,17 @@ class _Kinds(Mapping[str, str]):
     """All models of vehicles, people and cyclists, and models registered later, with their classes."""
 
     def __getitem__(self, kind: str) -> str:
-        if kind in PASSING_KINDS:
+        if kind in RoadTruth.passing:
             return kind
         if kind != OWN and kind not in VEHICLES:
             raise KeyError(kind)
         return class_of(kind)
 
     def __iter__(self) -> Iterator[str]:
-        return iter((*SHIPPED, *PASSING_KINDS, OWN, *(model for model in VEHICLES if model not in SHIPPED)))
+        return iter((*SHIPPED, *RoadTruth.passing, OWN, *(model for model in VEHICLES if model not in SHIPPED)))
 
     def __len__(self) -> int:
-        return len(VEHICLES) + len(PASSING_KINDS) + 1
+        return len(VEHICLES) + len(RoadTruth.passing) + 1
 
 
 ROAD_TOWN = Scenario(

@@ -227,9 +227,6 @@ def add_vehicle(world: World, name: str, model: str, paint_rgb: Rgb) -> Body:
     return world.add(vehicle(model, paint_rgb), np.eye(4), name=name, category="vehicle", movable=True)
 
 
-PASSING_KINDS = ("person", "cyclist")
-
-
 def add_passers_by(world: World, passers_by: PassersBy) -> list[tuple[Standing, list[Body]]]:
     """Add people and cyclists at the origin; return each with all of its bodies."""
     added = []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,8 @@ class RoadTruth(Truth):
         visibility_m: meteorological visibility. rain_mm_h: rate of rain. snow_cover: amount of snow on the ground.
         street_lamps_on, headlights_on: whether they burn.
     """
+
+    passing: ClassVar[tuple[str, ...]] = ("person", "cyclist")
 
     on_road: bool = truth_field("1")
     turning: bool = truth_field("1")

@@ -127,8 +127,8 @@ class KittiForwardFlow(Kitti):
     stereo pair, P_rect_03, in pixels and metres; pixel centres have whole coordinates.
 
     The flow is forward, as in KITTI: of each pixel of `image_2/NNNNNN_10`, the place of its surface point in the next
-    frame, `image_2/NNNNNN_11`, minus its present place. It is exact, computed from depth and poses. The last frame of
-    an episode has no pair.
+    frame, `image_2/NNNNNN_11`, minus its present place. It is exact, computed from depth and poses; people and
+    cyclists who pass by have none. The last frame of an episode has no pair.
 
     `flow_occ/NNNNNN_10.png` has 16 bits a channel: red is 64 times the flow to the right, in pixels, plus 2^15; green
     likewise downwards; blue is 1 where there is flow, else all three are 0. Points that the next frame does not show

@@ -26,7 +26,7 @@ class SintelFlow(Exporter):
     expect it. Each episode is a scene `SCENE`: `training/clean/SCENE/frame_NNNN` are its pictures, from 1 on,
     `training/flow/SCENE/frame_NNNN.flo` the flow of each but the last one to the next picture, as Middlebury writes it:
     "PIEH", width, height, and x (right) and y (down) of each pixel, row by row, as 32-bit numbers; above 1e9 where
-    there is none: sky, and what the next camera has behind it.
+    there is none: sky, what the next camera has behind it, and people and cyclists who pass by.
 
     The flow is exact, computed from depth and poses, also of points that the next picture does not show. There
     `training/occlusions/SCENE/frame_NNNN.png` is 255, else 0: it is hidden or outside then; seen is what one of the

@@ -29,7 +29,7 @@ class ForwardFlow(NamedTuple):
     Attributes:
         flow_px: (H, W, 2) float32, x right and y down: the place in the next picture of what a pixel shows, minus its
             place now, also where something hides it there or it is outside; NaN for sky, for what the next camera has
-            behind it, and for objects that are absent then.
+            behind it, for objects that are absent then, and for ``Truth.passing``.
         seen_next: (H, W) whether the next picture shows the point: one of the four pixels about its place shows the
             same body at a depth within 1 %.
     """
@@ -41,8 +41,9 @@ class ForwardFlow(NamedTuple):
 def forward_flow(episode: StoredEpisode, index: int) -> ForwardFlow:
     """Return the flow from a frame to the next one.
 
-    It is exact where objects are rigid, as they are in scenes that have a backward flow. A point X of an object with
-    the poses T now and T' next, seen by cameras C and C', moves to ``X' = T' T^-1 X``; of what is no object, X' is X.
+    It is exact for rigid objects, as all are in scenes that have a backward flow, but people who walk by. A point X of
+    an object with the poses T now and T' next, seen by cameras C and C', moves to ``X' = T' T^-1 X``; of what is no
+    object, or stands about, X' is X.
     With depth d at pixel p, ``X = C (d K^-1 p)``, and its next place is ``K C'^-1 X'``.
 
     Raises:
@@ -50,9 +51,9 @@ def forward_flow(episode: StoredEpisode, index: int) -> ForwardFlow:
     """
     now, after = (episode.frame(k, READS) for k in (index, index + 1))
     check("data", _BACKWARD in meanings(now.truth), "a scene of rigid objects, with flow_px", "one without")
-    places_m, absent = _moved_places(now, after)
+    places_m, unknown = _moved_places(now, after)
     camera_m = (places_m - after.truth.T_world_camera[:3, 3]) @ after.truth.T_world_camera[:3, :3]
-    depth_m = np.where(absent | (camera_m[..., 2] <= 0), np.nan, camera_m[..., 2])
+    depth_m = np.where(unknown | (camera_m[..., 2] <= 0), np.nan, camera_m[..., 2])
     pixels = (camera_m / depth_m[..., None]) @ intrinsic_matrix(after.observation.camera).T
     height, width = depth_m.shape
     y, x = np.mgrid[:height, :width] + 0.5
@@ -62,20 +63,23 @@ def forward_flow(episode: StoredEpisode, index: int) -> ForwardFlow:
 
 
 def _moved_places(now: Frame, after: Frame) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Return where the points of all pixels are in the world on the next frame (H, W, 3), and which are absent then."""
+    """Return where the points of all pixels are in the world on the next frame (H, W, 3), and for which that is not
+    known, as they are absent then or pass by.
+    """
     ids, depth_m = now.truth.instance_map, now.truth.depth_m.astype(float)
     height, width = ids.shape
     y, x = np.mgrid[:height, :width] + 0.5
     rays = np.stack([x, y, np.ones_like(x)], axis=2) @ np.linalg.inv(intrinsic_matrix(now.observation.camera)).T
     points_m = np.where(np.isfinite(depth_m), depth_m, np.nan)[..., None] * rays
     places_m = points_m @ now.truth.T_world_camera[:3, :3].T + now.truth.T_world_camera[:3, 3]
-    absent = np.zeros((height, width), np.bool_)
+    passing = np.isin(now.truth.standing_kinds, now.truth.passing)
+    unknown = np.isin(ids, now.truth.standing_id[passing]) | ~np.isfinite(depth_m)
     for k in np.flatnonzero(np.isin(now.truth.instance_id, ids)):
         own, then = ids == now.truth.instance_id[k], after.truth.index_of(now.truth.names[k])
         T = after.truth.T_world_object[then] @ invert_pose(now.truth.T_world_object[k])
         places_m[own] = places_m[own] @ T[:3, :3].T + T[:3, 3]
-        absent[own] = after.truth.state[then] == "absent"
-    return places_m, absent | ~np.isfinite(depth_m)
+        unknown[own] |= after.truth.state[then] == "absent"
+    return places_m, unknown
 
 
 def _is_seen(pixels: NDArray[np.float64], depth_m: NDArray[np.float64], now: Frame, after: Frame) -> NDArray[np.bool_]:

@@ -68,6 +68,22 @@ def test_it_is_the_flow_to_the_other_instant(seed: int) -> None:
     np.testing.assert_allclose(found.flow_px, expected, atol=2e-3)
 
 
+def test_who_passes_by_has_none_and_what_is_parked_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    pair = Pair(0)
+    truth = truth_at(SCENE.presets["parked"], 4, 7.5)
+    pair.frames = [replace(frame, truth=replace(truth, frame=4 + k)) for k, frame in enumerate(pair.frames)]
+    van = truth.instance_map == truth.standing_id[0]
+    flow_px, seen_next = forward_flow(pair, 0)  # type: ignore[arg-type]
+    np.testing.assert_allclose(flow_px[van], 0.0, atol=1e-4)
+    assert seen_next[van].all()
+    assert van.any()
+    monkeypatch.setattr(type(truth), "passing", ("van",))
+    passing_px, seen_next = forward_flow(pair, 0)  # type: ignore[arg-type]
+    assert np.isnan(passing_px[van]).all()
+    assert not seen_next[van].any()
+    np.testing.assert_array_equal(passing_px[~van], flow_px[~van])
+
+
 @pytest.mark.parametrize("first", [0, 1, 5])
 def test_what_is_hidden_outside_or_absent_next_is_not_seen_then(first: int) -> None:
     """The car moves 6 px to the right in the pictures, and the flow says so: before the ground, then partly behind a
