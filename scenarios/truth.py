@@ -107,8 +107,8 @@ class Truth:
 
     Boxes are amodal: they enclose the whole object, also where it is hidden or outside the picture.
 
-    The N objects are those that suites judge. S standing ones, of the same kinds, are only labelled: parked cars, moored
-    boats and passers-by. A frame holds those of them of which it shows at least one pixel.
+    The N objects are those that suites judge. S standing ones, of the same kinds, are only labelled: parked cars,
+    moored boats and passers-by. A frame holds those of them of which it shows at least one pixel.
 
     Scores of following one target do not use the most expensive fields. An episode with ``truth="target"`` leaves
     them out, see ``Meaning.left_out``; the state of all other objects then follows from their boxes alone, as if none

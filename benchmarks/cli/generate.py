@@ -105,7 +105,7 @@ class Generate(WithModules):
             print(f"{data.url}: {counted(len(data.seeds), 'episode')}, {room}, {seconds:.0f} s")
             if not data.is_listed:
                 first, end = data.request.seeds
-                print(f"of {first}:{end} {counted(len(data.missing()), 'episode')} to be made; then: frameout merge")
+                print(f"of {first}:{end} {counted(len(data.missing()), 'episode')} missing; at last: frameout merge")
             for seed, why in data.left_out.items():
                 print(f"left out: seed {seed}: {why}", file=sys.stderr)
             if data.left_out:

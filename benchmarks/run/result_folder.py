@@ -40,11 +40,11 @@ def check_file(file: Path, parameter: str) -> None:
 
 
 @contextmanager
-def alone_in(folder: Path, said: str = "") -> Iterator[None]:
+def alone_in(folder: Path, said: str = "", shared: bool = False) -> Iterator[None]:
     """Hold a folder or a file while the context lasts; the system lets go of it when the process ends, however that is.
 
     Args:
-        said: what an error names in its place.
+        said: what an error names in its place. shared: whether others may hold it that are ``shared`` too.
 
     Network disks without such locks hold nothing.
 
@@ -54,7 +54,7 @@ def alone_in(folder: Path, said: str = "") -> Iterator[None]:
     held = os.open(folder, os.O_RDONLY)
     try:
         try:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(held, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
         except BlockingIOError:
             raise ValueError(
                 f"out: expected a folder that no other run writes, got {said or str(folder)!r}, which one writes now"

@@ -196,9 +196,9 @@ class Dota(LabelFiles):
     `--ignore-standing`).
 
     The box is the rectangle of least area around the pixels that are seen. Corners go round clockwise from the object's
-    front left; near the border one may lie outside of the picture. Whole episodes are for training or validation: of
-    all seeds in order, the last 20 %, at least one, are for validation. `objects.csv` says what the format has no place
-    for, a row for each of those lines: file, line (from 1), class, and more of each object.
+    front left; near the border one may lie outside of the picture. Whole episodes are for training, validation or test
+    (`test/`), as those of the format `yolo`. `objects.csv` says what the format has no place for, a row for each of
+    those lines: file, line (from 1), class, and more of each object.
     """
 
     channels = ("image_rgb", "instance_map")

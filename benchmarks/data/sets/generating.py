@@ -21,9 +21,9 @@ from benchmarks.contract.text import counted, ranges_text
 from benchmarks.data.sets.card import CARD, write_card
 from benchmarks.data.sets.data_set import REQUEST, DataSet
 from benchmarks.data.sets.episode_writer import clear, has_background, read_marks, write_background, write_episode
-from benchmarks.data.sets.jobs import check_disjoint, forget_jobs, hull, job_file, jobs_of, note_job
+from benchmarks.data.sets.jobs import check_at_rest, check_disjoint, forget_jobs, hull, job_file, jobs_of, note_job
 from benchmarks.data.sets.manifest import MANIFEST, left_out_in, read_manifest, write_manifest
-from benchmarks.data.sets.places import new_folder, place_of, put, put_new, reached
+from benchmarks.data.sets.places import clear_unfinished, new_folder, place_of, put, put_new, reached
 from benchmarks.data.sets.request import OnError, Request, first_episode, of_seed, part_names, request_of
 from benchmarks.run.experiment import Progress
 from benchmarks.run.own_modules import load_modules
@@ -89,6 +89,7 @@ def generate(
         missing = [seed for seed in whole if seed not in have]
         jobs = jobs_of(files, root)
         if missing or jobs or not all(files.exists(f"{root}/{name}") for name in (MANIFEST, CARD)):
+            check_at_rest(files, root, whole, jobs)
             note_job(files, root, whole)
             # On a store nothing is held: what two processes write there is the same.
             with alone_in(Path(job_file(root, whole)), root) if is_local else nullcontext():
@@ -138,6 +139,8 @@ def finish(out: str) -> DataSet:
     if files.exists(f"{root}/{CARD}"):
         files.rm_file(f"{root}/{CARD}")
     forget_jobs(files, root, jobs)
+    if isinstance(files, LocalFileSystem):
+        clear_unfinished(root)
     write_card(DataSet(out))
     return DataSet(out)
 
@@ -190,7 +193,7 @@ def begin(request: Request, out: str, seeds: range) -> None:
         new_folder(out)
         names = [each.rpartition("/")[2] for each in files.ls(root, detail=False)] if files.exists(root) else []
         # Another job may be at this very place, or past it.
-        foreign = [name for name in names if not name.startswith((REQUEST, PROBE))]
+        foreign = [name for name in names if not name.startswith((REQUEST, f".{REQUEST}.", PROBE))]
         fine = not foreign or files.exists(path)
         check("out", fine, "a new or empty folder, or a data set", f"{out!r} with other files")
         put_new(files, path, request.as_json().encode())

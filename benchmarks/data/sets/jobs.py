@@ -10,11 +10,13 @@ import json
 import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
+from pathlib import Path
 
 from fsspec import AbstractFileSystem
 from fsspec.implementations.local import LocalFileSystem
 
-from benchmarks.data.sets.places import put, put_new
+from benchmarks.data.sets.places import clear_unfinished, put, put_new
+from benchmarks.run.result_folder import alone_in
 from sim.checks import check
 
 FOLDER = "jobs"
@@ -57,8 +59,20 @@ def forget_jobs(files: AbstractFileSystem, root: str, jobs: Iterable[range]) -> 
         with suppress(FileNotFoundError):
             files.rm_file(job_file(root, seeds))
     if isinstance(files, LocalFileSystem):
+        clear_unfinished(f"{root}/{FOLDER}")
         with suppress(OSError):
             files.rmdir(f"{root}/{FOLDER}")
+
+
+def check_at_rest(files: AbstractFileSystem, root: str, seeds: range, jobs: Iterable[range]) -> None:
+    """Raise ValueError if another job on some of the seeds runs now, as ``alone_in`` tells: the one that ends first
+    would clear away what the other is writing.
+    """
+    for each in jobs if isinstance(files, LocalFileSystem) else ():
+        if each != seeds and max(each.start, seeds.start) < min(each.stop, seeds.stop):
+            # Shared, since others may be looking, too.
+            with suppress(FileNotFoundError), alone_in(Path(job_file(root, each)), root, shared=True):
+                pass
 
 
 def hull(ranges: Iterable[range]) -> range:

@@ -14,7 +14,7 @@ from fsspec.implementations.local import LocalFileSystem
 
 from benchmarks.contract.text import ranges_text
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.episode_writer import clear, episode_folder
+from benchmarks.data.sets.episode_writer import episode_folder
 from benchmarks.data.sets.generating import begin, check_same, finish
 from benchmarks.data.sets.jobs import hull, note_job
 from benchmarks.data.sets.places import place_of
@@ -35,9 +35,6 @@ def merge(folders: Sequence[str], out: str | None, progress: Progress) -> DataSe
     """
     if out is None:
         check("out", len(folders) == 1, "a folder for the merged set (--out)", "none")
-        files, root = place_of(folders[0])
-        asked = DataSet(folders[0]).request.seeds
-        clear(files, root, range(*asked))
         return finish(folders[0])
     for each in (*folders, out):
         check("out", isinstance(place_of(each)[0], LocalFileSystem), "folders of this machine", repr(each))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
@@ -14,12 +15,14 @@ from fsspec import AbstractFileSystem
 from fsspec.core import url_to_fs
 from fsspec.implementations.local import LocalFileSystem
 
-from benchmarks.run.result_folder import make_folder
-from trackers.atomic_file import write_atomic
+from benchmarks.run.result_folder import PROBE, make_folder
+from trackers.atomic_file import atomic_file, write_atomic
 
 _CLIENTS = ("botocore", "aiobotocore", "aiohttp", "gcsfs", "google", "azure", "adlfs")
 """Packages whose errors are about the way to a store."""
 _READ_AT_ONCE = 2**20
+_UNFINISHED = re.compile(r"\..+\.[0-9a-f]{16}")
+"""Name of a file that is being written, see ``atomic_file``."""
 
 
 def place_of(url: str) -> tuple[AbstractFileSystem, str]:
@@ -86,13 +89,26 @@ def put_new(files: AbstractFileSystem, path: str, content: bytes) -> None:
     if not isinstance(files, LocalFileSystem):
         put(files, path, content)
         return
-    beside = f"{path}.{secrets.token_hex(8)}"
-    Path(beside).write_bytes(content)
+    target = Path(path)
+    beside = target.with_name(f".{target.name}.{secrets.token_hex(8)}")
+    beside.write_bytes(content)
     try:
-        with suppress(FileExistsError):
-            os.link(beside, path)
+        os.link(beside, target)
+    except FileExistsError:
+        pass
+    except OSError:
+        # A disk on which files have no second names.
+        if not target.exists():
+            beside.replace(target)
     finally:
-        os.unlink(beside)
+        beside.unlink(missing_ok=True)
+
+
+def clear_unfinished(folder: str) -> None:
+    """Remove what killed runs have left of files of a folder of this machine that ``put`` and others write whole."""
+    for path in Path(folder).glob(".*"):
+        if path.name == PROBE or _UNFINISHED.fullmatch(path.name):
+            path.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -101,14 +117,9 @@ def whole_file(files: AbstractFileSystem, path: str) -> Iterator[IO[bytes]]:
     if not isinstance(files, LocalFileSystem):
         with files.open(path, "wb") as file:
             yield file
-        return
-    beside = Path(f"{path}.{secrets.token_hex(8)}")
-    try:
-        with beside.open("wb") as file:
+    else:
+        with atomic_file(Path(path)) as file:
             yield file
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def size_and_sha256(files: AbstractFileSystem, path: str) -> tuple[int, bytes]:

@@ -150,3 +150,66 @@ def test_a_set_is_split_anew_without_moving_a_file(tmp_path: Path) -> None:
     assert digests(tmp_path / "set/episodes") == before
     with pytest.raises(ValueError, match=r"splits: expected shares that sum to 1, got 0\.5"):
         split(data.url, {"train": 0.5})
+
+
+def test_what_a_running_job_writes_is_left_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """While it makes its last episode, another merges the set, then makes all of it."""
+    out, asked, build = tmp_path / "set", request(0, 4), type(FAKE_TOWN).episode
+    told: list[str] = []
+
+    class Watched:
+        def __init__(self, episode):
+            self._episode = episode
+
+        def step(self):
+            for other in (
+                lambda: merge(out),
+                lambda: made(asked, out),
+                lambda: generate(asked, str(out), HERE, lambda done, of: None, seeds=range(3, 4)),
+            ):
+                with pytest.raises(ValueError, match="out: expected") as error:
+                    other()
+                told.append(str(error.value))
+            return self._episode.step()
+
+        def __getattr__(self, name):
+            return getattr(self._episode, name)
+
+    def watched(self, preset, seed, **options):
+        episode = build(self, preset, seed, **options)
+        return Watched(episode) if seed == 3 else episode
+
+    generate(asked, str(out), HERE, lambda done, of: None, seeds=range(0, 2))
+    monkeypatch.setattr(type(FAKE_TOWN), "episode", watched)
+    generate(asked, str(out), HERE, lambda done, of: None, seeds=range(2, 4))
+    assert ["that no other run writes" in each for each in told] == [False, True, True] * 2
+    monkeypatch.undo()
+    merge(out)
+    assert digests(out) == digests(made(asked, tmp_path / "whole").root)
+
+
+def test_what_killed_runs_left_is_gone_after_the_merge(whole: DataSet, tmp_path: Path) -> None:
+    out = tmp_path / "set"
+    made(request(0, 4), out)
+    generate(request(0, 6), str(out), HERE, lambda done, of: None, seeds=range(4, 6))
+    for name in (".dataset.json", ".manifest.parquet", "jobs/.000004-000006.json"):
+        (out / f"{name}.0123456789abcdef").write_text("half")
+    (out / "episodes/.unfinished-000005-0123456789abcdef").mkdir()
+    (out / ".mine").write_text("of somebody else")
+    merge(out)
+    assert digests(out) == digests(whole.root)
+    assert [path.name for path in out.rglob(".*")] == [".mine"]
+    assert not (out / "jobs").exists()
+
+
+def test_a_disk_without_second_names_of_files_will_do(
+    whole: DataSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def link(*names: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "link", link)
+    made(request(0, 4), tmp_path / "a")
+    made(request(4, 6), tmp_path / "b")
+    merge([tmp_path / "a", tmp_path / "b"], tmp_path / "set")
+    assert digests(tmp_path / "set") == digests(whole.root)
