@@ -131,7 +131,7 @@ def _drawn(parameter: str, text: str, usual: Any, rng: np.random.Generator) -> A
 def _read(text: str) -> Any:
     """Return the value that a text writes as JSON does, but for words, which need no quotes."""
     if text.startswith("[") and text.endswith("]"):
-        return [_read(each) for each in _at_commas(text[1:-1])]
+        return [_read(each) for each in _at_commas(text[1:-1])] if text != "[]" else []
     try:
         return json.loads(text)
     except json.JSONDecodeError:

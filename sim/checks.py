@@ -25,8 +25,10 @@ def check_types(configuration: Any) -> None:
     """
     kinds = get_type_hints(type(configuration))
     for field in dataclasses.fields(configuration):
-        value = getattr(configuration, field.name)
-        check(field.name, _is_of(value, kinds[field.name]), str(field.type), repr(value))
+        value, kind = getattr(configuration, field.name), kinds[field.name]
+        if get_origin(kind) is Literal and not _is_of(value, kind):
+            check_choice(field.name, value, map(str, get_args(kind)))
+        check(field.name, _is_of(value, kind), str(field.type), repr(value))
 
 
 def check_within(configuration: Any, names: str, low: float, high: float = math.inf, *, above: bool = False) -> None:

@@ -12,9 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.data.exports import exporter
+from benchmarks.data.exports.destination import whole_folder
 from benchmarks.data.sets import generating, merging
 from benchmarks.data.sets.data_set import REQUEST, DataSet, data_sets
-from benchmarks.data.sets.description import read_description, requests_of
+from benchmarks.data.sets.description import read_description, requests_of, within
 from benchmarks.data.sets.places import new_folder, place_of, put, put_new
 from benchmarks.data.sets.request import FORMAT, OnError, Request, part_names
 from benchmarks.data.sets.verifying import Problem, problems
@@ -80,7 +81,7 @@ def generate(
     check("seeds", any(chosen.values()), wanted, seeds)
     begin_parts(str(out), requests)
     makers = generating.Workers(cores(workers), address, tuple(modules))
-    places = {name: f"{out}/{name}" if name else str(out) for name in requests}
+    places = {name: in_set(out, name) for name in requests}
     for name, request in requests.items():
         generating.begin(request, places[name], chosen[name])
     return tuple(
@@ -156,9 +157,15 @@ def merge(
         begin_parts(str(out), {name: data.request for name, data in zip(names[0], sets[0], strict=True)})
     made = []
     for name, *parts in zip(names[0], *sets, strict=True):
-        place = None if out is None else f"{out}/{name}" if name else str(out)
+        place = None if out is None else in_set(out, name)
         made.append(merging.merge([data.url for data in parts], place, progress))
     return tuple(made)
+
+
+def in_set(out: str | Path, part: str) -> str:
+    """Return the folder or URL of a part in that of the set; '' is the set itself."""
+    # On a store two slashes are a name between them.
+    return f"{str(out).rstrip('/')}/{part}" if part else str(out)
 
 
 def part_of(data: DataSet, url: str) -> str:
@@ -168,7 +175,7 @@ def part_of(data: DataSet, url: str) -> str:
 
 def export(url: str | Path, format: str, out: str | Path, **options: Any) -> int:
     """Write a data set in a format that other programs read (``frameout export --help``), each part in a folder of
-    ``out``.
+    ``out``: all of them or none.
 
     Args:
         options: ``allow_incomplete``, ``classes``, ``min_visible``, ``min_size_px`` and so on, see
@@ -180,8 +187,12 @@ def export(url: str | Path, format: str, out: str | Path, **options: Any) -> int
     Raises:
         ValueError: for a set that lacks what the format needs, is damaged or incomplete, or a folder with something.
     """
+    parts = {part_of(data, str(url)): data for data in data_sets(str(url))}
+    if "" in parts:
+        return exporter.export(parts[""], format, out, **options)
     left_out = 0
-    for data in data_sets(str(url)):
-        part = part_of(data, str(url))
-        left_out += exporter.export(data, format, f"{out}/{part}" if part else out, **options)
+    with whole_folder(str(out)) as folder:
+        for name, data in parts.items():
+            with within(name):
+                left_out += exporter.export(data, format, folder / name, **options)
     return left_out

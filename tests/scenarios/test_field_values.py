@@ -36,12 +36,31 @@ def test_a_name_says_its_values_in_one_order() -> None:
     assert set_name("road-town-v2", name) == "road-town-v2-standard_driver_choice_idm_idm_traffic_cars_4_24"
 
 
+def test_an_empty_list_has_nothing_in_it() -> None:
+    with pytest.raises(ValueError, match=r"building_models: expected one model at least, got \(\)"):
+        TOWN.configuration("standard[building_models=[]]")
+
+
+def test_names_of_many_changes_are_no_longer_than_files_may_be_called() -> None:
+    name, other = (
+        with_values(
+            "standard",
+            [f"{field}=uniform({low},{k}.5)" for k, field in enumerate(changeable(TOWN.presets["standard"]))],
+        )
+        for low in (1, 2)
+    )
+    names = set_name("road-town-v2", name), set_name("road-town-v2", other)
+    assert [len(each) for each in names] == [120, 120]
+    assert len({*names}) == 2
+    assert names[0].startswith("road-town-v2-standard_")
+
+
 @given(st.sampled_from([name for name in changeable(TOWN.presets["standard"]) if name not in ("frame_outs", "ego")]))
 def test_a_preset_s_own_values_change_nothing(name: str) -> None:
     """Of every field, written as JSON."""
     preset = TOWN.presets["standard"]
     text = re.sub(r"^\((.*)\)$", r"[\1]", str(getattr(preset, name))).replace("'", '"').replace("False", "false")
-    text = text.replace("True", "true")
+    text = text.replace("True", "true").replace(",]", "]")
     assert TOWN.configuration(with_values("standard", [f"{name}={text}"])) == preset
 
 

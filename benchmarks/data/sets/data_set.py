@@ -211,8 +211,10 @@ def _request_in(files: AbstractFileSystem, root: str, url: str) -> Request:
 
 def data_sets(url: str) -> tuple[DataSet, ...]:
     """Open a data set, or all parts of a set of several, in order. Raises as ``DataSet``."""
-    files, root = place_of(str(url))
-    with reached(str(url), "directory"):
+    # On a store two slashes are a name between them.
+    url = str(url).rstrip("/") or "/"
+    files, root = place_of(url)
+    with reached(url, "directory"):
         described = files.exists(f"{root}/{REQUEST}")
         names = part_names(files.cat_file(f"{root}/{REQUEST}")) if described else ()
     return tuple(DataSet(f"{url}/{name}") for name in names) if names else (DataSet(url),)

@@ -72,15 +72,15 @@ def requests_of(said: Mapping[str, Any], on_error: OnError = "stop") -> dict[str
     check(PARTS, bool(parts), "one or more", "none")
     words: dict[str, dict[str, Any]] = {}
     for name, own in parts.items():
-        with _within(name):
+        with within(name):
             check("name", not name or re.fullmatch(r"[\w-]+", name) is not None, "a word, as of a folder", repr(name))
             words[name] = _merged(shared, _mapping(PARTS, own))
     found: dict[str, Request] = {}
     for name, values in words.items():
-        with _within(name):
+        with within(name):
             found[name] = _request_of(values)
     for name, request in found.items():
-        with _within(name):
+        with within(name):
             known = {each for one in found.values() for each in catalog.scenario(one.scenario).classes.values()}
             for each in request.classes:
                 check_choice("classes", each, sorted(known))
@@ -142,8 +142,8 @@ def _merged(shared: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]
     return merged
 
 
-class _within:
-    """Name the part in what is wrong with it."""
+class within:
+    """Name the part of a set in what is wrong with it."""
 
     def __init__(self, part: str) -> None:
         self.part = part
@@ -179,6 +179,8 @@ def _settings(key: str, value: Any) -> tuple[str, ...]:
 
     def leaves(within: str, values: Mapping[Any, Any]) -> Iterator[str]:
         for name, each in values.items():
+            wanted = "a field's name (a value with commas within { } needs quotes)"
+            check(key, re.fullmatch(r"\w+(\.\w+)*", str(name)) is not None, wanted, repr(name))
             if isinstance(each, Mapping):
                 yield from leaves(f"{within}{name}.", each)
             else:

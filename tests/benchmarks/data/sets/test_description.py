@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.cli.data_functions import described, generate
+from benchmarks.cli.data_functions import described, export, generate
 from benchmarks.cli.main import main
 from benchmarks.data.sets.data_set import DataSet, data_sets
 from tests.benchmarks.data.sets.small import MODULES
@@ -101,6 +101,17 @@ def test_parts_have_what_they_share_and_what_is_their_own(tmp_path: Path, capsys
         )
 
 
+def test_all_parts_are_exported_or_none(tmp_path: Path) -> None:
+    said = {"preset": "tiny", "set": {"frame_count": 2}, "seeds": 1, "scenario": "fake-town"}
+    parts = {"one": {"channels": ["image_rgb", "depth_m"]}, "two": {"channels": ["image_rgb"]}}
+    generate(said | {"parts": parts}, f"{tmp_path}/set/", workers=0, modules=MODULES)
+    with pytest.raises(ValueError, match=r"parts\.two\.data: expected the channels image_rgb, depth_m for kitti-depth"):
+        export(f"{tmp_path}/set/", "kitti-depth", tmp_path / "out")
+    assert [path.name for path in tmp_path.iterdir()] == ["set"]
+    export(f"{tmp_path}/set/", "otb", tmp_path / "out")
+    assert [(tmp_path / "out" / name / "README.md").is_file() for name in parts] == [True, True]
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -113,7 +124,10 @@ def test_parts_have_what_they_share_and_what_is_their_own(tmp_path: Path, capsys
         ("scenario: fake-town\nepisodes: few", "episodes: expected a whole number > 0, got 'few'"),
         ("scenario: fake-town\nseeds: 1\nset: {speed: 3}", r"set: expected one of frame_count, .*; got 'speed'"),
         ("scenario: fake-town\nseeds: 1\nset: {rate_hz: }", "set rate_hz: expected a value, got ''"),
-        ("scenario: fake-town\nseeds: 1\nset: {rate_hz: uniform(3,5)}", r"set .*: expected a value, got ''"),
+        (
+            "scenario: fake-town\nseeds: 1\nset: {rate_hz: uniform(3,5)}",
+            r"set: expected a field's name \(a value with commas .*, got '5\)'",
+        ),
         ("scenario: fake-town\nseeds: 1\nchanels: [a]", r"key: expected one of .*; got 'chanels' \(did you mean chan"),
         ("scenario: fake-town\nseeds: 1\nchannels: [depth]", "channels: expected some of image_rgb, .*, got 'depth'"),
         ("scenario: fake-town\nseeds: 1\npictures: gif", "pictures: expected one of .*, got 'gif'"),
