@@ -194,11 +194,6 @@ def _all_alike(preset: Any) -> Hashable:
     return None
 
 
-def _own_day(preset: Any, seed: int) -> int:
-    """Return the seed itself: no episode shares another's background pictures."""
-    return seed
-
-
 @dataclass(frozen=True)
 class Scenario(Generic[_E]):
     """A kind of world.
@@ -222,7 +217,7 @@ class Scenario(Generic[_E]):
         new_world: builds the world of an episode, without the episode; None if its worlds cannot be kept.
         world_kind: returns what of a preset decides, with the seed, what a kept world is.
         day_of: returns, of a preset and a seed, the seed of the first episode with the same background pictures: a
-            data set has them once.
+            data set has them once, and all its episodes in one split. None: no episode shares another's.
     """
 
     id: str
@@ -239,7 +234,7 @@ class Scenario(Generic[_E]):
     seeded_as: str = ""
     new_world: Callable[[Setup], KeptWorld] | None = None
     world_kind: Callable[[Any], Hashable] = _all_alike
-    day_of: Callable[[Any, int], int] = _own_day
+    day_of: Callable[[Any, int], int] | None = None
 
     def configuration(self, preset: Any, seed: int = 0) -> Any:
         """Return a preset by its name, which may change fields, or a configuration unchanged.
@@ -289,8 +284,8 @@ class Scenario(Generic[_E]):
         check("kept", kept is None or self.new_world is not None, f"none, as {self.id} keeps no worlds", type(kept))
         configuration = self.configuration(preset, seed)
         looped = configuration.closed_loop if closed_loop is None else closed_loop
-        day_seed, covers_all = self._own(self.day_of(configuration, seed)), truth == "all"
-        own_seed = self._own(seed)
+        day = seed if self.day_of is None else self.day_of(configuration, seed)
+        own_seed, day_seed, covers_all = self._own(seed), self._own(day), truth == "all"
         return self.stage(
             Setup(self, configuration, own_seed, renderer, looped, covers_all, kept, day_seed, background)
         )

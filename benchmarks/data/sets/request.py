@@ -80,15 +80,16 @@ class Request:
         self.configuration()
 
     def split_of(self, seed: int) -> str:
-        """Return the split of an episode. It depends on the seed and the shares alone: whatever a set grows to, an
-        episode stays where it is, and of any successive seeds each split has nearly its share.
+        """Return the split of an episode. It depends on the seed, the preset and the shares alone: whatever a set grows
+        to, an episode stays where it is, and of any successive seeds each split has nearly its share. Episodes of one
+        day, whose place and weather are the same (``Scenario.day_of``), are in one split.
 
         Episodes of the benchmark's own test split are always ``test``, so that nothing is trained on them; without
         shares all others are ``train``.
         """
         if seed in TEST_SPLIT:
             return "test"
-        place, end = (seed * _TURN) % _TURNS / _TURNS, 0.0
+        place, end = (self._first_of_day(seed) * _TURN) % _TURNS / _TURNS, 0.0
         for name in SPLITS:
             end += self.splits.get(name, 0.0)
             if place < end:
@@ -105,9 +106,12 @@ class Request:
 
         Drawn values may differ between episodes of a day: one that has others than the first has its own pictures.
         """
-        preset = self.configuration(seed)
-        first = catalog.scenario(self.scenario).day_of(preset, seed)
-        return first if first == seed or self.configuration(first) == preset else seed
+        first = self._first_of_day(seed)
+        return first if first == seed or self.configuration(first) == self.configuration(seed) else seed
+
+    def _first_of_day(self, seed: int) -> int:
+        day_of = catalog.scenario(self.scenario).day_of
+        return seed if day_of is None else day_of(self.configuration(seed), seed)
 
     def episode(self, seed: int, background: bool = True) -> Episode:
         """Build an episode of the data set, with all truth. Raises ValueError if a controller has to steer it.

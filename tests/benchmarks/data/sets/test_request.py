@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.contract.rows import TEST_SPLIT
-from benchmarks.data.sets.request import SPLITS, request_of
+from benchmarks.data.sets.request import SPLITS, Request, request_of
 from tests.benchmarks.data.sets.small import tiny
 
 SHARES = {"train": 0.7, "val": 0.2, "test": 0.1}
@@ -37,6 +37,15 @@ def test_an_episode_stays_in_its_split_when_a_set_grows_and_test_seeds_are_never
     small, large = (tiny(splits=SHARES, seeds=seeds) for seeds in ((0, 10), (0, 40_000)))
     assert [small.split_of(seed) for seed in range(10)] == [large.split_of(seed) for seed in range(10)]
     assert {large.split_of(seed) for seed in TEST_SPLIT} == {"test"}
+
+
+def test_episodes_of_a_day_are_in_one_split_even_if_other_values_are_drawn_for_them() -> None:
+    """The place and the weather of a validation episode were never trained on."""
+    preset = "quick[background=0,episodes_a_day=8,people=3:9]"
+    request = Request("harbour-v1", preset, (0, 400), ("counts",), splits={"train": 0.7, "val": 0.3})
+    days = [{request.split_of(seed) for seed in range(first, first + 8)} for first in range(0, 400, 8)]
+    assert {len(each) for each in days} == {1}
+    assert abs(days.count({"val"}) - 0.3 * len(days)) <= 3
 
 
 def test_splits_have_nothing_to_do_with_what_is_drawn_for_an_episode() -> None:
