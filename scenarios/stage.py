@@ -17,7 +17,7 @@ from scenarios.truth import Truth, without_pixels, without_standing
 from scenarios.visibility import Exits, states_of
 from sim.checks import check, check_choice
 from sim.labels import SeenSurfaces
-from sim.render.pipeline import Capture, Sensor, Shader, capture
+from sim.render.pipeline import Capture, Sensor, Shader, capture, radiance_of
 from sim.render.protocol import Renderer, create_renderer
 from sim.sensors.camera_sensor import CameraSensor
 from sim.sensors.config import SensorConfig
@@ -40,11 +40,13 @@ class SceneCamera:
         sensor: Sensor[Any] | None = None,
         *,
         through: Callable[[Renderer], Renderer] | None = None,
+        smooth: bool = False,
     ) -> None:
         """Stand before a world.
 
         Args:
             sensor: None: a standard colour sensor.
+            smooth: whether edges are without stairs, see ``sim.render.pipeline.capture``.
             through: returns the renderer of what is seen through something, of the one that draws the world.
         """
         self.model = model
@@ -52,6 +54,7 @@ class SceneCamera:
         if through is not None:
             self._renderer = through(self._renderer)
         self._sensor = sensor or CameraSensor(SensorConfig(), setup.rng("sensor"))
+        self._smooth = smooth
         self._frame = 0
         self._settings: Any = None
 
@@ -62,7 +65,9 @@ class SceneCamera:
             frame: index, >= 0; it determines the noise.
             exposing: see ``sim.render.pipeline.capture``.
         """
-        seen = capture(self._renderer, shader, self._sensor, self.model, T_world_camera, frame, **exposing)
+        seen = capture(
+            self._renderer, shader, self._sensor, self.model, T_world_camera, frame, smooth=self._smooth, **exposing
+        )
         self._frame, self._settings = frame, seen.picture.settings
         return seen
 
@@ -91,7 +96,7 @@ class SceneCamera:
         check("larger_view", self._settings is not None, "a picture taken before", "none")
         width_px, height_px = (2 * round(0.5 * scale * side) for side in (self.model.width_px, self.model.height_px))
         wide = replace(self.model, width_px=width_px, height_px=height_px)
-        radiance = shader.shade(self._renderer.gbuffer(wide, T_world_camera), wide, T_world_camera)
+        radiance = radiance_of(self._renderer, shader, wide, T_world_camera, smooth=self._smooth)
         return self._sensor.develop(radiance, wide, self._frame, self._settings).image_rgb
 
 

@@ -162,6 +162,7 @@ class RoadTown:
         snow_cover: range of the amount of snow on the ground, 0 to 1, in any weather.
         season: of leaves, lawns and fields: ``summer``, ``autumn``, ``winter`` or ``spring``.
         lamp_posts: whether street lamps stand along the streets; where the sun is below 0 they do.
+        smooth_edges: whether edges in pictures are without stairs, see ``sim.render.smooth_edges``.
         ego: errors of the measured pose, or None for no instruments.
         closed_loop: whether a controller steers the camera by default.
     """
@@ -207,6 +208,7 @@ class RoadTown:
     snow_cover: tuple[float, float] = (0.0, 0.0)
     season: Literal["summer", "autumn", "winter", "spring"] = "summer"
     lamp_posts: bool = False
+    smooth_edges: bool = False
 
     def __post_init__(self) -> None:
         check_types(self)

@@ -135,7 +135,13 @@ class RoadTownEpisode(Stage):
         super().__init__(
             setup,
             Objects(world, cars, kinds=[kind_of(look.model) for look in plan.looks], size_m=plan.sizes_m),
-            SceneCamera(setup, world, plan.camera, sensor_in(self._conditions, setup, plan.camera)),
+            SceneCamera(
+                setup,
+                world,
+                plan.camera,
+                sensor_in(self._conditions, setup, plan.camera),
+                smooth=plan.preset.smooth_edges,
+            ),
             standing=(*parked_cars(world), *(each for each, _ in self._passing)) if setup.covers_all else (),
         )
         self._from_ground = pixels_from_ground(plan.camera, self._T_world_camera)

@@ -19,6 +19,7 @@ from sim.gbuffer import GBuffer
 from sim.optics import Camera, CameraMotion
 from sim.render.protocol import Renderer
 from sim.render.row_stages import RowStage, finish_rows
+from sim.render.smooth_edges import smooth_edges
 
 _Picture = TypeVar("_Picture", covariant=True)
 
@@ -151,6 +152,7 @@ def capture(
     *,
     motion: CameraMotion | None = None,
     settings: Any = None,
+    smooth: bool = False,
 ) -> Capture[_Picture]:
     """Draw, light and photograph the world as it is now; the sensor's loops take one step.
 
@@ -159,8 +161,10 @@ def capture(
     Args:
         settings: of the picture, with which the sensor's loops stay as they are: for the second camera of a stereo
             pair.
+        smooth: whether edges are without stairs, see ``sim.render.smooth_edges``; those of PyBullet's renderer, which
+            tells no triangles, keep them.
     """
-    shot = _Shot(camera, T_world_camera, frame, settings, motion)
+    shot = _Shot(camera, T_world_camera, frame, settings, motion, smooth)
     if _draws_rows(renderer) and _lights_rows(shader):
         return _capture_by_rows(renderer, shader, sensor, shot)
     gbuffer = renderer.gbuffer(camera, T_world_camera)
@@ -176,6 +180,27 @@ class _Shot(NamedTuple):
     frame: int
     settings: Any
     motion: CameraMotion | None
+    smooth: bool
+
+
+def radiance_of(
+    renderer: Renderer, shader: Shader, camera: Camera, T_world_camera: NDArray[np.float64], *, smooth: bool
+) -> NDArray[np.float32]:
+    """Return the radiance (H, C, W) of the world as it is now; arguments as for ``capture``."""
+    if _draws_rows(renderer) and _lights_rows(shader):
+        film = np.empty((camera.height_px, shader.lighting.channels, camera.width_px), np.float32)
+        seen = renderer.visible(camera, T_world_camera)
+        _light_all(renderer, seen, shader, shader.row_light(seen.depth_m, camera, T_world_camera), film, smooth)
+        return film
+    return shader.shade(renderer.gbuffer(camera, T_world_camera), camera, T_world_camera)
+
+
+def _light_all(
+    renderer: RowRenderer, seen: Any, shader: RowShader, light: Any, film: NDArray[np.float32], smooth: bool
+) -> None:
+    finish_rows(renderer.resolving, seen, np.arange(len(film)), shader.lighting, light, film)
+    if smooth:
+        smooth_edges(seen, film)
 
 
 # Checking the protocol at run time, for every picture, would take a hundred times as long.
@@ -204,10 +229,10 @@ def _capture_by_rows(
     seen = renderer.visible(camera, shot.T_world_camera)
     height, width = seen.depth_m.shape
     light = shader.row_light(seen.depth_m, camera, shot.T_world_camera)
-    if not _develops_rows(sensor) or sensor.needs_whole(camera, shot.settings, shot.motion):
+    if shot.smooth or not _develops_rows(sensor) or sensor.needs_whole(camera, shot.settings, shot.motion):
         shape = height, lighting.channels, width
         film = sensor.film(height, width) if _develops_rows(sensor) else np.empty(shape, np.float32)
-        finish_rows(resolving, seen, np.arange(height), lighting, light, film)
+        _light_all(renderer, seen, shader, light, film, shot.smooth)
         return Capture(_photograph(sensor, film, shot), seen.depth_m, seen.instance_id)
     # The metered rows come first: their scattered light falls on all others.
     metered_rows, other_rows = _metered_and_other_rows(height, sensor.metered_row_step)

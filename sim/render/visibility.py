@@ -48,17 +48,23 @@ class TriangleTable(NamedTuple):
         real: (N, 16) float32: planes (6) of ``x / q_w`` and ``y / q_w``, the position (u width, v height) in the
             texture; planes (9) of ``n / q_w``, the normal in the world frame, or on flat faces ``n`` itself as the
             constants; texels that a pixel covers times nearness³, the Jacobian of a projective map.
+        sides: (N, 9) float32: planes of the three edge functions, >= 0 inside, in pixels along the axis to which an
+            edge is steeper.
     """
 
     whole: NDArray[np.int32]
     real: NDArray[np.float32]
+    sides: NDArray[np.float32]
 
 
 def new_triangle_table(face_count: int) -> TriangleTable:
     """Return a table for ``face_count`` triangles; ``NOTHING`` is set."""
-    table = TriangleTable(np.empty((face_count + 1, 4), np.int32), np.empty((face_count + 1, 16), np.float32))
+    rows = face_count + 1
+    table = TriangleTable(
+        np.empty((rows, 4), np.int32), np.empty((rows, 16), np.float32), np.empty((rows, 9), np.float32)
+    )
     table.whole[NOTHING] = (SKY, 0, False, True)
-    table.real[NOTHING] = 0.0
+    table.real[NOTHING] = table.sides[NOTHING] = 0.0
     return table
 
 
@@ -241,7 +247,11 @@ def _write_attributes(
     index: int,
 ) -> None:
     """Write a row of the table, with the planes ``sum_i a_i e_i`` of texture position and normal."""
-    whole, real = table.whole[index], table.real[index]
+    whole, real, sides = table.whole[index], table.real[index], table.sides[index]
+    for i in range(3):
+        scale = 1.0 / max(abs(weights[i, 0]), abs(weights[i, 1]), 1e-300)
+        for k in range(3):
+            sides[3 * i + k] = scale * weights[i, k]
     t = scene.texture[body]
     width, height = textures.last[t, 0, 0] + 1.0, textures.last[t, 0, 1] + 1.0
     flat = scene.face_is_flat[face]
