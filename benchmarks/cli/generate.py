@@ -35,7 +35,7 @@ class Generate(WithModules):
         out: folder, or URL such as s3://bucket/folder.
         config: YAML file that says what the set is of, in place of the options for that: scenario, preset, set, seeds
             or episodes, channels, pictures, renderer, splits, classes, negatives, and parts, each with such keys of its
-            own. Everything is checked before anything is made (CONTRIBUTING.md, "How a data set is stored").
+            own. Everything is checked before anything is made (CONTRIBUTING.md, "Describe a data set").
         preset: one of the scenario's, on a set path or with a camera at rest.
         settings: another value of one of the preset's fields (`frameout list --contents`), may be given several times:
             frame_count=20, width_px=640, street_patterns=[grid]; drawn for each episode: traffic_cars=4:24,
