@@ -69,6 +69,14 @@ class Wing(NamedTuple):
     high_y_m: float
 
 
+class Goods(NamedTuple):
+    """What stands or lies on the quay, within a radius, that people walk around: pallets, drums, nets."""
+
+    x_m: float
+    y_m: float
+    radius_m: float
+
+
 _SHEDS = (
     Shed(-22.0, 28.0, 13.0, 4.6, 2.2, (-30.0, -19.0, -12.0)),
     Shed(21.5, 29.0, 12.0, 4.2, 2.6, (12.0, 22.0, 31.0)),
@@ -91,7 +99,7 @@ class Site:
         volume_m: sides of the watched volume: along the line of sight, across it, and upright.
         wall_x_m: of the main edge. apron_end_m: where the yard begins, on which cars park.
         shed_x_m: front of the sheds.
-        sheds, berths, buoys_m, lamp_posts_m, wings: see there; boats swing about the buoys.
+        sheds, berths, buoys_m, lamp_posts_m, wings, goods: see there; boats swing about the buoys.
         bollards_y_m: along the main edge.
         fairway_x_m: boats that pass keep between these.
         walks_y_m: people go about up to so far to either side of the middle.
@@ -112,6 +120,7 @@ class Site:
     buoys_m: tuple[Place, ...] = ((-37.5, 6.0), (-41.0, -8.0))
     lamp_posts_m: tuple[Place, ...] = ((11.0, -17.0), (11.0, 14.0), (38.0, 3.5))
     wings: tuple[Wing, ...] = ()
+    goods: tuple[Goods, ...] = ()
     bollards_y_m: tuple[float, ...] = tuple(float(y) for y in np.arange(-38.0, 39.0, 6.0))
     fairway_x_m: tuple[float, float] = (-26.0, -22.5)
     walks_y_m: float = 14.5
@@ -244,6 +253,10 @@ class Site:
         half, points = 0.5 * np.array(self.volume_m), np.array(points_m, dtype=float)
         points[..., :2] = points[..., :2] @ self.volume_axes.T
         return np.asarray((np.abs(points - (0.0, 0.0, VOLUME_BOTTOM_M + half[2])) <= half).all(axis=-1))
+
+    def is_clear(self, place: Place) -> bool:
+        """Return whether one can stand at a place, and turn there, without touching goods."""
+        return all(np.hypot(place[0] - x, place[1] - y) > radius + 0.95 for x, y, radius in self.goods)
 
     def is_land(self, points_m: NDArray[np.float64], margin_m: float = 0.0) -> NDArray[np.bool_]:
         """Return whether points (..., 2) lie on the quay, or within a margin of it."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -87,6 +88,14 @@ def gate(site: Site, rng: np.random.Generator) -> list[tuple[float, float]]:
 
     Doors of sheds, both ends of the quay and of the lane, and the road between the sheds.
     """
+    for _ in range(_TRIES):
+        way = _gate(site, rng)
+        if all(map(site.is_clear, way)):
+            break
+    return way
+
+
+def _gate(site: Site, rng: np.random.Generator) -> list[tuple[float, float]]:
     kind = int(rng.choice(4, p=[0.35, 0.25, 0.15, 0.25]))
     side = float(rng.choice([-1.0, 1.0]))
     if kind == 0:
@@ -116,7 +125,7 @@ def place_on_site(site: Site, rng: np.random.Generator) -> tuple[float, float]:
     """
     for _ in range(_TRIES):
         place = _somewhere(site, rng)
-        if site.sees(place):
+        if site.sees(place) and site.is_clear(place):
             break
     return place
 
@@ -146,11 +155,37 @@ def corridor_y(y_m: float) -> float:
 
 
 def on_foot(site: Site, places: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return a way through places that passes the row of parked cars only between two of them."""
+    """Return a way through places that passes the row of parked cars only between two of them, and around goods."""
     way = [places[0]]
     for there in places[1:]:
-        way += [*_around_cars(site, way[-1], there), there]
+        for end in (*_around_cars(site, way[-1], there), there):
+            way += [*_around_goods(site, way[-1], end), end]
     return way
+
+
+def _around_goods(site: Site, here: tuple[float, float], there: tuple[float, float]) -> list[tuple[float, float]]:
+    """Return the points beside goods that lie on the straight way from a place to another, in order."""
+    way = [here, *_beside_goods(site, here, there, 0.65), there]
+    # What is beside the one may lead through the next.
+    legs = [[start, *_beside_goods(site, start, end, 0.0)] for start, end in pairwise(way)]
+    return [place for leg in legs for place in leg][1:]
+
+
+def _beside_goods(
+    site: Site, here: tuple[float, float], there: tuple[float, float], margin_m: float
+) -> list[tuple[float, float]]:
+    start, way = np.array(here), np.subtract(there, here)
+    length_m = float(np.hypot(*way))
+    if length_m < 1e-6:
+        return []
+    ahead = way / length_m
+    left, met = np.array([-ahead[1], ahead[0]]), []
+    for x, y, radius in site.goods:
+        along, aside = float(ahead @ ((x, y) - start)), float(left @ ((x, y) - start))
+        if 0.0 < along < length_m and abs(aside) < radius + margin_m:
+            beside = (x, y) - np.copysign(radius + 1.05, aside) * left
+            met.append((along, (float(beside[0]), float(beside[1]))))
+    return [point for _, point in sorted(met)]
 
 
 def _around_cars(site: Site, here: tuple[float, float], there: tuple[float, float]) -> list[tuple[float, float]]:
@@ -468,7 +503,7 @@ def _stands(site: Site, at_s: float, rng: np.random.Generator) -> Visit:
     half = site.walks_y_m - 1.5
     for _ in range(_TRIES):
         place = (rng.uniform(site.wall_x_m + 1.8, site.apron_end_m - 7.0), rng.uniform(-half, half))
-        if site.sees(place):
+        if site.sees(place) and site.is_clear(place):
             break
     before, after = gate(site, rng), gate(site, rng)[::-1]
     way = on_foot(site, [*before, place])

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
-from scenarios.harbour.layout import FIXED, GAP_Y_M, Berth, Shed, Site, Wing
+from scenarios.harbour.layout import FIXED, GAP_Y_M, OPEN_BAYS_Y_M, Berth, Goods, Shed, Site, Wing
 from scenarios.harbour.presets import BY_SEED, Harbour
 from scenarios.scenario import Setup
 from sim.rng import episode_seed, generator
@@ -54,7 +56,7 @@ def draw_site(rng: np.random.Generator) -> Site:
     fairway = (tip - 12.0, tip - 7.5)
     shut = {int(side): float(rng.uniform(42.0, 75.0))} if looks == "along" else {}
     walks = float(np.clip(0.36 * (width_m if looks != "along" else 1.2 * away_m), 12.0, 24.0))
-    return Site(
+    site = Site(
         camera=camera,
         camera_m=place,
         volume_m=(round(0.9 * away_m, 1), round(0.66 * width_m, 1), 6.0),
@@ -73,6 +75,7 @@ def draw_site(rng: np.random.Generator) -> Site:
         shut_y_m=shut,
         is_drawn=True,
     )
+    return replace(site, goods=_goods(site, rng))
 
 
 def _wings(wall_x: float, free_y: float, rng: np.random.Generator) -> tuple[Wing, ...]:
@@ -133,3 +136,25 @@ def _lamps(apron_end: float, shed_x: float, rng: np.random.Generator) -> tuple[t
     step, first = float(rng.uniform(22.0, 34.0)), float(rng.uniform(4.0, 9.0))
     posts = [(apron_end - 1.0, way * (first + k * step)) for way in (-1.0, 1.0) for k in range(4)]
     return (*posts, *((shed_x - 8.0, y + 3.0) for _, y in posts[::2]))
+
+
+def _goods(site: Site, rng: np.random.Generator) -> tuple[Goods, ...]:
+    """Draw what lies about on the apron and on wide wings, off the ways of cars and some metres apart."""
+    goods: list[Goods] = []
+    low, high = min(OPEN_BAYS_Y_M) - 9.0, max(OPEN_BAYS_Y_M) + 9.0
+    for _ in range(int(rng.integers(30, 90))):
+        near = bool(rng.random() < 0.35)
+        x = site.wall_x_m + float(
+            rng.uniform(4.0, 6.0) if near else rng.uniform(6.5, site.apron_end_m - site.wall_x_m - 3.0)
+        )
+        y, radius = float(rng.uniform(-70.0, 70.0)), float(rng.choice([0.9, 1.5]))
+        ahead_m = float(site.volume_axes[0] @ np.subtract((x, y), site.camera_m[:2]))
+        if ahead_m < 16.0 or (not near and low < y < high):
+            continue
+        if all(np.hypot(x - each.x_m, y - each.y_m) > 6.0 for each in goods):
+            goods.append(Goods(x, y, radius))
+    for wing in site.wings:
+        if wing.high_y_m - wing.low_y_m > 8.0:
+            for x in np.arange(wing.tip_x_m + 5.0, site.wall_x_m - 3.0, float(rng.uniform(6.0, 11.0))).tolist():
+                goods.append(Goods(x, float(rng.uniform(wing.low_y_m + 3.0, wing.high_y_m - 3.0)), 1.5))
+    return tuple(goods)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from scenarios.harbour.layout import COPING_M, Site, Wing
+from scenarios.harbour.layout import COPING_M, Goods, Site, Wing
 from scenarios.harbour.scenery import (
     GROUND_VIEW,
     OPENINGS,
@@ -23,6 +23,7 @@ from sim.world import World
 
 _SHORE_M = 430.0
 _HILLS_M = 1300.0
+_GOODS = ("timber", "painted steel", "dark paint", "white paint", "rope", "canvas", "rubber")
 _PAINTS = ("painted steel", "dark paint", "white paint")
 
 
@@ -31,6 +32,7 @@ def add_surroundings(world: World, site: Site, rng: np.random.Generator) -> list
     surfaces = [each for wing in site.wings for each in _wing(world, site, wing, rng)]
     surfaces += _containers(world, site, rng)
     surfaces += _cranes(world, site, rng)
+    surfaces.append(_goods(world, site, rng))
     for side, y_m in site.shut_y_m.items():
         surfaces += _shut(world, site, side, y_m, rng)
     return surfaces + _far_shore(world, site, rng)
@@ -84,6 +86,50 @@ def _cranes(world: World, site: Site, rng: np.random.Generator) -> list[Surface]
             continue
         surfaces.append(add(world, crane, "crane", "building", CRANE_PARTS, 0.7, at(site.wall_x_m + 7.0, y)))
     return surfaces
+
+
+def _goods(world: World, site: Site, rng: np.random.Generator) -> Surface:
+    """Add pallets with boxes, drums, reels, heaps of net, bins and stacks under canvas, as one body."""
+    facets = Facets()
+    for each in site.goods:
+        # Some of each kind stay within the circle.
+        half = 0.5 * each.radius_m
+        for dx, dy in ((0.0, 0.0),) if each.radius_m < 1.0 else ((-half, -half), (half, -half), (half, half)):
+            _pile(facets, Goods(each.x_m + dx, each.y_m + dy, 0.62), rng)
+    return add(world, facets.mesh(parts_palette(len(_GOODS))), "goods", "building", _GOODS, 0.7)
+
+
+def _pile(facets: Facets, place: Goods, rng: np.random.Generator) -> None:
+    """Add one thing or a few on one another, turned at random."""
+    timber, steel, dark, white, rope, canvas, rubber = (swatch_uv(k, len(_GOODS)) for k in range(len(_GOODS)))
+    turn, radius = float(rng.uniform(0.0, 2.0 * np.pi)), place.radius_m
+
+    def prism(sides: int, low_m: float, high_m: float, wide: tuple[float, float], uv: tuple[float, float]) -> None:
+        rings = []
+        for z, share in ((low_m, wide[0]), (high_m, wide[1])):
+            angles = turn + np.pi / sides + np.arange(sides) * (2.0 * np.pi / sides)
+            x, y = place.x_m + share * radius * np.cos(angles), place.y_m + share * radius * np.sin(angles)
+            rings.append(np.column_stack([x, y, np.full(sides, z)]))
+        facets.loft(rings, lambda segment, side: uv, uv, uv)
+
+    kind = int(rng.integers(6))
+    if kind == 0:
+        top = float(rng.uniform(0.5, 1.4))
+        prism(4, 0.0, 0.14, (1.0, 1.0), timber)
+        prism(4, 0.14, top, (0.9, 0.9), (timber, white, dark)[int(rng.integers(3))])
+    elif kind == 1:
+        prism(8, 0.0, 0.88, (0.47, 0.47), (steel, dark, white)[int(rng.integers(3))])
+    elif kind == 2:
+        prism(10, 0.0, 0.1, (0.95, 0.95), timber)
+        prism(10, 0.1, 0.75, (0.5, 0.5), rope)
+        prism(10, 0.75, 0.85, (0.95, 0.95), timber)
+    elif kind == 3:
+        prism(7, 0.0, float(rng.uniform(0.3, 0.7)), (1.0, 0.45), (rope, rubber)[int(rng.integers(2))])
+    elif kind == 4:
+        prism(4, 0.05, 1.05, (0.85, 1.0), dark)
+        prism(4, 1.05, 1.15, (1.0, 0.9), steel)
+    else:
+        prism(4, 0.0, float(rng.uniform(0.7, 1.3)), (1.0, 0.85), canvas)
 
 
 def _is_before_camera(site: Site, x_m: float, y_m: float) -> bool:

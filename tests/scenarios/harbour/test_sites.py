@@ -51,6 +51,18 @@ def test_boats_keep_to_the_water_and_others_to_the_land(site: Site) -> None:
 
 
 @pytest.mark.parametrize("site", SITES)
+def test_goods_lie_on_the_quay_and_nobody_walks_or_drives_through_them(site: Site) -> None:
+    goods = np.array(site.goods)
+    assert len(goods) >= 4
+    assert site.is_land(goods[:, :2]).all()
+    for visit in draw_plan(BUSY, generator(1, "plan"), None, site).visits:
+        at_m, _, _ = visit.journey.at(np.linspace(max(visit.begin_s, -100.0), min(visit.end_s, 1900.0), 2000))
+        away_m = np.hypot(*(at_m[:, None] - goods[None, :, :2]).transpose(2, 0, 1)) - goods[:, 2]
+        # Who walks beside another goes nearer, and a car is wide.
+        assert away_m.min() > (-0.3 if visit.kind == "person" else 0.9), visit.kind
+
+
+@pytest.mark.parametrize("site", SITES)
 def test_who_comes_is_not_seen_before(site: Site) -> None:
     """Each begins outside the picture, inside a building, at the door of a car, or behind the mole."""
     plan = draw_plan(BUSY, generator(2, "plan"), None, site)
