@@ -67,7 +67,7 @@ def _greatest(values: NDArray[np.int32]) -> np.int32:
     return greatest
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, forceinline=True, fastmath=FAST, error_model="numpy")
 def _flow_along(
     matrix: NDArray[np.float32], axis: int, row: int, depth_m: NDArray[np.float32], flow: NDArray[np.float32]
 ) -> None:

@@ -182,7 +182,7 @@ def resolve_row(seen: Visible, row: int, scratch: ResolveScratch, surfaces: Surf
         instance_id[column] = np.int32(whole[np.uint64(TEXEL_LINES * PITCH) + column])
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _describe_run(
     triangles: NDArray[np.int32],
     planes: NDArray[np.float32],
@@ -212,7 +212,7 @@ def _describe_run(
             whole[to_body + column] = body
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _place_run(
     textures: TexturePool,
     triangles: NDArray[np.int32],

@@ -24,8 +24,12 @@ def row_kernel(**options: Any) -> Callable[[_Kernel], _Kernel]:
 
     It counts no references to arrays, which saves a twentieth of the time of short kernels. So it must not return an
     array either: a caller that counts would release a reference that was never taken.
+
+    It becomes part of whatever kernel calls it. A call would be linked to the form of its own that this process has
+    compiled, or, in a process that reads its caller from disk, to a copy that was compiled with the caller: two machine
+    codes, which may round differently in the last bit.
     """
-    decorator: Callable[[_Kernel], _Kernel] = njit(cache=True, **_NO_REFERENCE_COUNTING, **options)
+    decorator: Callable[[_Kernel], _Kernel] = njit(cache=True, forceinline=True, **_NO_REFERENCE_COUNTING, **options)
     return decorator
 
 

@@ -126,7 +126,7 @@ def resolve_refracted_row(seen: Refracted, row: int, scratch: RefractedScratch, 
         instance_id[column] = np.int32(whole[np.uint64(TEXEL_LINES * PITCH) + column])
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _describe_run(
     triangles: NDArray[np.int32],
     planes: NDArray[np.float32],
@@ -157,7 +157,7 @@ def _describe_run(
             whole[to_body + column] = body
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _place_run(
     textures: TexturePool,
     table: TriangleTable,
@@ -204,7 +204,7 @@ def _place_run(
         start = end
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _number_texels(
     across: tuple[np.float32, np.float32, np.float32, np.float32],
     down: tuple[np.float32, np.float32, np.float32, np.float32],

@@ -64,7 +64,7 @@ def find_runs(values: NDArray[np.int32], firsts: NDArray[np.uint32]) -> np.uint6
     return count
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def _find_firsts(
     values: NDArray[np.int32], start: np.uint64, end: np.uint64, count: np.uint64, firsts: NDArray[np.uint32]
 ) -> np.uint64:
@@ -86,7 +86,7 @@ LEVEL_0_UP_TO = np.float32(2.0)
 """Texels per pixel above which the next mip level is used."""
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def number_texels(
     u_step: np.float32,
     u_base: np.float32,
@@ -132,7 +132,7 @@ def number_texels(
             texel[to_weight_y + column] = np.uint32(np.int32((v - np.float32(i)) * whole))
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def fetch_row(texels: NDArray[np.uint32], texel: NDArray[np.uint32], colour: NDArray[np.uint32]) -> None:
     """Write the interpolated colours (W,) of a row of pixels, packed like texels.
 
@@ -164,7 +164,7 @@ def fetch_row(texels: NDArray[np.uint32], texel: NDArray[np.uint32], colour: NDA
         colour[k] = np.uint32(red_blue | green)
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def mip_level(texels_per_pixel: np.float32, level_count: np.int32) -> np.uint32:
     """Return the level at which a pixel covers between 1/2 and 2 texels; its area in level 0 is given.
 

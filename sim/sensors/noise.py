@@ -164,7 +164,7 @@ def normal_deviates(
         deviates[2, k] = NORMAL[(h >> np.uint32(20)) & TEN_BITS]
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def hash_row(keys: NDArray[np.uint32], row: int, hashes: NDArray[np.uint32]) -> None:
     """Write a well-mixed number for each pixel of a row (W,): Wellons' ``lowbias32`` of ``pixel + keys[0]``, with
     ``keys[1]`` mixed in between its rounds.

@@ -79,7 +79,7 @@ def exp_minus(x: np.float32) -> np.float32:
     return np.float32(1.0) / p
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def count_rays(
     grid: SurfaceGrid, index: float, floor: NDArray[np.float64], step_m: float, count: NDArray[np.float32]
 ) -> None:
@@ -127,7 +127,7 @@ def count_rays(
     count[:, 0], count[:, -1] = count[:, 1], count[:, -2]
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _blur_and_shift(
     count: NDArray[np.float32],
     light: NDArray[np.float64],
@@ -181,7 +181,7 @@ def _mirrored(k: int, count: int) -> int:
     return k if k < count else 2 * count - 1 - k
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _add_ellipse(
     pose: NDArray[np.float64],
     ellipsoid: NDArray[np.float64],

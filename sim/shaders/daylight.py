@@ -148,7 +148,7 @@ def reflect_row(
         radiance[k] = light[k] * _reflectance(colour[k], mask, scale)
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def _mask_and_scale(shift: np.uint32) -> tuple[np.uint32, np.float32]:
     """Return the mask of one channel of a packed colour, and the factor that scales it to 0-255.
 
@@ -157,7 +157,7 @@ def _mask_and_scale(shift: np.uint32) -> tuple[np.uint32, np.float32]:
     return np.uint32(BYTE << shift), ONE / np.float32(np.int32(np.uint32(1) << shift))
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _reflectance(colour: np.uint32, mask: np.uint32, scale: np.float32) -> np.float32:
     """Return the linear value of one channel of a packed sRGB colour, see ``_mask_and_scale``."""
     c = np.float32(np.int32(colour & mask)) * scale

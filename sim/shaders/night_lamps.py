@@ -265,7 +265,7 @@ def lamp_row(
         ax, ay, az, bx, by, bz = cx, cy, cz, dx, dy, dz
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _vectors(
     lamps: LampArrays, column: np.float32, row: np.float32
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:

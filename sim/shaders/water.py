@@ -410,7 +410,7 @@ def _mirror_smooth(
             line[k] += nit * lines[LIT + k]
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _spread(place: np.float32, change: np.float32) -> np.float32:
     """Return the share of a side of length 1 about 0 that is seen where places change by so much a pixel."""
     per_scale = ONE / (max(change, np.float32(1e-4)) * SMOOTH_PX)
@@ -419,7 +419,7 @@ def _spread(place: np.float32, change: np.float32) -> np.float32:
     return ONE / (ONE + np.exp(min(max(near, -most), most))) - ONE / (ONE + np.exp(min(far, most)))
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _pane(place: np.float32, panes: np.float32, bar: np.float32) -> np.float32:
     """Return 1 on the panes of a window's side, 0 on the bars between them."""
     at = (place + HALF) * panes
@@ -427,7 +427,7 @@ def _pane(place: np.float32, panes: np.float32, bar: np.float32) -> np.float32:
     return min(max((HALF - HALF * bar - off_bar) / (_EDGE * (bar + np.float32(1e-6)) * panes) + HALF, ZERO), ONE)
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def _within(place: np.float32, panes: np.float32, bar: np.float32) -> np.float32:
     """Return 1 on the panes of a panel's side, 0 on bars and outside."""
     at = (place + HALF) * panes

@@ -26,13 +26,13 @@ _LET_THROUGH = np.float32((1.0 - FILM_REFLECTANCE) * (1.0 - THROWN_BACK))
 _BACK, _F0, _ONE = np.float32(THROWN_BACK), np.float32(HEAD_ON), np.float32(1.0)
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def wet_reflectance(rho: np.float32, wetness: np.float32) -> np.float32:
     """Return the diffuse reflectance of a surface of which the share ``wetness`` is under water."""
     return rho * (_ONE + wetness * (_LET_THROUGH / (_ONE - _BACK * rho) - _ONE))
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def mirrored_share(cosine: np.float32) -> np.float32:
     """Return the share F of light mirrored where rays and normal enclose an angle of this cosine."""
     away = _ONE - min(max(cosine, np.float32(0.0)), _ONE)

@@ -56,7 +56,7 @@ class WaterRays(NamedTuple):
     water: WaterBody
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def ray(matrix: NDArray[np.float64], x: float, y: float) -> tuple[float, float, float]:
     return (
         matrix[0, 0] * x + matrix[0, 1] * y + matrix[0, 2],

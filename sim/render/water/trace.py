@@ -173,7 +173,7 @@ def _lay_ways(
             floor[j] = 0.0 if misses else 1.0 - sz / (sz - floor_m / fall * uz)
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def _through(matrix: NDArray[np.float64], vector: NDArray[np.float64]) -> tuple[float, float, float]:
     return (
         matrix[0, 0] * vector[0] + matrix[0, 1] * vector[1] + matrix[0, 2] * vector[2],
@@ -317,7 +317,7 @@ def _trace_nodes(
                 kinds[i, j] = _WET if z * near < ONE else _BLOCKED
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def _between(nearness: NDArray[np.float32], x: np.float32, y: np.float32) -> np.float32:
     """Return the nearness at a place in the inner picture, as if it were linear around it."""
     x = min(max(x, ZERO), np.float32(nearness.shape[1]) - np.float32(1.01))
@@ -328,7 +328,7 @@ def _between(nearness: NDArray[np.float32], x: np.float32, y: np.float32) -> np.
     return here + (x - np.float32(j)) * across + (y - np.float32(i)) * down
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def _is_over(rays: WaterRays, column: int, row: int, z_s: np.float32) -> bool:
     """Return whether the ray of a pixel is over the water at depth z_s."""
     m, at, water = rays.matrix, rays.position_m, rays.water
@@ -484,7 +484,7 @@ def _fill(nearness: NDArray[np.float32], row: int, k: int, lines: NDArray[np.flo
         _end(nearness, row, k, front, floor, lines, ends)
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def _pixel(nearness: NDArray[np.float32], x: np.float32, y: np.float32) -> tuple[np.int32, np.int32]:
     half = np.float32(0.5)
     j = min(max(np.int32(x + half), np.int32(0)), np.int32(nearness.shape[1] - 1))
@@ -492,7 +492,7 @@ def _pixel(nearness: NDArray[np.float32], x: np.float32, y: np.float32) -> tuple
     return i, j
 
 
-@row_kernel(forceinline=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def _end(
     nearness: NDArray[np.float32],
     row: int,

@@ -60,7 +60,7 @@ def sphere_directions(count: int) -> NDArray[np.float64]:
     return np.column_stack([radius * np.cos(turn_rad), radius * np.sin(turn_rad), z])
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "reassoc"}, error_model="numpy")
+@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz", "reassoc"}, error_model="numpy")
 def blocked(
     them: Rectangles, x: float, y: float, z: float, along_x: float, along_y: float, along_z: float, farthest: float
 ) -> bool:
@@ -82,7 +82,7 @@ def blocked(
     return met != 0
 
 
-@njit(cache=True, fastmath={"contract", "arcp", "nsz", "reassoc"}, error_model="numpy")
+@njit(cache=True, forceinline=True, fastmath={"contract", "arcp", "nsz", "reassoc"}, error_model="numpy")
 def nearest(
     them: Rectangles,
     x: float,

@@ -301,7 +301,7 @@ def baked_row(
     _show_shining(light, row, surfaces.instance_id, scratch, shining, radiance)
 
 
-@row_kernel(forceinline=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def _light_runs(
     light: BakedArrays, row: int, surfaces: SurfaceRow, scratch: BakedScratch
 ) -> tuple[int, np.uint64, np.uint64]:
@@ -336,7 +336,7 @@ def _light_runs(
     return shining, sunny_first, sunny_last
 
 
-@row_kernel(forceinline=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def _light_panel(
     light: BakedArrays,
     panel: int,
@@ -367,7 +367,7 @@ def _light_panel(
     return is_sunny
 
 
-@row_kernel(forceinline=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def _light_body(
     light: BakedArrays, body: int, first: np.uint64, last: np.uint64, normal: NDArray[np.float32], scratch: BakedScratch
 ) -> bool:
@@ -379,7 +379,7 @@ def _light_body(
     return is_sunny
 
 
-@row_kernel(forceinline=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def _add_sunshine(
     light: BakedArrays, row: int, depth_m: NDArray[np.float32], scratch: BakedScratch, first: np.uint64, last: np.uint64
 ) -> None:
@@ -399,7 +399,7 @@ def _add_sunshine(
         _add_sun(light.sun[2], lit, scratch.blue[first:last])
 
 
-@row_kernel(forceinline=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def _show_shining(
     light: BakedArrays,
     row: int,

@@ -112,7 +112,7 @@ def _find_shown(depth_m: NDArray[np.float32], stirred: int, shows: NDArray[np.bo
                         shows[k, j] = True
 
 
-@row_kernel(forceinline=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def may_show(mirror: MirrorArrays, x: np.float32, y: np.float32) -> bool:
     """Return whether water at pixel coordinates (x, y) may mirror more than sky."""
     height, width = mirror.shows.shape
@@ -121,7 +121,7 @@ def may_show(mirror: MirrorArrays, x: np.float32, y: np.float32) -> bool:
     return 0 <= i < height and 0 <= j < width and mirror.shows[i, j]
 
 
-@row_kernel(forceinline=True, fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
+@row_kernel(fastmath={"contract", "arcp", "nsz"}, error_model="numpy")
 def mirrored(
     mirror: MirrorArrays,
     x: np.float32,

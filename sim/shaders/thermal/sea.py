@@ -367,7 +367,7 @@ def _reflect_run(
             radiance[k] = seen
 
 
-@row_kernel(forceinline=True)
+@row_kernel()
 def _mix(
     a00: np.float32, a01: np.float32, a10: np.float32, a11: np.float32, across: np.float32, down: np.float32
 ) -> np.float32:

@@ -95,7 +95,7 @@ def _arrays(maps: dict[tuple[float, ...], tuple[NDArray[np.float32], NDArray[np.
     )
 
 
-@row_kernel(forceinline=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def find_light(
     sun: SunArrays,
     x: np.float32,
@@ -136,7 +136,7 @@ def add_up(light: NDArray[np.float32], weight: NDArray[np.float32], exposure: ND
             exposure[k] += share * line[k]
 
 
-@row_kernel(forceinline=True, error_model="numpy")
+@row_kernel(error_model="numpy")
 def _lit(sun: SunArrays, s: int, x: np.float32, y: np.float32, z: np.float32) -> np.float32:
     """Return the bilinear share of the four texels around a place that are not higher; 1 outside the map."""
     rows = sun.in_map[s]
