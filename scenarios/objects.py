@@ -328,16 +328,16 @@ class StandingObjects:
     def __init__(self, world: World, standing: Sequence[Standing]) -> None:
         self._world, self._all = world, standing
         self._id = np.array([each.body.index for each in standing], np.int64)
-        self._limbed = [each.ids for each in standing if each.limbs]
+        limbed = [each.ids for each in standing if each.limbs]
+        self._first_limbed = min((ids[0] for ids in limbed), default=-1)
+        self._whole = np.arange(len(world.bodies), dtype=np.int32)
+        for ids in limbed:
+            self._whole[ids] = ids[0]
 
     def merge(self, instance_map: NDArray[np.int32]) -> None:
         """Write the ids of those of several bodies over the ids of their limbs in a map (H, W)."""
-        if not self._limbed:
-            return
-        whole = np.arange(len(self._world.bodies), dtype=np.int32)
-        for ids in self._limbed:
-            whole[ids] = ids[0]
-        merge_parts(instance_map, whole, min(ids[0] for ids in self._limbed))
+        if self._first_limbed >= 0:
+            merge_parts(instance_map, self._whole, self._first_limbed)
 
     def labels(self, seen: SeenSurfaces, camera: CameraModel, T_world_camera: NDArray[np.float64]) -> dict[str, Any]:
         """Return the fields of ``Truth`` about those that a picture shows at least one pixel of, by name."""

@@ -131,6 +131,10 @@ class Pictureless(ABC):
     def is_playable(self, preset: Any) -> bool:
         """Return whether a configuration measures the camera's pose, which no picture can replace here."""
 
+    def check_playable(self, preset: Any) -> None:
+        """Raise ValueError for a configuration that is not playable, with the reason."""
+        check("preset", self.is_playable(preset), "one with instruments (ego) or odometry", "neither")
+
     @abstractmethod
     def arrays(self, preset: Any, seed: int) -> dict[str, NDArray[np.float64]]:
         """Return an episode's plan as arrays by name, of the same shapes for every seed."""

@@ -19,10 +19,9 @@ from scenarios.road_town.plan import TARGET, camera_of, draw_kept_layout, make_p
 from scenarios.road_town.presets import ABLATIONS, PRESETS, WORLDS, RoadTown
 from scenarios.road_town.road_map import RoadMap
 from scenarios.road_town.town import (
-    add_passers_by,
+    PassersByBodies,
     add_vehicle,
     build_town,
-    move_passers_by,
     parked_cars,
     town_of,
 )
@@ -118,7 +117,7 @@ class RoadTownEpisode(Stage):
             for car, look in enumerate(plan.looks)
         ]
         self.plan = plan
-        self._passing = [] if plan.passers_by is None else add_passers_by(world, plan.passers_by)
+        self._passing = None if plan.passers_by is None else PassersByBodies(world, plan.passers_by)
         self._flow_px = _NO_FLOW
         self._conditions = draw_conditions(plan.preset, plan.seed, plan.sun_azimuth_rad, plan.sun_elevation_rad)
         self._light = _light(self._conditions)
@@ -132,6 +131,7 @@ class RoadTownEpisode(Stage):
         start = self._set_path[0, :2, 3]
         self._helicopter = Helicopter(plan.preset, plan.air, list(plan.pulses), start) if plan.closed_loop else None
         self._T_world_camera = np.eye(4)
+        passing = () if self._passing is None else self._passing.standing
         super().__init__(
             setup,
             Objects(world, cars, kinds=[kind_of(look.model) for look in plan.looks], size_m=plan.sizes_m),
@@ -142,7 +142,7 @@ class RoadTownEpisode(Stage):
                 sensor_in(self._conditions, setup, plan.camera),
                 smooth=plan.preset.smooth_edges,
             ),
-            standing=(*parked_cars(world), *(each for each, _ in self._passing)) if setup.covers_all else (),
+            standing=(*parked_cars(world), *passing) if setup.covers_all else (),
         )
         self._from_ground = pixels_from_ground(plan.camera, self._T_world_camera)
         self._remember_poses()
@@ -161,10 +161,10 @@ class RoadTownEpisode(Stage):
         self._helicopter.obey(command, self._frame)
 
     def _move_to(self, frame: int) -> None:
-        plan, motion = self.plan, self.plan.motion
+        motion = self.plan.motion
         self._objects.move(motion.T_world_car[frame], motion.speed_mps[frame])
-        if plan.passers_by is not None:
-            move_passers_by(self.world, self._passing, plan.passers_by, frame)
+        if self._passing is not None:
+            self._passing.move(frame)
         self._T_world_camera = self._set_path[frame] if self._helicopter is None else self._helicopter.pose(frame)
 
     def _remember_poses(self) -> None:

@@ -227,33 +227,38 @@ def add_vehicle(world: World, name: str, model: str, paint_rgb: Rgb) -> Body:
     return world.add(vehicle(model, paint_rgb), np.eye(4), name=name, category="vehicle", movable=True)
 
 
-def add_passers_by(world: World, passers_by: PassersBy) -> list[tuple[Standing, list[Body]]]:
-    """Add people and cyclists at the origin; return each with all of its bodies."""
-    added = []
-    for k, (kind, look) in enumerate(zip(passers_by.kinds, passers_by.looks, strict=True)):
-        name = f"{kind}-{k}"
-        parts = (cyclist(look),) if kind == "cyclist" else pedestrian(look)
-        bodies = [
-            world.add(mesh, np.eye(4), name=f"{name} {part}", category="passer-by", movable=True, kind=kind)
-            for mesh, part in zip(parts, PEDESTRIAN_PARTS, strict=False)
-        ]
-        added.append((Standing(bodies[0], name, kind, bodies[0].mesh, tuple(bodies[1:])), bodies))
-    return added
+class PassersByBodies:
+    """The bodies of people and cyclists.
 
+    Attributes:
+        standing: of each what labels need.
+    """
 
-def move_passers_by(world: World, added: list[tuple[Standing, list[Body]]], passers_by: PassersBy, frame: int) -> None:
-    """Move people and cyclists to where they are on a frame."""
-    bodies, poses = [], []
-    for k, (_, parts) in enumerate(added):
-        T_world, look = passers_by.T_world[frame, k], passers_by.looks[k]
-        bodies += parts
-        if len(parts) == 1:
-            poses.append(T_world[None])
-        else:
-            phase_rad, speed_mps = float(passers_by.phase_rad[frame, k]), float(passers_by.speed_mps[frame, k])
-            poses.append(pedestrian_poses(look, T_world, phase_rad, speed_mps))
-    if bodies:
-        world.move_all(bodies, np.concatenate(poses))
+    def __init__(self, world: World, passers_by: PassersBy) -> None:
+        """Add them to a world, at the origin."""
+        self._world, self._passers_by = world, passers_by
+        self.standing: list[Standing] = []
+        for k, (kind, look) in enumerate(zip(passers_by.kinds, passers_by.looks, strict=True)):
+            name = f"{kind}-{k}"
+            parts = (cyclist(look),) if kind == "cyclist" else pedestrian(look)
+            bodies = [
+                world.add(mesh, np.eye(4), name=f"{name} {part}", category="passer-by", movable=True, kind=kind)
+                for mesh, part in zip(parts, PEDESTRIAN_PARTS, strict=False)
+            ]
+            self.standing.append(Standing(bodies[0], name, kind, bodies[0].mesh, tuple(bodies[1:])))
+        ride = np.array([kind == "cyclist" for kind in passers_by.kinds], np.bool_)
+        self._walkers, self._riders = np.flatnonzero(~ride), np.flatnonzero(ride)
+        self._stature_m = np.array([passers_by.looks[k].stature_m for k in self._walkers])
+        order = (*self._walkers, *self._riders)
+        self._bodies = [body for k in order for body in (self.standing[k].body, *self.standing[k].limbs)]
+
+    def move(self, frame: int) -> None:
+        """Move all to where they are on a frame."""
+        passers_by, walkers = self._passers_by, self._walkers
+        T_world, phase_rad = passers_by.T_world[frame], passers_by.phase_rad[frame, walkers]
+        speed_mps = passers_by.speed_mps[frame, walkers]
+        walking = pedestrian_poses(self._stature_m, T_world[walkers], phase_rad, speed_mps)
+        self._world.move_all(self._bodies, np.concatenate([walking.reshape(-1, 4, 4), T_world[self._riders]]))
 
 
 def _park_cars(world: World, layout: Layout, vehicles: Sequence[str], rng: np.random.Generator) -> None:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from sim.checks import check
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.facets import Facets, palette, swatch_uv
-from sim.motion.gait import phase_rate_radps, stride_length_m
+from sim.motion.gait import phase_rate_radps, stride_lengths_m
 
 Rgb = tuple[int, int, int]
 
@@ -93,26 +93,33 @@ def pedestrian(look: PedestrianLook) -> tuple[TexturedMesh, TexturedMesh, Textur
 
 
 def pedestrian_poses(
-    look: PedestrianLook, T_world_person: NDArray[np.float64], phase_rad: float, speed_mps: float
+    stature_m: NDArray[np.float64],
+    T_world_person: NDArray[np.float64],
+    phase_rad: NDArray[np.float64],
+    speed_mps: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the poses (3, 4, 4) of a person's parts: straight legs swing about the hips, the trunk turns against them.
+    """Return the poses (N, 3, 4, 4) of the parts of N people: straight legs swing about the hips, the trunk turns
+    against them.
 
     Args:
-        phase_rad: of the stride, advances by ``gait.phase_rate_radps``; see there. At speed 0 the person stands.
+        stature_m: (N,). T_world_person: (N, 4, 4). speed_mps: (N,); at speed 0 a person stands.
+        phase_rad: (N,) of the strides, advance by ``gait.phase_rate_radps``; see there.
     """
-    hip_m = HIP * look.stature_m
-    reach = 0.25 * stride_length_m(look.stature_m, speed_mps) / hip_m
-    swing_rad = float(np.arcsin(min(reach, 0.6))) * np.cos(phase_rad)
+    hip_m = HIP * stature_m
+    reach = 0.25 * stride_lengths_m(stature_m, speed_mps) / hip_m
+    swing_rad = np.arcsin(np.minimum(reach, 0.6)) * np.cos(phase_rad)
     drop_m = hip_m * (1.0 - np.cos(swing_rad))
-    poses = np.tile(np.eye(4), (3, 1, 1))
+    poses = np.zeros((len(stature_m), 3, 4, 4))
+    poses[..., range(4), range(4)] = 1.0
     turn = -0.3 * swing_rad
-    poses[0, :2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
-    poses[0, 2, 3] = -drop_m
+    c, s = np.cos(turn), np.sin(turn)
+    poses[:, 0, 0, 0], poses[:, 0, 0, 1], poses[:, 0, 1, 0], poses[:, 0, 1, 1] = c, -s, s, c
+    poses[:, 0, 2, 3] = -drop_m
     for k, angle in ((1, -swing_rad), (2, swing_rad)):
         c, s = np.cos(angle), np.sin(angle)
-        poses[k, 0, 0], poses[k, 0, 2], poses[k, 2, 0], poses[k, 2, 2] = c, s, -s, c
-        poses[k, 2, 3] = hip_m - drop_m
-    placed: NDArray[np.float64] = T_world_person @ poses
+        poses[:, k, 0, 0], poses[:, k, 0, 2], poses[:, k, 2, 0], poses[:, k, 2, 2] = c, s, -s, c
+        poses[:, k, 2, 3] = hip_m - drop_m
+    placed: NDArray[np.float64] = T_world_person[:, None] @ poses
     return placed
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
 from sim.checks import check
@@ -151,8 +151,14 @@ def stride_length_m(stature_m: float, speed_mps: float) -> float:
         ValueError: for a speed < 0.
     """
     check("speed_mps", speed_mps >= 0, "a speed >= 0 m/s", speed_mps)
-    free_m = 2.0 * np.sqrt(WALK_RATIO_M * speed_mps) * stature_m / USUAL_STATURE_M
-    return float(min(free_m, LONGEST_STRIDE * stature_m))
+    return float(stride_lengths_m(stature_m, speed_mps))
+
+
+def stride_lengths_m(stature_m: ArrayLike, speed_mps: ArrayLike) -> NDArray[np.float64]:
+    """Return ``stride_length_m`` of many, unchecked."""
+    stature, speed = np.asarray(stature_m, float), np.asarray(speed_mps, float)
+    free_m = 2.0 * np.sqrt(WALK_RATIO_M * speed) * stature / USUAL_STATURE_M
+    return np.minimum(free_m, LONGEST_STRIDE * stature)
 
 
 def phase_rate_radps(stature_m: float, speed_mps: float) -> float:

@@ -60,7 +60,7 @@ def episode_bank(
         ValueError: for a scenario or a preset without envs without pictures.
     """
     pictureless = pictureless_of(scenario)
-    check("preset", pictureless.is_playable(preset), "one with instruments (ego) or odometry", "neither")
+    pictureless.check_playable(preset)
     wanted = np.array(list(seeds))
     good = len(wanted) > 0 and wanted.dtype.kind == "i" and (wanted >= 0).all()
     check("seeds", bool(good), "whole numbers >= 0, e.g. range(256)", wanted.tolist())

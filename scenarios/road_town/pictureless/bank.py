@@ -10,6 +10,7 @@ from scenarios.road_town.flight import Pulse, gust_attitude_rad
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown
 from scenarios.scenario import Pictureless, TrackerRuns
+from sim.checks import check
 
 _MOST_GUSTS = 8
 
@@ -27,6 +28,12 @@ class RoadPictureless(Pictureless):
     def is_playable(self, preset: RoadTown) -> bool:
         """Return whether the helicopter has instruments, and no overpass hides the car from it."""
         return preset.ego is not None and preset.overpasses[1] == 0
+
+    def check_playable(self, preset: RoadTown) -> None:
+        """See ``Pictureless``."""
+        wanted = "(0, 0) in play without pictures, which does not know when they hide the car"
+        check("overpasses", preset.overpasses[1] == 0, wanted, preset.overpasses)
+        super().check_playable(preset)
 
     def arrays(self, preset: RoadTown, seed: int) -> dict[str, NDArray[np.float64]]:
         """Return the target's path, and air and camera of the helicopter in closed loop.

@@ -171,9 +171,17 @@ def test_a_car_under_a_bridge_is_occluded_and_people_are_labelled() -> None:
                 states.add(str(truth.state[0]))
             for name, fraction in zip(truth.standing_names, truth.standing_visible_fraction, strict=True):
                 assert 0.0 <= fraction <= 1.0, name
-            parts = {limb.body.index for limb, _ in episode._passing}
-            ids = {i for standing, _ in episode._passing for i in standing.ids}
+            parts = {limb.body.index for limb in episode._passing.standing}
+            ids = {i for standing in episode._passing.standing for i in standing.ids}
             shown = set(np.unique(truth.instance_map).tolist()) & ids
             assert shown <= parts
     assert states == {"occluded"}
     assert "person" in seen
+
+
+def test_play_without_pictures_names_what_it_refuses() -> None:
+    with pytest.raises(ValueError, match=r"overpasses: expected \(0, 0\)"):
+        ROAD_TOWN.pictureless.check_playable(ROAD_TOWN.presets["bridges"])
+    with pytest.raises(ValueError, match="instruments"):
+        ROAD_TOWN.pictureless.check_playable(replace(ROAD_TOWN.presets["lively"], ego=None))
+    ROAD_TOWN.pictureless.check_playable(ROAD_TOWN.presets["lively"])

@@ -92,7 +92,8 @@ def test_a_walking_person_stands_on_the_ground_on_two_legs_of_one_length(seed, p
         require_sound(part)
         require_closed(part)
     T_world = pose_on_ground(3.0, -2.0, 0.7)
-    poses = pedestrian_poses(look, T_world, phase_rad, speed_mps)
+    one = np.array([look.stature_m]), T_world[None], np.array([phase_rad]), np.array([speed_mps])
+    poses = pedestrian_poses(*one)[0]
     points = [part.vertices_m @ T[:3, :3].T + T[:3, 3] for part, T in zip(parts, poses, strict=True)]
     assert abs(min(each[:, 2].min() for each in points)) < 0.1
     assert np.concatenate(points)[:, 2].max() == pytest.approx(look.stature_m, abs=0.25)
