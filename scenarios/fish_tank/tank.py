@@ -139,10 +139,11 @@ def _sand(rng: np.random.Generator) -> Texture:
     return Texture(np.clip(picture, 0, 255).astype(np.uint8), smooth=True)
 
 
-_PEBBLE_M = 0.009
+_PEBBLE_M = 0.006
 _PEBBLES_RGB = np.array(
-    [(150, 140, 126), (168, 158, 142), (132, 124, 114), (176, 162, 140), (150, 126, 104), (122, 120, 118)]
+    [(200, 194, 182), (206, 198, 184), (190, 184, 174), (208, 198, 178), (194, 182, 166), (184, 182, 178)]
 )
+"""Pale, as keepers choose gravel before which fish show."""
 
 
 def _gravel(volume_m: Volume, rng: np.random.Generator) -> Texture:
@@ -153,10 +154,10 @@ def _gravel(volume_m: Volume, rng: np.random.Generator) -> Texture:
     seeds[tuple(rng.integers(0, side, (2, count)))] = 0
     off, cell = cv2.distanceTransformWithLabels(seeds, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
     cells = int(cell.max()) + 1
-    colour = _PEBBLES_RGB[rng.integers(0, len(_PEBBLES_RGB), cells)] * rng.uniform(0.92, 1.08, (cells, 1))
+    colour = _PEBBLES_RGB[rng.integers(0, len(_PEBBLES_RGB), cells)] * rng.uniform(0.96, 1.04, (cells, 1))
     typical = side * _PEBBLE_M / volume_m[0] / 2
-    shade = np.clip(1.04 - 0.1 * (off / typical) ** 2, 0.8, 1.04)
-    picture = colour[cell] * (shade * (1.0 + 0.04 * rng.standard_normal((side, side))))[..., None]
+    shade = np.clip(1.02 - 0.07 * (off / typical) ** 2, 0.86, 1.02)
+    picture = colour[cell] * (shade * (1.0 + 0.03 * rng.standard_normal((side, side))))[..., None]
     return Texture(np.clip(picture, 0, 255).astype(np.uint8), smooth=True)
 
 
