@@ -19,7 +19,7 @@ from scenarios.road_town.plan import Plan, draw_kept_layout, draw_layout, make_p
 from scenarios.road_town.presets import PRESETS, STANDARD, WORLDS, RoadTown
 from scenarios.road_town.road_map import RoadMap, road_area
 from scenarios.road_town.scenario import ROAD_TOWN, kind_of_town
-from sim.meshes.vehicle import VEHICLES
+from sim.meshes.vehicle import OWN, SHIPPED
 from sim.rng import generator
 
 NEW = ("buildings", "gardens", "signs", "overpasses", "people", "cyclists")
@@ -149,9 +149,8 @@ def test_a_car_under_a_deck_is_out_of_sight_and_one_beside_it_is_not() -> None:
 
 def test_kinds_have_their_classes_and_new_ones_come_last() -> None:
     kinds = list(ROAD_TOWN.classes)
-    assert kinds[: len(VEHICLES)] == list(VEHICLES)
-    assert kinds[len(VEHICLES) :] == ["person", "cyclist"]
-    assert list(dict.fromkeys(ROAD_TOWN.classes.values()))[-2:] == ["person", "cyclist"]
+    assert kinds[: len(SHIPPED) + 3] == [*SHIPPED, "person", "cyclist", OWN]
+    assert [ROAD_TOWN.classes[kind] for kind in ("person", "cyclist")] == ["person", "cyclist"]
 
 
 @pytest.mark.heavy
