@@ -25,8 +25,10 @@ LISTS = {
     "benchmarks/show/showing.py": ("_SHOWN",),
     "trackers/registry.py": ("_MODULES",),
     "trackers/controllers/catalogue.py": ("_MODULES",),
+    "tools/scale.py": ("_SCENES", "_TINY"),
 }
-"""The one list of each registry, that of what took the place of deleted ids, and that of columns of rows."""
+"""The one list of each registry, that of what took the place of deleted ids, that of columns of rows, and what a tool
+measures."""
 FOREIGN = {"benchmarks/learning/rollouts/lerobot.py": ("robot_type",)}
 """Words of others' formats."""
 

@@ -75,6 +75,9 @@ before, began = peak_kib(), time.process_time()
 print(time.process_time() - began, (peak_kib() - before) / 1024)
 """
 
+_SCENES = ("road-town", "stereo-follow", "fish-tank", "harbour")
+_TINY = {"scenario": "fish-tank", "preset": "quick", "episodes": 1, "channels": "none", "set": {"frame_count": 2}}
+
 
 @dataclass(frozen=True)
 class Scale:
@@ -84,14 +87,14 @@ class Scale:
     Times are CPU time of one core, so that a busy machine does not change them.
 
     Attributes:
-        scenes: of which costs are printed (default: road-town, stereo-follow, fish-tank, harbour).
+        scenes: of which costs are printed (default: all of the benchmark).
         frames: of the set that is computed. measured: of each scene that are made for that.
         clip: frames of an episode of a second set, of short clips.
         episodes: of the tiny set that is handled; 0 = none.
         out: folder for it (default: a temporary one).
     """
 
-    scenes: Names = ("road-town", "stereo-follow", "fish-tank", "harbour")
+    scenes: Names = _SCENES
     frames: int = 10_000_000
     measured: int = 20
     clip: int = 20
@@ -196,8 +199,7 @@ def write_tiny(folder: Path, episodes: int) -> None:
     Tables of all episodes have the bytes of the first one, so their column ``seed`` is wrong; marks are right.
     """
     make_folder(folder)
-    said = {"scenario": "fish-tank", "preset": "quick", "episodes": 1, "channels": "none", "set": {"frame_count": 2}}
-    request = requests_of(said)[""]
+    request = requests_of(_TINY)[""]
     files, root = place_of(str(folder))
     with closing(request.episode(0)) as live:
         write_episode(files, root, request, 0, live)

@@ -179,15 +179,15 @@ def _words_after(path: Path, keys: tuple[str, ...]) -> list[str]:
 
 
 def _urdf_parts(path: Path) -> list[trimesh.Trimesh]:
-    """Return the visual shapes of a robot with all its joints at 0."""
-    robot = ElementTree.fromstring(path.read_bytes())
-    materials = {each.get("name", ""): each for each in robot.findall("material")}
+    """Return the visual shapes of a model with all its joints at 0."""
+    model = ElementTree.fromstring(path.read_bytes())
+    materials = {each.get("name", ""): each for each in model.findall("material")}
     parent = {
         joint.find("child").get("link"): (joint.find("parent").get("link"), _origin(joint))  # type: ignore[union-attr]
-        for joint in robot.findall("joint")
+        for joint in model.findall("joint")
     }
     parts = []
-    for link in robot.findall("link"):
+    for link in model.findall("link"):
         T_root_link, name = np.eye(4), link.get("name")
         for _ in parent:
             if name not in parent:

@@ -57,7 +57,7 @@ def read_description(file: Path) -> dict[str, Any]:
         raise ValueError(f"{file}: expected YAML, got {' '.join(str(error).split())}") from None
     except ValueError as error:
         raise ValueError(f"{file}: {error}") from None
-    check(str(file), isinstance(said, dict), "keys with values, e.g. scenario: road-town", repr(said))
+    check(str(file), isinstance(said, dict), f"keys with values, e.g. scenario: {catalog.DEFAULT}", repr(said))
     return dict(said)
 
 
