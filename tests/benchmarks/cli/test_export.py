@@ -119,7 +119,7 @@ def test_missing_packages_are_named(monkeypatch: pytest.MonkeyPatch, capsys: pyt
     monkeypatch.setattr("benchmarks.run.packages.find_spec", lambda name: None)
     assert main(["export", "set", "--format", "otb", "--out", "out"]) == 2
     assert (
-        "packages: expected blosc2, fsspec, pyarrow to be installed (pip install 'frameout[data]')"
+        "packages: expected blosc2, fsspec, pyarrow, yaml to be installed (pip install 'frameout[data]')"
         in capsys.readouterr().err
     )
 

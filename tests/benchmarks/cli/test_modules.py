@@ -50,7 +50,7 @@ class Waits:
         return Estimate(position_px=self._middle)
 """
 FOR_ALL_EPISODES = {"bench", "compare", "export", "generate", "list", "play", "render", "report"}
-WITH_MODULES = FOR_ALL_EPISODES | {"rollout", "score", "track", "train", "tune", "verify"}
+WITH_MODULES = FOR_ALL_EPISODES | {"merge", "rollout", "score", "track", "train", "tune", "verify"}
 
 
 @pytest.fixture

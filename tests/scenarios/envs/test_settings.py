@@ -90,7 +90,7 @@ def settings(**changes: Any) -> FollowSettings:
         ("changes", {"turn_preference": 0}, r"turn_preference: expected a number in \(0, 1e\+06\], got 0"),
         ("changes", {"rate_hz": 0}, r"rate_hz: expected a number in \[0.01, 1000\], got 0"),
         ("changes", {"extent_m": 2000}, r"extent_m: expected a number in \[300, 1600\), got 2000"),
-        ("changes", {"traffic_looks": "cows"}, "traffic_looks: expected Literal.*, got 'cows'"),
+        ("changes", {"traffic_looks": "cows"}, "traffic_looks: expected one of others, twins; got 'cows'"),
         ("changes", {"street_patterns": ("nix",)}, r"street_patterns: expected some of grid, .*, got \('nix',\)"),
         ("changes", {"street_patterns": "grid"}, "street_patterns: expected tuple.*, got 'grid'"),
         ("changes", {"frame_outs": 3}, "frame_outs: expected FrameOuts, got 3"),

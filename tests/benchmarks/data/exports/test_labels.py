@@ -132,7 +132,7 @@ def test_numbers_are_those_of_the_scenes_list_whatever_occurs(data: DataSet, par
 @pytest.mark.parametrize("name", [each.id for each in catalog.entries() if each.place.startswith("scenarios.")])
 def test_every_scene_lists_its_classes(name: str) -> None:
     expected = {
-        "road-town-v2": {"car"},
+        "road-town-v2": {"car", "lorry", "bus", "motorbike", "person", "cyclist"},
         "stereo-follow-v2": {"person"},
         "fish-tank-v1": {"fish"},
         "fish-tank-ptz-v1": {"fish"},
