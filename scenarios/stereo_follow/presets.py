@@ -49,6 +49,7 @@ class StereoFollow:
             0: light returns at once.
         dropped_share: share of pairs whose right picture is lost, in [0, 1].
         odometry: whether the robot has odometry.
+        smooth_edges: whether edges in pictures are without stairs, see ``sim.render.smooth_edges``.
     """
 
     summary: str
@@ -81,6 +82,7 @@ class StereoFollow:
     people_builds: Literal["one", "many"] = "one"
     place: Literal["building", "outdoors"] = "building"
     rooms: Literal["bare", "furnished"] = "bare"
+    smooth_edges: bool = False
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -154,6 +156,7 @@ VARIED = {
         summary="people of many builds, hair and clothes in furnished rooms",
         people_builds="many",
         rooms="furnished",
+        smooth_edges=True,
     ),
     "outdoors": replace(
         PRESETS["standard"],
@@ -164,6 +167,7 @@ VARIED = {
         standers=2,
         clouds=2,
         lamp_events=0,
+        smooth_edges=True,
     ),
 }
 """Presets with more variety than those of the tables."""

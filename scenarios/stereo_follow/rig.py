@@ -153,10 +153,11 @@ class StereoCamera(SceneCamera):
     right: Capture[Any]
     T_world_right: NDArray[np.float64]
 
-    def __init__(self, setup: Setup, world: World) -> None:
+    def __init__(self, setup: Setup, world: World, *, smooth: bool = False) -> None:
+        """``smooth``: see ``SceneCamera``, of both pictures."""
         preset = setup.preset
         model = camera(preset.width_px, preset.height_px)
-        super().__init__(setup, world, model, CameraSensor(SENSOR, setup.rng("sensor")))
+        super().__init__(setup, world, model, CameraSensor(SENSOR, setup.rng("sensor")), smooth=smooth)
         self._right_sensor = CameraSensor(SENSOR, setup.rng("right sensor"))
         self._mount = draw_mount(setup.rng("mount"))
 
@@ -167,7 +168,14 @@ class StereoCamera(SceneCamera):
         settings = SensorSettings(used.exposure_s, used.gain * self._mount.gain, used.red_gain, used.blue_gain)
         self.T_world_right = T_world_camera @ self._mount.T_left_right
         self.right = capture(
-            self._renderer, shader, self._right_sensor, self.model, self.T_world_right, frame, settings=settings
+            self._renderer,
+            shader,
+            self._right_sensor,
+            self.model,
+            self.T_world_right,
+            frame,
+            settings=settings,
+            smooth=self._smooth,
         )
         return left
 
@@ -200,10 +208,18 @@ class StereoStage(Stage):
     _camera: StereoCamera
     _robot_place: tuple[NDArray[np.float64], float]
 
-    def __init__(self, setup: Setup, objects: SceneObjects, events: LightEvents, *, has_odometry: bool = True) -> None:
+    def __init__(
+        self,
+        setup: Setup,
+        objects: SceneObjects,
+        events: LightEvents,
+        *,
+        has_odometry: bool = True,
+        smooth: bool = False,
+    ) -> None:
         self._events = events
         self._odometry = Odometry(setup.rng("odometry")) if has_odometry else None
-        super().__init__(setup, objects, StereoCamera(setup, objects.world))
+        super().__init__(setup, objects, StereoCamera(setup, objects.world, smooth=smooth))
 
     def _ego(self) -> EgoPose | None:
         return None if self._odometry is None else EgoPose(self._odometry.measure(*self._robot_place))

@@ -102,7 +102,7 @@ class StereoFollowEpisode(StereoStage):
         self._shake = shake
         self._robot = Robot(plan.building.plan, crowd.robot_m[0], crowd.robot_heading_rad[0], preset.rate_hz)
         events = LightEvents(plan.places, plan.light.switched, preset.rate_hz)
-        super().__init__(setup, people, events, has_odometry=preset.odometry)
+        super().__init__(setup, people, events, has_odometry=preset.odometry, smooth=preset.smooth_edges)
 
     def map_of(self) -> Building:
         """Return the building."""
