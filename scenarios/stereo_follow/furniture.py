@@ -29,6 +29,8 @@ _KEPT_M = 0.45
 """Distance that people keep from furniture in the middle of a room."""
 _STRIP_M = 1.0
 """Least width of the free strips around the group of desks."""
+_PLANT_M, _PLANT_AT_M = 0.24, 0.16
+"""Radius of a plant at an end of the desks, and its distance from them."""
 _DESK_M, _CHAIR_M = (1.6, 0.8, 0.74), 0.62
 _WOODS_RGB: tuple[RGB, ...] = ((176, 140, 98), (120, 84, 58), (206, 200, 190), (150, 118, 84))
 _METAL_RGB, _DARK_RGB, _WHITE_RGB = (120, 124, 128), (40, 42, 46), (224, 224, 220)
@@ -82,8 +84,9 @@ Placed = tuple[Piece, NDArray[np.float64]]
 def _group_of_desks(plan: FloorPlan, rng: np.random.Generator) -> tuple[Area, list[Placed]]:
     """Draw one or two pairs of desks face to face with their chairs; return the area that is kept free of people."""
     within = plan.free_area("hall").shrunk(_STRIP_M)
-    pairs = 2 if within.x1 - within.x0 > 2 * _DESK_M[0] + 2 * _KEPT_M + 0.1 and rng.random() < 0.6 else 1
-    half_x = 0.5 * pairs * _DESK_M[0] + _KEPT_M
+    beyond_m = _PLANT_AT_M + _PLANT_M if rng.random() < 0.7 else 0.0
+    pairs = 2 if within.x1 - within.x0 > 2 * (_DESK_M[0] + beyond_m + _KEPT_M) + 0.1 and rng.random() < 0.6 else 1
+    half_x = 0.5 * pairs * _DESK_M[0] + beyond_m + _KEPT_M
     half_y = _DESK_M[1] + _CHAIR_M + _KEPT_M
     low, high = np.array([within.x0 + half_x, within.y0 + half_y]), np.array([within.x1 - half_x, within.y1 - half_y])
     middle = 0.5 * (low + high) + rng.uniform(-0.5, 0.5, 2) * np.maximum(high - low, 0.0)
@@ -103,9 +106,9 @@ def _group_of_desks(plan: FloorPlan, rng: np.random.Generator) -> tuple[Area, li
                 placed.append(
                     (_chair(cloth), pose_on_ground(x_m + rng.normal(0.0, 0.1), middle[1] + side * away, turn))
                 )
-    if rng.random() < 0.7:
-        end = rng.choice([-1.0, 1.0]) * (0.5 * pairs * _DESK_M[0] + 0.16)
-        placed.append((_plant(0.24, rng.uniform(0.8, 1.1), rng), pose_on_ground(x_m + end, y_m, 0.0)))
+    if beyond_m:
+        end = rng.choice([-1.0, 1.0]) * (0.5 * pairs * _DESK_M[0] + _PLANT_AT_M)
+        placed.append((_plant(_PLANT_M, rng.uniform(0.8, 1.1), rng), pose_on_ground(x_m + end, y_m, 0.0)))
     return island, placed
 
 
