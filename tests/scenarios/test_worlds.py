@@ -62,6 +62,14 @@ class Keeper:
 PRESET = SimpleNamespace(size=1)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _only_what_is_new_is_collected() -> Iterator[None]:
+    """Late in a run of all tests the collector would search for seconds, hundreds of times."""
+    gc.freeze()
+    yield
+    gc.unfreeze()
+
+
 @pytest.fixture
 def fresh_pool(monkeypatch: pytest.MonkeyPatch) -> Iterator[WorldPool]:
     """Replace the pool of this process."""
