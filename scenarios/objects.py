@@ -19,6 +19,7 @@ from sim.jointed_labels import (
     joined,
     merge_parts,
     places_of,
+    seen_bodies,
     seen_body,
 )
 from sim.labels import SeenSurfaces, amodal_boxes, outline, seen_ids, visible_fraction
@@ -347,21 +348,23 @@ class StandingObjects:
         if not which:
             return {}
         shown, poses = [self._all[k] for k in which], self._world.poses[self._id[which]]
-        parts = [self._world.poses[one.ids] for one in shown]
-        labels = [
-            seen_body(one.shape, each, camera, T_world_camera, seen.instance_id, one.body.index, hiders=_NO_IDS)
-            for one, each in zip(shown, parts, strict=True)
-        ]
-        bounds = [
-            enclosing_bounds(one.shape, each, each[0]) if one.limbs else one.bounds_m
-            for one, each in zip(shown, parts, strict=True)
-        ]
+        box_xyxy, visible_fraction, bounds_m = seen_bodies(
+            [one.shape for one in shown],
+            [self._world.poses[one.ids] for one in shown],
+            camera,
+            T_world_camera,
+            seen.instance_id,
+            self._id[which],
+        )
+        for k, one in enumerate(shown):
+            if not one.limbs:
+                bounds_m[k] = one.bounds_m
         return {
             "standing_names": tuple(one.name for one in shown),
             "standing_kinds": tuple(one.kind for one in shown),
             "standing_id": self._id[which],
             "T_world_standing": poses,
-            "standing_bounds_m": np.array(bounds),
-            "standing_box_xyxy": np.array([each.box_xyxy for each in labels]),
-            "standing_visible_fraction": np.array([each.visible_fraction for each in labels]),
+            "standing_bounds_m": bounds_m,
+            "standing_box_xyxy": box_xyxy,
+            "standing_visible_fraction": visible_fraction,
         }

@@ -133,6 +133,46 @@ def seen_body(
     return SeenBody(box, min(1.0, float(counts[1] / own)), hidden_by, float(hidden / own))
 
 
+def seen_bodies(
+    shapes: Sequence[JointedShape],
+    part_poses: Sequence[NDArray[np.float64]],
+    camera: Camera,
+    T_world_camera: NDArray[np.float64],
+    instance_map: NDArray[np.int32],
+    instance_id: NDArray[np.int64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return boxes (N, 4), visible fractions (N,) and bounds (N, 2, 3) of bodies, N >= 1, all at once.
+
+    The same as ``seen_body`` with no hiders and ``enclosing_bounds``, the first part's frame being the body's.
+
+    Args:
+        part_poses: (P, 4, 4) of each. instance_id: (N,).
+    """
+    centre_x, centre_y = principal_point(camera)
+    firsts = np.zeros((3, len(shapes) + 1), np.int64)
+    firsts[0, 1:] = np.cumsum([len(shape.vertices_m) for shape in shapes])
+    firsts[1, 1:] = np.cumsum([len(shape.faces) for shape in shapes])
+    firsts[2, 1:] = np.cumsum([len(poses) for poses in part_poses])
+    together = JointedShape(*(np.concatenate(each) for each in zip(*shapes, strict=True)))
+    count = len(shapes)
+    counts, boxes, bounds = np.zeros((count, 2), np.int64), np.empty((count, 4)), np.empty((count, 2, 3))
+    _count_all(
+        together,
+        firsts,
+        np.concatenate(part_poses),
+        camera.focal_px,
+        centre_x,
+        centre_y,
+        T_world_camera,
+        instance_map,
+        instance_id,
+        boxes,
+        bounds,
+        counts,
+    )
+    return boxes, np.minimum(1.0, counts[:, 1] / np.maximum(counts[:, 0], 1)), bounds
+
+
 @njit(cache=True)
 def merge_parts(instance_map: NDArray[np.int32], whole: NDArray[np.int32], first_part: int) -> None:
     """Write the ids ``whole`` (B,) of the bodies that parts belong to over the parts' in a map (H, W), C-contiguous.
@@ -203,6 +243,63 @@ def _count_pixels(
     wanted[0], wanted[1:] = instance_id, hiders
     _count(covered, x, y, instance_map, wanted, counts)
     return box
+
+
+@njit(cache=True)
+def _count_all(
+    shape: JointedShape,
+    firsts: NDArray[np.int64],
+    T_world_part: NDArray[np.float64],
+    focal_px: float,
+    centre_x: float,
+    centre_y: float,
+    T_world_camera: NDArray[np.float64],
+    instance_map: NDArray[np.int32],
+    instance_id: NDArray[np.int64],
+    boxes: NDArray[np.float64],
+    bounds: NDArray[np.float64],
+    counts: NDArray[np.int64],
+) -> None:
+    """Write what ``_count_pixels`` and ``_bounds`` find of each of N bodies.
+
+    Args:
+        firsts: (3, N + 1) where the vertices, faces and parts of each begin.
+    """
+    no_hiders = np.empty(0, np.int64)
+    for n in range(instance_id.shape[0]):
+        vertices, parts = slice(firsts[0, n], firsts[0, n + 1]), slice(firsts[2, n], firsts[2, n + 1])
+        faces = shape.faces[firsts[1, n] : firsts[1, n + 1]]
+        one = JointedShape(shape.vertices_m[vertices], shape.part[vertices], faces)
+        poses = T_world_part[parts]
+        boxes[n] = _count_pixels(
+            one,
+            poses,
+            focal_px,
+            centre_x,
+            centre_y,
+            T_world_camera,
+            instance_map,
+            instance_id[n],
+            no_hiders,
+            0.5,
+            np.zeros((poses.shape[0], 2)),
+            counts[n],
+        )
+        bounds[n] = _bounds(one, _seen_from_first(poses))
+
+
+@njit(cache=True)
+def _seen_from_first(poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return poses (P, 4, 4) in the frame of the first."""
+    seen = np.zeros_like(poses)
+    for part in range(poses.shape[0]):
+        for i in range(3):
+            for k in range(3):
+                for j in range(3):
+                    seen[part, i, j] += poses[0, k, i] * poses[part, k, j]
+                seen[part, i, 3] += poses[0, k, i] * (poses[part, k, 3] - poses[0, k, 3])
+        seen[part, 3, 3] = 1.0
+    return seen
 
 
 @njit(cache=True)

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from sim.gbuffer import GBuffer
 from sim.optics import Camera, CameraMotion
 from sim.render.protocol import Renderer
-from sim.render.row_stages import RowStage, finish_rows
-from sim.render.smooth_edges import smooth_edges
+from sim.render.row_stages import RowStage, finish_rows, finish_smooth_rows
 
 _Picture = TypeVar("_Picture", covariant=True)
 
@@ -117,13 +116,14 @@ class RowSensor(Sensor[_Picture], Protocol[_Picture]):
     def develop_first(
         self, radiance: NDArray[np.float32], rows: NDArray[np.int64], camera: Camera, frame: int, settings: Any
     ) -> tuple[_Picture, Any]:
-        """Begin a picture by its metered rows (R,), of radiance (R, C, W).
+        """Begin a picture by its metered rows, of radiance (R, C, W).
 
         Args:
+            rows: numbers of those that are developed now, (R,) or none.
             settings: None for the sensor's own, whose loops then take one step.
 
         Returns:
-            the picture with these rows, and the NamedTuple with which the stage's kernel adds the others.
+            the picture with the developed rows, and the NamedTuple with which the stage's kernel adds the others.
         """
         ...
 
@@ -198,9 +198,10 @@ def radiance_of(
 def _light_all(
     renderer: RowRenderer, seen: Any, shader: RowShader, light: Any, film: NDArray[np.float32], smooth: bool
 ) -> None:
-    finish_rows(renderer.resolving, seen, np.arange(len(film)), shader.lighting, light, film)
     if smooth:
-        smooth_edges(seen, film)
+        finish_smooth_rows(renderer.resolving, seen, film[:0], 1, shader.lighting, light, film)
+    else:
+        finish_rows(renderer.resolving, seen, np.arange(len(film)), shader.lighting, light, film)
 
 
 # Checking the protocol at run time, for every picture, would take a hundred times as long.
@@ -229,7 +230,7 @@ def _capture_by_rows(
     seen = renderer.visible(camera, shot.T_world_camera)
     height, width = seen.depth_m.shape
     light = shader.row_light(seen.depth_m, camera, shot.T_world_camera)
-    if shot.smooth or not _develops_rows(sensor) or sensor.needs_whole(camera, shot.settings, shot.motion):
+    if not _develops_rows(sensor) or sensor.needs_whole(camera, shot.settings, shot.motion):
         shape = height, lighting.channels, width
         film = sensor.film(height, width) if _develops_rows(sensor) else np.empty(shape, np.float32)
         _light_all(renderer, seen, shader, light, film, shot.smooth)
@@ -238,8 +239,14 @@ def _capture_by_rows(
     metered_rows, other_rows = _metered_and_other_rows(height, sensor.metered_row_step)
     film = sensor.film(len(metered_rows), width)
     finish_rows(resolving, seen, metered_rows, lighting, light, film)
-    picture, development = sensor.develop_first(film, metered_rows, camera, shot.frame, shot.settings)
-    finish_rows(resolving, seen, other_rows, lighting, light, film[:1], sensor.developing, development)
+    # Where edges are smoothed no row is finished yet.
+    begun = metered_rows[:0] if shot.smooth else metered_rows
+    picture, development = sensor.develop_first(film, begun, camera, shot.frame, shot.settings)
+    if shot.smooth:
+        step, two_rows = sensor.metered_row_step, np.empty((2, lighting.channels, width), np.float32)
+        finish_smooth_rows(resolving, seen, film, step, lighting, light, two_rows, sensor.developing, development)
+    else:
+        finish_rows(resolving, seen, other_rows, lighting, light, film[:1], sensor.developing, development)
     return Capture(picture, seen.depth_m, seen.instance_id)
 
 

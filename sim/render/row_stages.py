@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from sim.gbuffer import GBuffer
 from sim.render.attributes import ResolveScratch, SurfaceRow, new_resolve_scratch
 from sim.render.compilation import announce_compilation, closure_kernel, forget_stale_kernels, row_kernel
+from sim.render.smooth_edges import SmoothScratch, new_smooth_scratch, smooth_row
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +80,30 @@ def finish_rows(
     kernel(seen, rows, light, development, radiance, scratch)
 
 
+def finish_smooth_rows(
+    resolving: RowStage,
+    seen: Any,
+    lit: NDArray[np.float32],
+    lit_step: int,
+    lighting: RowStage,
+    light: Any,
+    radiance: NDArray[np.float32],
+    developing: RowStage = _KEEP,
+    development: Any = None,
+) -> None:
+    """Write ids and radiance of all rows, smooth their edges, and develop them; see ``sim.render.smooth_edges``.
+
+    Args:
+        lit: (R, C, W) radiance of the rows 0, ``lit_step``, …, that are lit already; none of the others.
+        light, development: arrays of the two stages.
+        radiance: (H, C, W); or (2, C, W), scratch for two rows on their way to the picture.
+    """
+    width = seen.depth_m.shape[1]
+    scratch = RowScratch(*(_scratch(stage, width) for stage in (resolving, lighting, developing)))
+    kernel = _compiled(_smoothing, resolving.kernel, lighting.kernel, developing.kernel)
+    kernel(seen, lit, lit_step, light, development, radiance, _smooth_scratch(width), scratch)
+
+
 def light_picture(lighting: RowStage, light: Any, gbuffer: GBuffer) -> NDArray[np.float32]:
     """Return the radiance (H, C, W) of a G-buffer by the kernel of a shader's rows."""
     height, width = gbuffer.depth_m.shape
@@ -92,6 +117,9 @@ def light_picture(lighting: RowStage, light: Any, gbuffer: GBuffer) -> NDArray[n
 def _scratch(stage: RowStage, width: int) -> Any:
     """Return the scratch of a stage, allocated once: fresh memory costs a tenth of a millisecond."""
     return stage.new_scratch(width)
+
+
+_smooth_scratch = lru_cache(maxsize=16)(new_smooth_scratch)
 
 
 @cache
@@ -124,6 +152,48 @@ def _finishing(resolve: Callable[..., None], light_row: Callable[..., None], dev
             resolve(seen, row, scratch.resolve, surfaces)
             light_row(light, row, surfaces, scratch.light, radiance_row)
             develop_row(development, row, scratch.develop, radiance_row)
+
+    return finish
+
+
+@row_kernel()
+def _copy(source: NDArray[np.float32], target: NDArray[np.float32]) -> None:
+    """Copy rows; a slice's assignment would ask for memory."""
+    for channel in range(source.shape[0]):
+        for column in range(source.shape[1]):
+            target[channel, column] = source[channel, column]
+
+
+def _smoothing(resolve: Callable[..., None], light_row: Callable[..., None], develop_row: Callable[..., None]) -> Any:
+    """Return the function that takes the rows of a picture through the kernels of three stages, with smooth edges.
+
+    A row waits for the next one, with which it shares edges: two are held at a time.
+    """
+
+    def finish(
+        seen: Any,
+        lit: NDArray[np.float32],
+        lit_step: int,
+        light: Any,
+        development: Any,
+        radiance: NDArray[np.float32],
+        smoothing: SmoothScratch,
+        scratch: RowScratch,
+    ) -> None:
+        colour, normal = scratch.resolve.colour, scratch.resolve.normal
+        height, kept = seen.depth_m.shape[0], radiance.shape[0]
+        smoothing.counts[0] = smoothing.counts[1] = 0
+        for row in range(height + 1):
+            here, before = radiance[row % kept], radiance[(row - 1) % kept]
+            if row % lit_step == 0 and row // lit_step < lit.shape[0]:
+                _copy(lit[row // lit_step], here)
+            elif row < height:
+                surfaces = SurfaceRow(colour, seen.depth_m[row], seen.instance_id[row], normal)
+                resolve(seen, row, scratch.resolve, surfaces)
+                light_row(light, row, surfaces, scratch.light, here)
+            if row > 0:
+                smooth_row(seen, row - 1, before, here if row < height else before, smoothing)
+                develop_row(development, row - 1, scratch.develop, before)
 
     return finish
 

@@ -42,8 +42,8 @@ from sim.shaders.daylight import (
     shadow_row,
     shadows_in_view,
 )
-from sim.shaders.ground_map import GroundArrays, GroundView, ground_row, place_row
-from sim.shaders.night_lamps import NO_LAMPS, LampArrays, LampView, lamp_row
+from sim.shaders.ground_map import GroundArrays, GroundScratch, GroundView, ground_row, new_ground_scratch, place_row
+from sim.shaders.night_lamps import NO_LAMPS, LampArrays, LampScratch, LampView, lamp_row, new_lamp_scratch
 from sim.shaders.specks import COLUMNS, Specks, speck_row, specks_of
 from sim.shaders.wet_surface import mirrored_share, wet_reflectance
 from sim.world import World
@@ -101,6 +101,8 @@ class WeatherScratch(NamedTuple):
     """Scratch of ``shade_in_weather_row``: lines (W,) of float32 each, named as what they hold."""
 
     shadow: ShadowScratch
+    ground: GroundScratch
+    lamps: LampScratch
     lit: NDArray[np.float32]
     column: NDArray[np.float32]
     row: NDArray[np.float32]
@@ -115,7 +117,8 @@ class WeatherScratch(NamedTuple):
 
 def new_weather_scratch(width: int) -> WeatherScratch:
     """Return scratch for rows of ``width`` pixels."""
-    return WeatherScratch(new_shadow_scratch(width), *np.zeros((10, width), np.float32))
+    lines = np.zeros((10, width), np.float32)
+    return WeatherScratch(new_shadow_scratch(width), new_ground_scratch(width), new_lamp_scratch(width), *lines)
 
 
 @row_kernel()
@@ -128,13 +131,22 @@ def shade_in_weather_row(
     place_row(light.ground.from_pixel[0], row, depth_m, ZERO, most, scratch.column)
     place_row(light.ground.from_pixel[1], row, depth_m, ZERO, most, scratch.row)
     place_row(light.ground.from_pixel[2], row, depth_m, lowest, np.float32(1e6), scratch.height_m)
-    ground_row(light.ground, scratch.column, scratch.row, share, cover)
+    ground_row(light.ground, scratch.column, scratch.row, scratch.ground, share, cover)
     _open_to_sky(scratch.height_m, share)
     if light.sunny:
         cosine_row(light.day, normal, scratch.lit)
         shadow_row(light.day.shadows, row, np.uint64(0), depth_m, scratch.lit, scratch.shadow, scratch.lit)
     if light.lamps.size > 0:
-        lamp_row(light.lamps, scratch.column, scratch.row, scratch.height_m, normal, scratch.lamp_lx, scratch.head_lx)
+        lamp_row(
+            light.lamps,
+            scratch.column,
+            scratch.row,
+            scratch.height_m,
+            normal,
+            scratch.lamps,
+            scratch.lamp_lx,
+            scratch.head_lx,
+        )
         _shelter(share, scratch.lamp_lx)
     if light.cover.snow > ZERO or light.cover.water > ZERO:
         _cover_up(light.cover, surfaces.instance_id, normal[2], cover)

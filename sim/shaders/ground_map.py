@@ -61,6 +61,27 @@ class GroundArrays(NamedTuple):
     from_pixel: NDArray[np.float32]
 
 
+class GroundScratch(NamedTuple):
+    """Scratch of ``ground_row``, for rows of W pixels.
+
+    Attributes:
+        at: (W,) uint32 number of the upper left texel. fraction_x, fraction_y: (W,) float32, place beyond its middle.
+        above, below: (W,) uint32, two texels in each.
+    """
+
+    at: NDArray[np.uint32]
+    fraction_x: NDArray[np.float32]
+    fraction_y: NDArray[np.float32]
+    above: NDArray[np.uint32]
+    below: NDArray[np.uint32]
+
+
+def new_ground_scratch(width: int) -> GroundScratch:
+    """Return scratch for rows of ``width`` pixels."""
+    whole, real = np.zeros((3, width), np.uint32), np.zeros((2, width), np.float32)
+    return GroundScratch(whole[0], real[0], real[1], whole[1], whole[2])
+
+
 class HeightMap(NamedTuple):
     """What stands on the ground, seen from straight above, in cells of ``COARSE_M``.
 
@@ -282,27 +303,57 @@ def ground_row(
     ground: GroundArrays,
     column: NDArray[np.float32],
     row: NDArray[np.float32],
+    scratch: GroundScratch,
     share: NDArray[np.float32],
     cover: NDArray[np.float32],
 ) -> None:
     """Write share and cover, 0 to 1, between the four texels around places (W,) of the map."""
-    packed, size = ground.packed, np.int64(ground.size)
-    most = np.float32(ground.size) - np.float32(1.01)
-    for k in range(share.shape[0]):
+    _find_texels(ground.size, column, row, scratch)
+    _fetch(ground.packed, np.uint64(ground.size), scratch)
+    _mix(scratch, share, cover)
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _find_texels(size: int, column: NDArray[np.float32], row: NDArray[np.float32], scratch: GroundScratch) -> None:
+    """Write the number of the upper left texel around each place, and the fractions beyond it."""
+    most, pitch = np.float32(size) - np.float32(1.01), np.int32(size)
+    at, fs, ft = scratch.at, scratch.fraction_x, scratch.fraction_y
+    for k in range(column.shape[0]):
         s, t = min(max(column[k] - HALF, ZERO), most), min(max(row[k] - HALF, ZERO), most)
         j, i = np.int32(s), np.int32(t)
-        at = np.uint64(np.int64(i) * size + np.int64(j))
-        fs, ft = s - np.float32(j), t - np.float32(i)
-        a, b = np.int32(packed[at]), np.int32(packed[at + np.uint64(1)])
-        c, d = np.int32(packed[at + np.uint64(size)]), np.int32(packed[at + np.uint64(size) + np.uint64(1)])
+        at[k] = np.uint32(np.int32(i * pitch) + j)
+        fs[k], ft[k] = s - np.float32(j), t - np.float32(i)
+
+
+@row_kernel()
+def _fetch(packed: NDArray[np.uint16], size: np.uint64, scratch: GroundScratch) -> None:
+    """Write the four texels of each place, two in a number."""
+    one, sixteen = np.uint64(1), np.uint32(16)
+    for k in range(scratch.at.shape[0]):
+        above = np.uint64(scratch.at[k])
+        below = above + size
+        scratch.above[k] = np.uint32(packed[above]) | np.uint32(np.uint32(packed[above + one]) << sixteen)
+        scratch.below[k] = np.uint32(packed[below]) | np.uint32(np.uint32(packed[below + one]) << sixteen)
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _mix(scratch: GroundScratch, share: NDArray[np.float32], cover: NDArray[np.float32]) -> None:
+    """Write the means of the four texels."""
+    byte, eight, sixteen, last = np.uint32(255), np.uint32(8), np.uint32(16), np.uint32(24)
+    for k in range(share.shape[0]):
+        a, c = scratch.above[k], scratch.below[k]
+        fs, ft = scratch.fraction_x[k], scratch.fraction_y[k]
         w00, w01 = (ONE - fs) * (ONE - ft) * _PER_BYTE, fs * (ONE - ft) * _PER_BYTE
         w10, w11 = (ONE - fs) * ft * _PER_BYTE, fs * ft * _PER_BYTE
         share[k] = (
-            w00 * np.float32(a & 255)
-            + w01 * np.float32(b & 255)
-            + w10 * np.float32(c & 255)
-            + w11 * np.float32(d & 255)
+            w00 * np.float32(np.int32(a & byte))
+            + w01 * np.float32(np.int32(np.uint32(a >> sixteen) & byte))
+            + w10 * np.float32(np.int32(c & byte))
+            + w11 * np.float32(np.int32(np.uint32(c >> sixteen) & byte))
         )
         cover[k] = (
-            w00 * np.float32(a >> 8) + w01 * np.float32(b >> 8) + w10 * np.float32(c >> 8) + w11 * np.float32(d >> 8)
+            w00 * np.float32(np.int32(np.uint32(a >> eight) & byte))
+            + w01 * np.float32(np.int32(np.uint32(a >> last)))
+            + w10 * np.float32(np.int32(np.uint32(c >> eight) & byte))
+            + w11 * np.float32(np.int32(np.uint32(c >> last)))
         )

@@ -38,12 +38,34 @@ _WIDEST = 1.5
 """Tangent of the angle to the side at which a beam ends."""
 BLOCK = 8
 """Neighbouring pixels of a row between whose first and last light is interpolated where the surface is plain."""
-_PLAIN = np.float32(0.5)
-"""Largest deviation of a plain surface, in texels of the ground map."""
+_PLAIN = np.float32(0.1)
+"""Largest bend of a row on a plain surface from pixel to pixel, in texels of the ground map."""
 CHANNELS = 6
-"""Vectors of street lamps and of headlights."""
+"""Numbers of both vectors, of street lamps and of headlights."""
 
 HALF, ONE, ZERO = np.float32(0.5), np.float32(1.0), np.float32(0.0)
+
+
+class LampScratch(NamedTuple):
+    """Scratch of ``lamp_row``, for rows of W pixels.
+
+    Attributes:
+        vectors: (6, W) of street lamps and of headlights. ends: (2, 6) those at both ends of a block.
+        bends: (>= W,) uint8, see ``_find_bends``. words: the same memory, a block each.
+    """
+
+    vectors: NDArray[np.float32]
+    ends: NDArray[np.float32]
+    bends: NDArray[np.uint8]
+    words: NDArray[np.uint64]
+
+
+def new_lamp_scratch(width: int) -> LampScratch:
+    """Return scratch for rows of ``width`` pixels."""
+    bends = np.zeros(-(-width // BLOCK) * BLOCK, np.uint8)
+    return LampScratch(
+        np.zeros((CHANNELS, width), np.float32), np.zeros((2, CHANNELS), np.float32), bends, bends.view(np.uint64)
+    )
 
 
 class LampArrays(NamedTuple):
@@ -83,7 +105,7 @@ _TABLE = profile(np.linspace(0.0, 1.0, 1025))
 
 
 def bake_lamps(lamps_m: NDArray[np.float64], flux_lm: NDArray[np.float64], heights: HeightMap) -> NDArray[np.float32]:
-    """Return the map (n, n, 6) of street lamps at places (K, 3), the last three channels 0."""
+    """Return the map (n, n, 6) of street lamps at places (K, 3), that of headlights 0."""
     light_lx = np.zeros((*heights.solid_m.shape, CHANNELS), np.float32)
     down_cd = np.array([intensity_down_cd(float(flux)) for flux in flux_lm])
     _bake(lamps_m.astype(float), down_cd, heights.solid_m, heights.crown_m, heights.side_m, _TABLE, light_lx)
@@ -188,7 +210,7 @@ def _shine(
     changed: NDArray[np.int64],
     light_lx: NDArray[np.float32],
 ) -> None:
-    """Write the vectors of headlights (K cars) into the last three channels; what they wrote before is taken out."""
+    """Write the vectors of headlights (K cars) into channels 3 to 5; what they wrote before is taken out."""
     size, z = light_lx.shape[0], BEAM_HEIGHT_M
     for n in range(changed.shape[0]):
         light_lx[changed[n, 0] : changed[n, 1], changed[n, 2] : changed[n, 3], 3:] = 0.0
@@ -228,6 +250,7 @@ def lamp_row(
     row: NDArray[np.float32],
     height_m: NDArray[np.float32],
     normal: NDArray[np.float32],
+    scratch: LampScratch,
     lamp_lx: NDArray[np.float32],
     head_lx: NDArray[np.float32],
 ) -> None:
@@ -237,39 +260,81 @@ def lamp_row(
         column, row: in the ground map.
         height_m: above the ground, (W,). Light from above ends at the lamps, and that of beams above the cars.
     """
-    nx, ny, nz = normal[0], normal[1], normal[2]
+    vectors, ends, block, one = scratch.vectors, scratch.ends, np.uint64(BLOCK), np.uint64(1)
+    width, read_at = np.uint64(lamp_lx.shape[0]), np.uint64(0)
+    _find_bends(column, row, scratch.bends)
+    _read(lamps, column[0], row[0], ends[0])
+    for number in range(scratch.words.shape[0]):
+        first = np.uint64(number) * block
+        if scratch.words[number] == 0:
+            here, there = ends[np.uint64(number) & one], ends[one - (np.uint64(number) & one)]
+            if read_at != first:
+                _read(lamps, column[first], row[first], here)
+            read_at = first + block
+            _read(lamps, column[read_at], row[read_at], there)
+            _draw_line(here, there, first, vectors)
+        else:
+            for k in range(first, min(first + block, width)):
+                _read(lamps, column[k], row[k], ends[0])
+                for channel in range(CHANNELS):
+                    vectors[channel, k] = ends[0, channel]
+            read_at = width
+    _receive(vectors[0], vectors[1], vectors[2], normal, lamp_lx)
+    _receive(vectors[3], vectors[4], vectors[5], normal, head_lx)
     per_height, beams_end = ONE / (HALF * lamps.height_m), np.float32(1.0 / 1.5)
-    width, step = lamp_lx.shape[0], BLOCK
-    ax, ay, az, bx, by, bz = _vectors(lamps, column[0], row[0])
-    for first in range(0, width, step):
-        end = min(first + step, width)
-        after = min(end, width - 1)
-        # A plain block, e.g. of road, lies within centimetres of a straight line on the map.
-        bend = ZERO
-        for k in range(first, end):
-            at = np.float32(k - first) / np.float32(max(after - first, 1))
-            bend = max(bend, abs(column[k] - column[first] - at * (column[after] - column[first])))
-            bend = max(bend, abs(row[k] - row[first] - at * (row[after] - row[first])))
-        cx, cy, cz, dx, dy, dz = _vectors(lamps, column[after], row[after])
-        for k in range(first, end):
-            if bend > _PLAIN:
-                lx, ly, lz, hx, hy, hz = _vectors(lamps, column[k], row[k])
-            else:
-                t = np.float32(k - first) / np.float32(max(after - first, 1))
-                lx, ly, lz = ax + t * (cx - ax), ay + t * (cy - ay), az + t * (cz - az)
-                hx, hy, hz = bx + t * (dx - bx), by + t * (dy - by), bz + t * (dz - bz)
-            below = min(max((lamps.height_m - height_m[k]) * per_height, ZERO), ONE)
-            low = min(max(np.float32(2.0) - height_m[k] * beams_end, ZERO), ONE)
-            lamp_lx[k] = below * max(nx[k] * lx + ny[k] * ly + nz[k] * lz, ZERO)
-            head_lx[k] = low * max(nx[k] * hx + ny[k] * hy + nz[k] * hz, ZERO)
-        ax, ay, az, bx, by, bz = cx, cy, cz, dx, dy, dz
+    _end_above(height_m, lamps.height_m * per_height, per_height, lamp_lx)
+    _end_above(height_m, np.float32(2.0), beams_end, head_lx)
 
 
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
-def _vectors(
-    lamps: LampArrays, column: np.float32, row: np.float32
-) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
-    """Return both vectors at a place of the ground map, between the four cells around it."""
+def _find_bends(column: NDArray[np.float32], row: NDArray[np.float32], bends: NDArray[np.uint8]) -> None:
+    """Mark pixels after which a row leaves its straight line on the map, and the last two."""
+    last, one, two = np.uint64(column.shape[0] - 2), np.uint64(1), np.float32(2.0)
+    for k in range(last):
+        by_column = abs(column[k] - two * column[k + one] + column[k + one + one])
+        by_row = abs(row[k] - two * row[k + one] + row[k + one + one])
+        bends[k] = max(by_column, by_row) > _PLAIN
+    bends[last] = bends[last + one] = 1
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _draw_line(
+    here: NDArray[np.float32], there: NDArray[np.float32], first: np.uint64, vectors: NDArray[np.float32]
+) -> None:
+    """Write the vectors of a block from those at its first pixel and at the one after its last."""
+    per = ONE / np.float32(BLOCK)
+    for channel in range(CHANNELS):
+        start, step = here[channel], per * (there[channel] - here[channel])
+        for j in range(BLOCK):
+            vectors[channel, first + np.uint64(j)] = start + np.float32(np.int32(j)) * step
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _receive(
+    x: NDArray[np.float32],
+    y: NDArray[np.float32],
+    z: NDArray[np.float32],
+    normal: NDArray[np.float32],
+    light_lx: NDArray[np.float32],
+) -> None:
+    """Write the part (W,) of vectors along normals."""
+    nx, ny, nz = normal[0], normal[1], normal[2]
+    for k in range(light_lx.shape[0]):
+        light_lx[k] = max(nx[k] * x[k] + ny[k] * y[k] + nz[k] * z[k], ZERO)
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _end_above(
+    height_m: NDArray[np.float32], most: np.float32, per_m: np.float32, light_lx: NDArray[np.float32]
+) -> None:
+    """Weaken light towards the height at which it ends."""
+    for k in range(light_lx.shape[0]):
+        light_lx[k] *= min(max(most - height_m[k] * per_m, ZERO), ONE)
+
+
+@row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
+def _read(lamps: LampArrays, column: np.float32, row: np.float32, vectors: NDArray[np.float32]) -> None:
+    """Write both vectors (6,) at a place of the ground map, between the four cells around it."""
     light, size = lamps.light_lx, np.int64(lamps.size)
     most, one = np.float32(lamps.size) - np.float32(1.01), np.uint64(1)
     s, t = min(max(column * lamps.share - HALF, ZERO), most), min(max(row * lamps.share - HALF, ZERO), most)
@@ -279,11 +344,6 @@ def _vectors(
     b, d = a + one, c + one
     fs, ft = s - np.float32(j), t - np.float32(i)
     w00, w01, w10, w11 = (ONE - fs) * (ONE - ft), fs * (ONE - ft), (ONE - fs) * ft, fs * ft
-    return (
-        w00 * light[a, 0] + w01 * light[b, 0] + w10 * light[c, 0] + w11 * light[d, 0],
-        w00 * light[a, 1] + w01 * light[b, 1] + w10 * light[c, 1] + w11 * light[d, 1],
-        w00 * light[a, 2] + w01 * light[b, 2] + w10 * light[c, 2] + w11 * light[d, 2],
-        w00 * light[a, 3] + w01 * light[b, 3] + w10 * light[c, 3] + w11 * light[d, 3],
-        w00 * light[a, 4] + w01 * light[b, 4] + w10 * light[c, 4] + w11 * light[d, 4],
-        w00 * light[a, 5] + w01 * light[b, 5] + w10 * light[c, 5] + w11 * light[d, 5],
-    )
+    for channel in range(CHANNELS):
+        above = w00 * light[a, channel] + w01 * light[b, channel]
+        vectors[channel] = above + w10 * light[c, channel] + w11 * light[d, channel]

@@ -44,9 +44,9 @@ def _fine_mean(renderer, shader, T_world_camera, camera=CAMERA):
 @given(st.floats(0, 2 * np.pi), st.floats(-0.5, 0.5), st.sampled_from([0.0, 3.0]))
 def test_an_edge_at_any_angle_divides_pixels_by_area(angle_rad, shift_m, above_m):
     world = World()
-    world.add(_sheet(angle_rad + np.pi, -shift_m, 0.0, 40), np.eye(4), name="dark", category="ground")
-    if above_m:
-        world.add(_sheet(0.0, -60.0, 0.0, 40), np.eye(4), name="ground", category="ground")
+    # Below a higher sheet the ground goes on.
+    below_m = 20.0 if above_m else 0.0
+    world.add(_sheet(angle_rad + np.pi, -shift_m - below_m, 0.0, 40), np.eye(4), name="dark", category="ground")
     world.add(_sheet(angle_rad, shift_m, above_m, 220), np.eye(4), name="bright", category="ground")
     renderer, shader = Raster(world), DaylightShader(world, Sun((0, 0, 1), 80_000.0), 15_000.0)
     pose = look_down_pose(np.array([0.0, 0.0, 30.0]), 0.0, 0.0, 0.0)
@@ -59,7 +59,8 @@ def test_an_edge_at_any_angle_divides_pixels_by_area(angle_rad, shift_m, above_m
     assert np.abs(smooth - exact).max() < 0.13 * step + 1.5 * step / FINE
     # A mean of 16 x 16 samples is itself wrong by up to 1/32 of the step along the edge.
     of_samples = 3 * CAMERA.width_px * step / (2 * FINE)
-    assert np.abs(smooth - exact).sum() < 0.25 * np.abs(sharp - exact).sum() + of_samples
+    # At 45° half of the error stays.
+    assert np.abs(smooth - exact).sum() < 0.5 * np.abs(sharp - exact).sum() + of_samples
 
 
 def test_a_town_comes_near_the_mean_of_many_samples(town):
@@ -91,3 +92,15 @@ def test_ids_and_depth_stay_those_of_the_centres(town):
     np.testing.assert_array_equal(sharp.instance_id, smooth.instance_id)
     assert (sharp.picture.image_rgb != smooth.picture.image_rgb).any()
     assert sharp.picture.image_rgb.astype(int).mean() == pytest.approx(smooth.picture.image_rgb.mean(), rel=0.02)
+
+
+def test_rows_on_their_way_and_a_whole_film_are_smoothed_alike(town):
+    sensor = CameraSensor(SensorConfig(), np.random.default_rng(3))
+    renderer, shader = Raster(town), DaylightShader(town, SUN, 15_000.0)
+    pose = look_down_pose(np.array([2.0, 8.0, 60.0]), 0.3, 0.05, 0.3)
+    # The first picture, of which the exposure is not known before, is lit as a whole.
+    first = capture(renderer, shader, sensor, CAMERA, pose, 0, smooth=True)
+    sensor.hold(exposure=True, white_balance=True)
+    again = capture(renderer, shader, sensor, CAMERA, pose, 0, smooth=True)
+    assert not sensor.needs_whole(CAMERA, None, None)
+    np.testing.assert_array_equal(again.picture.image_rgb, first.picture.image_rgb)

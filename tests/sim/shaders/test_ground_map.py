@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from sim.optics import Intrinsics, look_down_pose
-from sim.shaders.ground_map import COARSE_M, FINER, Footprint, GroundMap, HeightMap, ground_map, ground_row, sky_shares
+from sim.shaders.ground_map import (
+    COARSE_M,
+    FINER,
+    Footprint,
+    GroundMap,
+    HeightMap,
+    ground_map,
+    ground_row,
+    new_ground_scratch,
+    sky_shares,
+)
 
 CELLS = 81
 CAMERA = Intrinsics(64, 48, 60.0)
@@ -61,6 +71,6 @@ def test_cover_and_share_are_interpolated():
     ground = plain_map().view([]).arrays(np.empty((0, 4, 4)), CAMERA, DOWN)
     column, row = (np.array([10.2, 100.7], np.float32) for _ in range(2))
     share, cover = np.empty((2, 2), np.float32)
-    ground_row(ground, column, row, share, cover)
+    ground_row(ground, column, row, new_ground_scratch(2), share, cover)
     np.testing.assert_allclose(share, 1.0, rtol=1e-6)
     np.testing.assert_allclose(cover, 0.2, rtol=1e-6)
