@@ -28,6 +28,7 @@ class Entry:
         env_id: Gymnasium's id of its env, '' if there is none.
         tracker, preset: defaults of that env.
         survey: ``module:name`` of its ``Survey``, '' if there is none.
+        is_next: whether tables do not rest on it yet: an id without a version means the one before.
     """
 
     id: str
@@ -36,6 +37,7 @@ class Entry:
     tracker: str = ""
     preset: str = "standard"
     survey: str = ""
+    is_next: bool = False
 
 
 _ENTRIES: tuple[Entry, ...] = (
@@ -45,6 +47,12 @@ _ENTRIES: tuple[Entry, ...] = (
         "frameout/RoadTownFollow-v3",
         "mosaic_graph_pf",
         survey="scenarios.road_town.survey:FRAME_OUTS",
+    ),
+    Entry(
+        "road-town-v3",
+        "scenarios.road_town.scenario:ROAD_TOWN_NEXT",
+        survey="scenarios.road_town.survey:FRAME_OUTS_NEXT",
+        is_next=True,
     ),
     Entry(
         "stereo-follow-v2",
@@ -68,7 +76,7 @@ _ENTRIES: tuple[Entry, ...] = (
 )
 """In order of publication: a later version of a scenario stands after an earlier one. Add yours here."""
 DEFAULT = unversioned(_ENTRIES[0].id)
-DEFAULT_ENV = next(entry.env_id for entry in reversed(_ENTRIES) if unversioned(entry.id) == DEFAULT)
+DEFAULT_ENV = next(entry.env_id for entry in reversed(_ENTRIES) if unversioned(entry.id) == DEFAULT and entry.env_id)
 """Default scenario and env of the commands."""
 SUCCESSORS: Mapping[str, str] = {
     "road-town-v1": "road-town-v2",
@@ -120,7 +128,7 @@ def env_preset(name: str) -> str:
 
 
 def scenario(name: str) -> Scenario:
-    """Return a scenario by id; an id without a version (``road-town``) means the latest version.
+    """Return a scenario by id; an id without a version (``road-town``) means the latest version that tables rest on.
 
     Raises:
         ValueError: for an unknown name; lists the known ones. For a deleted one; names its successor. For a scenario
@@ -151,7 +159,8 @@ def check_env(name: str) -> None:
 
 def _entry(name: str) -> Entry:
     # Without its version a name is the latest one's.
-    known = {unversioned(entry.id): entry for entry in _ENTRIES} | {entry.id: entry for entry in _ENTRIES}
+    known = {unversioned(entry.id): entry for entry in _ENTRIES if not entry.is_next}
+    known |= {entry.id: entry for entry in _ENTRIES}
     _check_id("scenario", name, known)
     return known[name]
 

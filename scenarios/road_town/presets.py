@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 from scenarios.road_town.blocks import BUILDING_SIDES_M
 from scenarios.road_town.patterns import SMALLEST_EXTENT_M, STREET_PATTERNS
@@ -380,41 +380,40 @@ ABLATIONS: dict[str, RoadTown] = {
 }
 """Further presets: ``standard`` with one assumption of a tracker violated in each."""
 
-LIVELY = replace(
-    STANDARD,
-    summary="people and cyclists, signs, hedges and shrubs, houses of many kinds",
-    buildings="varied",
-    gardens="grown",
-    signs=(40, 60),
-    people=(24, 40),
-    cyclists=(3, 6),
-)
-WORLDS: dict[str, RoadTown] = {
+_LIVELY: dict[str, Any] = {
+    "buildings": "varied",
+    "gardens": "grown",
+    "signs": (40, 60),
+    "people": (24, 40),
+    "cyclists": (3, 6),
+    "traffic_keeps_apart": True,
+    "smooth_edges": True,
+}
+LIVELY = replace(STANDARD, summary="people, cyclists, signs, gardens, houses of many kinds; no stairs", **_LIVELY)
+NEXT_PRESETS: dict[str, RoadTown] = {
+    "standard": LIVELY,
+    **{name: replace(PRESETS[name], **_LIVELY) for name in ("hard", "quick", "oblique")},
     "mixed-traffic": replace(
-        STANDARD,
-        summary="lorries, buses and motorbikes too, more of them; no two ever touch",
+        LIVELY,
+        summary="lorries, buses and motorbikes too, more of them",
         traffic_cars=24,
         vehicles=tuple(VEHICLES),
-        traffic_keeps_apart=True,
     ),
+    "bridges": replace(LIVELY, summary="bridges and covers that hide the car in the picture", overpasses=(2, 4)),
     "night": replace(
-        STANDARD,
-        summary="standard, after sunset: street lamps, headlights, a camera that sees little light",
+        LIVELY,
+        summary="after sunset: street lamps, headlights, a camera that sees little light",
         sun_elevation_deg=(-18.0, -7.0),
     ),
-    "rain": replace(STANDARD, summary="standard, in rain: wet streets, drops on the camera's window", weather="rain"),
-    "fog": replace(STANDARD, summary="standard, in fog of 150 to 400 m visibility", weather="fog"),
+    "rain": replace(LIVELY, summary="rain: wet streets, drops on the camera's window", weather="rain"),
+    "fog": replace(LIVELY, summary="fog of 150 to 400 m visibility", weather="fog"),
     "snow": replace(
-        STANDARD,
-        summary="standard, in winter, under snow that still falls",
+        LIVELY,
+        summary="winter, under snow that still falls",
         weather="snow",
         season="winter",
         snow_cover=(0.6, 1.0),
     ),
-    "autumn": replace(
-        STANDARD, summary="standard, in autumn, under a low sun", season="autumn", sun_elevation_deg=(14.0, 30.0)
-    ),
-    "lively": LIVELY,
-    "bridges": replace(LIVELY, summary="lively, with bridges and covers that hide the car", overpasses=(2, 4)),
+    "autumn": replace(LIVELY, summary="autumn, under a low sun", season="autumn", sun_elevation_deg=(14.0, 30.0)),
 }
-"""Further worlds, which tables do not rest on yet."""
+"""Presets of the next edition, ``road-town-v3``."""

@@ -11,7 +11,7 @@ from scenarios.road_town.pilot import OUT, frame_out_spans, picture_states
 from scenarios.road_town.plan import TARGET, make_plan
 from scenarios.road_town.presets import RoadTown
 from scenarios.road_town.road_map import RoadMap
-from scenarios.road_town.scenario import ROAD_TOWN
+from scenarios.road_town.scenario import ROAD_TOWN, ROAD_TOWN_NEXT
 from sim.checks import check
 from sim.rng import episode_seed
 
@@ -78,7 +78,7 @@ class FrameOutSurvey:
         )
 
 
-FRAME_OUTS = FrameOutSurvey(ROAD_TOWN.id)
+FRAME_OUTS, FRAME_OUTS_NEXT = FrameOutSurvey(ROAD_TOWN.id), FrameOutSurvey(ROAD_TOWN_NEXT.id)
 
 
 def _held(preset: RoadTown, scenario: str, seeds: range) -> Held:

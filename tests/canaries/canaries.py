@@ -48,7 +48,7 @@ from scenarios.catalog import unversioned
 from scenarios.command_link import LINKS, episode_link
 from scenarios.loop import Loop, LoopTracker, ManyLoopTracker, tracker_stream
 from scenarios.road_town.plan import draw_layout
-from scenarios.road_town.scenario import ROAD_TOWN, KeptTown
+from scenarios.road_town.scenario import KeptTown
 from scenarios.road_town.town import build_town, forget_town
 from scenarios.scenario import Frame, KeptWorld
 from scenarios.stage import Stage
@@ -157,7 +157,7 @@ def canaries() -> dict[str, Canary]:
 
 
 def _scenes() -> Iterator[Canary]:
-    for name in dict.fromkeys(catalog.scenario(unversioned(each)).id for each in catalog.names()):
+    for name in catalog.names():
         scenario = catalog.scenario(name)
         for preset in scenario.presets:
             yield Canary(
@@ -168,7 +168,7 @@ def _scenes() -> Iterator[Canary]:
                 scenario.presets[preset],
             )
         # Those of the town share one in closed loop.
-        if "quick" in scenario.presets and name != ROAD_TOWN.id:
+        if "quick" in scenario.presets and unversioned(name) != "road-town":
             yield Canary(
                 f"scene {name} steered",
                 preset_edition(name, "quick"),
@@ -266,8 +266,8 @@ def digest_of_scene(name: str, preset: str, closed_loop: bool | None = None) -> 
     scenario = catalog.scenario(name)
     tiny = _tiny(scenario.presets[preset])
     make = partial(scenario.episode, closed_loop=closed_loop)
-    if name == ROAD_TOWN.id and preset in _IN_THE_SAME_TOWN:
-        make = partial(ROAD_TOWN.episode, closed_loop=True, kept=_town())
+    if unversioned(name) == "road-town" and preset in _IN_THE_SAME_TOWN:
+        make = partial(scenario.episode, closed_loop=True, kept=_town(name))
     with closing(make(tiny, 0)) as episode:
         commands = [_COMMAND if k and episode.closed_loop else None for k in range(_FRAMES)]
         seen = [episode.step(command) for command in commands]
@@ -279,10 +279,10 @@ def _tiny(preset: Any) -> Any:
 
 
 @cache
-def _town() -> KeptWorld:
-    """Return a town as sharp as the catalogue's."""
-    seed = episode_seed(0, ROAD_TOWN.id, 0)
-    layout = draw_layout(_tiny(ROAD_TOWN.presets["standard"]), seed)
+def _town(name: str) -> KeptWorld:
+    """Return a town of an edition as sharp as the catalogue's."""
+    seed = episode_seed(0, name, 0)
+    layout = draw_layout(_tiny(catalog.scenario(name).presets["standard"]), seed)
     return KeptWorld(build_town(layout, generator(seed, "town")), KeptTown(layout))
 
 

@@ -16,7 +16,7 @@ from scenarios.road_town.line_of_sight import LineOfSight
 from scenarios.road_town.overpasses import CLEAR_M
 from scenarios.road_town.passers_by import CAR_CLEAR_M
 from scenarios.road_town.plan import Plan, draw_kept_layout, draw_layout, make_plan
-from scenarios.road_town.presets import PRESETS, STANDARD, WORLDS, RoadTown
+from scenarios.road_town.presets import NEXT_PRESETS, PRESETS, STANDARD, RoadTown
 from scenarios.road_town.road_map import RoadMap, road_area
 from scenarios.road_town.scenario import ROAD_TOWN, kind_of_town
 from sim.meshes.vehicle import OWN, SHIPPED
@@ -28,7 +28,7 @@ CHANGED = {"buildings": "varied", "gardens": "grown", "signs": (5, 5), "overpass
 
 @cache
 def plan_of(name: str, seed: int) -> Plan:
-    return make_plan(WORLDS[name], seed, closed_loop=False)
+    return make_plan(NEXT_PRESETS[name], seed, closed_loop=False)
 
 
 def _areas(layout: Layout) -> dict[str, list[shapely.Polygon]]:
@@ -42,7 +42,7 @@ def _areas(layout: Layout) -> dict[str, list[shapely.Polygon]]:
 
 
 @pytest.mark.parametrize("seed", [0, 2])
-@pytest.mark.parametrize("name", ["lively", "bridges"])
+@pytest.mark.parametrize("name", ["standard", "bridges"])
 def test_nothing_stands_in_anything_else_or_on_a_street(name: str, seed: int) -> None:
     plan = plan_of(name, seed)
     areas = _areas(plan.layout)
@@ -65,7 +65,8 @@ def test_nothing_stands_in_anything_else_or_on_a_street(name: str, seed: int) ->
 
 def test_what_is_new_changes_nothing_when_it_is_off() -> None:
     """Each kind is drawn from a generator of its own: the rest of the town and the traffic stay the same."""
-    plain, furnished = make_plan(STANDARD, 4, closed_loop=False), plan_of("lively", 4)
+    preset = replace(NEXT_PRESETS["standard"], traffic_keeps_apart=False)
+    plain, furnished = (make_plan(each, 4, closed_loop=False) for each in (STANDARD, preset))
     assert plain.layout.props == plain.layout.overpasses == plain.layout.zebras == ()
     assert plain.passers_by is None
     assert furnished.layout.trees == plain.layout.trees
@@ -109,7 +110,7 @@ def test_people_keep_off_cars_and_cross_streets_at_crossings(seed: int) -> None:
 
 
 def test_people_are_the_same_for_the_same_seed() -> None:
-    again = make_plan(WORLDS["bridges"], 1, closed_loop=False)
+    again = make_plan(NEXT_PRESETS["bridges"], 1, closed_loop=False)
     np.testing.assert_array_equal(again.passers_by.T_world, plan_of("bridges", 1).passers_by.T_world)
     assert again.layout.overpasses == plan_of("bridges", 1).layout.overpasses
 
@@ -127,7 +128,7 @@ def test_overpasses_stand_where_the_target_drives() -> None:
 
 
 def test_towns_that_are_kept_have_overpasses_too_and_no_excursion_hits_them() -> None:
-    preset = replace(WORLDS["bridges"], excursions=(1, 1))
+    preset = replace(NEXT_PRESETS["bridges"], excursions=(1, 1))
     kept = draw_kept_layout(preset, 3)
     assert kept.overpasses
     plan = make_plan(preset, 5, closed_loop=False, kept=kept)
@@ -180,7 +181,7 @@ def test_a_car_under_a_bridge_is_occluded_and_people_are_labelled() -> None:
 
 def test_play_without_pictures_names_what_it_refuses() -> None:
     with pytest.raises(ValueError, match=r"overpasses: expected \(0, 0\)"):
-        ROAD_TOWN.pictureless.check_playable(ROAD_TOWN.presets["bridges"])
+        ROAD_TOWN.pictureless.check_playable(NEXT_PRESETS["bridges"])
     with pytest.raises(ValueError, match="instruments"):
-        ROAD_TOWN.pictureless.check_playable(replace(ROAD_TOWN.presets["lively"], ego=None))
-    ROAD_TOWN.pictureless.check_playable(ROAD_TOWN.presets["lively"])
+        ROAD_TOWN.pictureless.check_playable(replace(NEXT_PRESETS["standard"], ego=None))
+    ROAD_TOWN.pictureless.check_playable(NEXT_PRESETS["standard"])

@@ -23,12 +23,12 @@ from scenarios.road_town.kept_apart import (
     zones_of,
 )
 from scenarios.road_town.plan import TARGET, Plan, make_plan
-from scenarios.road_town.presets import PRESETS, WORLDS
+from scenarios.road_town.presets import NEXT_PRESETS, PRESETS
 from scenarios.road_town.route import POINT_SPACING_M, Excursion, Passage, Route
 from scenarios.road_town.traffic import Driver
 from sim.rng import episode_seed
 
-MIXED = WORLDS["mixed-traffic"]
+MIXED = NEXT_PRESETS["mixed-traffic"]
 BUS, CAR = np.array([12.0, 2.55, 3.0]), np.array([4.7, 1.9, 1.5])
 
 

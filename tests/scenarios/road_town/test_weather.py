@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from scenarios.road_town.plan import draw_layout
-from scenarios.road_town.presets import PRESETS, WORLDS, RoadTown
+from scenarios.road_town.presets import NEXT_PRESETS, PRESETS, RoadTown
 from scenarios.road_town.road_map import road_area
 from scenarios.road_town.scenario import ROAD_TOWN, KeptTown, kind_of_town
 from scenarios.road_town.seasons import LOOKS
@@ -114,7 +114,7 @@ def test_no_standing_preset_has_lamps_or_weather():
     for preset in PRESETS.values():
         assert not preset.has_lamp_posts
         assert preset.weather == "clear"
-    assert WORLDS["night"].has_lamp_posts
+    assert NEXT_PRESETS["night"].has_lamp_posts
 
 
 def test_what_a_kept_town_is_depends_on_what_is_drawn_into_it():
