@@ -85,6 +85,10 @@ class Exporter:
             self.begin()
             for seed in self.data.seeds:
                 self.write_episode(self.data.episode(seed))
+            # Else all are written, see ``frames``.
+            some = not self._written or any(counts.any() for counts in self._written.values())
+            asked = f"none, with classes {', '.join(self.labels.names)} and negatives {self.data.request.negatives:g}"
+            check("data", some, "pictures to write", asked)
             self.end()
 
     def begin(self) -> None:
@@ -248,12 +252,14 @@ def export(
         problem = next(damaged(data), None)
         check("data", problem is None, "a whole data set (see frameout verify)", problem)
         chosen(data, folder, labels).write()
-        (folder / README).write_text(_readme(data, name, chosen, labels), encoding="utf-8")
+        (folder / README).write_text(_readme(data, name, chosen, labels, folder), encoding="utf-8")
     return labels.left_out
 
 
-def _readme(data: DataSet, name: str, chosen: type[Exporter], labels: Labels) -> str:
-    splits = {split: [chosen.data_files.format(split=split)] for split in data.splits}
+def _readme(data: DataSet, name: str, chosen: type[Exporter], labels: Labels, folder: Path) -> str:
+    # A split may have no picture, see ``Request.negatives``; readers refuse a pattern without a file.
+    patterns = {split: chosen.data_files.format(split=split) for split in data.splits}
+    splits = {split: [pattern] for split, pattern in patterns.items() if pattern and any(folder.glob(pattern))}
     template = page_environment(__file__, autoescape=False).get_template("README.md.jinja")
     channels = chosen.channels or data.request.channels
     tasks = dict.fromkeys(["object-detection"] * chosen.has_classes + tasks_of(channels))

@@ -193,7 +193,9 @@ def flow_map(flow_px: NDArray[np.floating]) -> NDArray[np.uint16]:
 
     All three are 0 where the flow is not finite or beyond the range of 16 bits.
     """
-    stored = np.rint(np.nan_to_num(flow_px, nan=np.inf, posinf=np.inf, neginf=-np.inf) * _FLOW_FRACTIONS + _FLOW_ZERO)
+    steps = np.nan_to_num(flow_px, nan=np.inf, posinf=np.inf, neginf=-np.inf) * _FLOW_FRACTIONS
+    # Rounded first: 32 bits lose a 256th of a step beside 2^15.
+    stored = np.rint(steps) + _FLOW_ZERO
     good = ((stored >= 0) & (stored <= _LARGEST)).all(axis=2, keepdims=True)
     return np.where(good, np.concatenate([stored, np.ones_like(good)], axis=2), 0.0).astype(np.uint16)
 

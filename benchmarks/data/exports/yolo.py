@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import json
 import math
+from collections import Counter
+from collections.abc import Iterable
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +19,7 @@ from benchmarks.data.exports.labels import Instance, StoredFrame
 from benchmarks.data.exports.outlines import oriented_box, polygon_of
 from benchmarks.data.exports.sidecar import Sidecar
 from benchmarks.data.sets.data_set import DataSet
+from benchmarks.data.sets.request import SPLITS
 from benchmarks.data.sets.stored_episode import StoredEpisode
 from sim.checks import check
 from sim.optics import project
@@ -27,17 +30,26 @@ _MOST = 1.01
 
 
 def parts_of(data: DataSet) -> dict[int, str]:
-    """Return the split of each seed: that of the set, or of one without shares ``train`` or ``val``.
+    """Return the split of each seed: that of the set; one without shares has ``train`` and ``val`` beside ``test``.
 
     Raises:
-        ValueError: for fewer than two episodes to split.
+        ValueError: if there is nothing to train on or nothing to validate on, unless all are for test.
     """
-    if data.request.splits:
-        return {seed: split for split, seeds in data.splits.items() for seed in seeds}
-    seeds = data.seeds
-    check("data", len(seeds) >= 2, "at least 2 episodes, to train on one and validate on the other", len(seeds))
-    last = math.ceil(VALIDATION_SHARE * len(seeds))
-    return {seed: "train" if k < len(seeds) - last else "val" for k, seed in enumerate(seeds)}
+    parts = {seed: split for split, seeds in data.splits.items() for seed in seeds}
+    if not data.request.splits:
+        seeds = data.splits.get("train", ())
+        last = math.ceil(VALIDATION_SHARE * len(seeds)) if len(seeds) > 1 else 0
+        parts |= dict.fromkeys(seeds[len(seeds) - last :], "val")
+    check_trainable(parts.values(), "episodes")
+    return parts
+
+
+def check_trainable(splits: Iterable[str], what: str) -> None:
+    """Raise ValueError if of ``what`` some are for training or validation, but not for both."""
+    counts = Counter(splits)
+    got = ", ".join(f"{counts[split]} for {split}" for split in SPLITS)
+    good = bool(counts["train"]) == bool(counts["val"]) and counts.total() > 0
+    check("data", good, f"{what} to train on and to validate on (more seeds, other splits), or for test alone", got)
 
 
 class LabelFiles(Exporter):
@@ -63,7 +75,7 @@ class LabelFiles(Exporter):
 
     def begin(self) -> None:
         """Split the seeds."""
-        self._parts = parts_of(self.data)
+        self._parts, self._counts = parts_of(self.data), Counter[str]()
         self._sidecar = Sidecar(self.labels)
 
     def write_episode(self, episode: StoredEpisode) -> None:
@@ -71,6 +83,7 @@ class LabelFiles(Exporter):
         for stored in self.frames(episode):
             names = {"part": self._parts[episode.seed], "name": f"{self.name_of(episode)}_{stored.index:06d}"}
             file, lines = self.texts.format(**names), list(self.heading)
+            self._counts[names["part"]] += 1
             self.write_picture(stored, self.pictures.format(**names))
             for each, taken in self.labels.seen(stored):
                 line = self.line(stored, each, taken)
@@ -80,7 +93,8 @@ class LabelFiles(Exporter):
             self.write_lines(file, lines)
 
     def end(self) -> None:
-        """Write the sidecar."""
+        """Write the sidecar. Raises ValueError if too few pictures are left of a split, see ``Request.negatives``."""
+        check_trainable(self._counts.elements(), "pictures")
         self._sidecar.write(self.folder)
 
 
@@ -96,8 +110,11 @@ class YoloFormat(LabelFiles):
         super().begin()
         # A string of JSON is one of YAML, whatever it holds.
         names = (f"  {number}: {json.dumps(name)}" for number, name in enumerate(self.labels.names))
-        splits = dict.fromkeys(["train", "val", *self._parts.values()])
-        folders = (f"{split}: images/{split}" for split in splits)
+        splits = {split: split for split in ("train", "val", *self._parts.values())}
+        if "val" not in self._parts.values():
+            # Ultralytics reads no file without both, nor one whose pictures of ``val`` are not there.
+            splits["val"] = "test"
+        folders = (f"{split}: images/{folder}" for split, folder in splits.items())
         self.write_lines("data.yaml", [*folders, "names:", *names])
 
     def line(self, stored: StoredFrame, instance: Instance, taken: bool) -> str | None:
@@ -119,7 +136,9 @@ class Yolo(YoloFormat):
 
     A line is class, x and y of the centre, width and height of the box around the pixels that are seen, as shares of
     the picture's width and height. Whole episodes are for training, validation or test, as the set's shares say; in a
-    set without shares the last 20 % of all seeds in order, at least one, are for validation.
+    set without shares the last 20 % of all seeds in order, at least one, are for validation, and those of the
+    benchmark's test split for test. A set with too few episodes for both training and validation is refused; of one for
+    test alone `val` is the folder `images/test`, and there is no folder to train on.
 
     `objects.csv` says what the format has no place for, a row for each line of the text files: file, line (from 1),
     class, and more of each object.

@@ -66,7 +66,7 @@ def test_results_without_answers_are_named(tmp_path: Path, capsys: pytest.Captur
             ["{set}", "--format", "otb", "--out", "{set}"],
             "out: expected an empty folder or one that does not exist",
         ),
-        (["{set}", "--format", "yolo", "--out", "{out}"], "data: expected at least 2 episodes"),
+        (["{set}", "--format", "yolo", "--out", "{out}"], "data: expected episodes to train on and to validate on"),
         (
             ["{set}/nix", "--format", "otb", "--out", "{out}"],
             "directory: expected a data set with a file dataset.json, got none in ",

@@ -7,7 +7,7 @@ frames and has no box there. Importing it adds ``painted-v1`` to the catalogue.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -216,7 +216,7 @@ def painted_data_set(
     Args:
         without: a channel that is not stored.
     """
-    none = ("counts",) if PAINTED.presets[preset].baseline_m else ("right_rgb", "counts")
+    none = ("counts",) if PAINTED.configuration(preset, seeds[0]).baseline_m else ("right_rgb", "counts")
     stored = [c for c in channels_of(PAINTED) if c not in none]
     channels = tuple(channel for channel in stored if channel not in (without, NORMALS))
     request = Request(PAINTED.id, preset, seeds, channels, pictures)
@@ -226,6 +226,13 @@ def painted_data_set(
     for seed in range(*seeds):
         write_episode(files, root, request, seed, request.episode(seed))
     return DataSet(str(folder))
+
+
+def cars_in_some(folder: Path) -> DataSet:
+    """Return a set of cars alone, without pictures that have none: those are all pictures of training."""
+    data = painted_data_set(folder, "single[first_x_px=choice(2,50)]", (2, 4))
+    data.request = replace(data.request, classes=("car",), negatives=0.0, splits={"train": 0.5, "val": 0.5})
+    return data
 
 
 def truths(preset: str = "quick") -> list[PaintedTruth]:

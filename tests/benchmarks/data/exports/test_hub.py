@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ import pytest
 from benchmarks.data.exports import hub
 from benchmarks.data.exports.exporter import export
 from benchmarks.data.sets.data_set import DataSet
-from tests.benchmarks.data.exports.painted_scene import FRAMES, picture
+from tests.benchmarks.data.exports.painted_scene import FRAMES, cars_in_some, picture
 from tests.benchmarks.data.exports.scoring import average_precision
 from tests.benchmarks.data.exports.test_yolo import true_boxes
 from tests.benchmarks.data.sets.hub_head import head_of
@@ -96,3 +97,17 @@ def test_files_end_at_a_size_and_what_is_ignored_is_a_crowd(
     rows = rows_of(tmp_path / "out")["train"]
     assert len(rows) == 2 * FRAMES
     assert sum(sum(row["objects"]["iscrowd"]) for row in rows) == few > 0
+
+
+def test_a_split_without_pictures_is_not_named(tmp_path: Path) -> None:
+    """``load_dataset`` refuses a pattern without files; a set without any picture is no data set."""
+    data = cars_in_some(tmp_path / "set")
+    export(data, "hub", tmp_path / "out")
+    (config,) = head_of(tmp_path / "out" / "README.md")["configs"]
+    assert [each["split"] for each in config["data_files"]] == ["val"]
+    assert list(rows_of(tmp_path / "out")) == ["val"]
+    data.request = replace(data.request, classes=("person",))
+    for name in ("hub", "coco", "kitti-object"):
+        with pytest.raises(ValueError, match="data: expected pictures to write, got none, with classes person and neg"):
+            export(data, name, tmp_path / "none")
+    assert not (tmp_path / "none").exists()

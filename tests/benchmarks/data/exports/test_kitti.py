@@ -99,7 +99,8 @@ def test_maps_round_to_half_a_step_and_are_zero_where_they_cannot_hold_a_value()
     values, flow = rng.uniform(0.01, 255.99, (50, 60)), rng.uniform(-511.9, 511.9, (50, 60, 2))
     assert np.abs(distance_map(values) / 256 - values).max() <= 0.5 / 256
     assert distance_map(np.array([[0.0, np.inf, np.nan, -3.0, 256.0, 1e-6]])).tolist() == [[0, 0, 0, 0, 0, 1]]
-    assert np.abs((flow_map(flow)[..., :2] - 2.0**15) / 64 - flow).max() <= 0.5 / 64
+    for each in (flow, flow.astype(np.float32)):
+        assert np.abs((flow_map(each)[..., :2] - 2.0**15) / 64 - each.astype(float)).max() <= 0.5 / 64
     assert (flow_map(flow)[..., 2] == 1).all()
     assert not flow_map(np.array([[[np.nan, 0.0], [600.0, 0.0], [0.0, -513.0], [np.inf, np.inf]]])).any()
 

@@ -225,7 +225,7 @@ def test_of_pictures_without_a_label_the_share_that_is_asked_for_is_written(
 ) -> None:
     """The car is in six pictures of nine, then out of the picture: twelve of two episodes show it, six do not."""
     data = painted_data_set(tmp_path / "set")
-    data.request = replace(data.request, classes=("car",), negatives=share, splits={"train": 1.0})
+    data.request = replace(data.request, classes=("car",), negatives=share, splits={"test": 1.0})
     shown = sum(bool((truth.instance_map == IDS[1]).any()) for truth in truths())
     out = written(data, "yolo", tmp_path)
     texts = [path.read_text() for path in out.rglob("labels/*/*.txt")]

@@ -18,6 +18,7 @@ from tests.benchmarks.data.exports.painted_scene import (
     IDS,
     KINDS,
     WIDTH_PX,
+    cars_in_some,
     painted_data_set,
     truths,
 )
@@ -60,11 +61,52 @@ def test_whole_episodes_are_validated_on(tmp_path: Path) -> None:
     assert list(parts_of(data).values()) == ["train"] * 8 + ["val"] * 2
     data.request = replace(data.request, splits={"train": 0.5, "val": 0.3, "test": 0.2})
     assert parts_of(data) == {seed: data.request.split_of(seed) for seed in range(3, 13)}
-    with pytest.raises(ValueError, match=r"data: expected at least 2 episodes, .*, got 1"):
+    whole = r"episodes to train on and to validate on \(more seeds, other splits\), or for test alone"
+    with pytest.raises(ValueError, match=rf"data: expected {whole}, got 1 for train, 0 for val, 0 for test"):
         parts_of(painted_data_set(tmp_path / "one", seeds=(3, 4)))
 
 
-def labels_of(out: Path) -> dict[str, list[np.ndarray]]:
+def read_like_ultralytics(out: Path) -> dict[str, list[Path]]:
+    """Return the pictures of each split that ``data.yaml`` names; ``check_det_dataset`` refuses one whose ``train`` or
+    ``val`` is not named, or whose pictures of ``val`` are not there.
+    """
+    described = yaml.safe_load((out / "data.yaml").read_text())
+    assert {"train", "val", "names"} <= set(described)
+    assert any((out / described["val"]).iterdir())
+    splits = {split: out / described[split] for split in ("train", "val", "test") if split in described}
+    return {split: sorted(folder.iterdir()) if folder.exists() else [] for split, folder in splits.items()}
+
+
+def test_a_set_can_be_trained_on_or_is_refused(tmp_path: Path) -> None:
+    data = painted_data_set(tmp_path / "set", seeds=(0, 5))
+    data.request = replace(data.request, splits={"train": 0.5, "val": 0.5})
+    export(data, "yolo", tmp_path / "good")
+    pictures = read_like_ultralytics(tmp_path / "good")
+    assert {split: len(found) for split, found in pictures.items()} == {
+        split: FRAMES * len(seeds) for split, seeds in data.splits.items()
+    }
+    for splits, got in (({"train": 1.0}, "5 for train, 0 for val"), ({"val": 0.5, "test": 0.5}, "0 for train")):
+        data.request = replace(data.request, splits=splits)
+        for name in ("yolo", "yolo-obb", "dota"):
+            with pytest.raises(ValueError, match=f"data: expected episodes to train on and to validate on .*{got}"):
+                export(data, name, tmp_path / "bad")
+    data = cars_in_some(tmp_path / "few")
+    with pytest.raises(ValueError, match=r"data: expected pictures to train on .* got 0 for train, 6 for val"):
+        export(data, "yolo", tmp_path / "bad")
+    assert not (tmp_path / "bad").exists()
+
+
+def test_the_test_split_is_never_trained_on(tmp_path: Path) -> None:
+    data = painted_data_set(tmp_path / "mixed", seeds=(9998, 10001))
+    assert parts_of(data) == {9998: "train", 9999: "val", 10000: "test"}
+    export(painted_data_set(tmp_path / "set", seeds=(10000, 10002)), "yolo", tmp_path / "out")
+    pictures = read_like_ultralytics(tmp_path / "out")
+    assert pictures["train"] == []
+    assert pictures["val"] == pictures["test"]
+    assert len(pictures["test"]) == 2 * FRAMES
+
+
+def labels_of(out: Path, classes: int = 3) -> dict[str, list[np.ndarray]]:
     """Return the rows of each picture of a YOLO folder, by its name, as Ultralytics' ``verify_image_label`` reads them.
 
     Rows of more than six numbers are outlines; of those boxes are made, and centres and sizes checked.
@@ -82,7 +124,7 @@ def labels_of(out: Path) -> dict[str, list[np.ndarray]]:
             assert len(checked) == 4
             assert checked.max() <= 1.01
             assert checked.min() >= -0.01
-            assert row[0] < 3
+            assert row[0] < classes
         found[file.stem] = rows
     return found
 
