@@ -48,7 +48,7 @@ def split_name(name: str) -> tuple[str, dict[str, str]]:
         ValueError: for a text that says no field's value.
     """
     match = _NAME.fullmatch(name)
-    return (name, {}) if match is None else (match["preset"], _values(_at_commas(match["values"])))
+    return (name, {}) if match is None else (match["preset"], _values(at_commas(match["values"])))
 
 
 def with_values(name: str, settings: Iterable[str]) -> str:
@@ -110,7 +110,7 @@ def _drawn(parameter: str, text: str, usual: Any, rng: np.random.Generator) -> A
     if ends is not None:
         kind, given = "uniform", list(ends.groups())
     elif call is not None:
-        kind, given = call["kind"], _at_commas(call["arguments"])
+        kind, given = call["kind"], at_commas(call["arguments"])
     else:
         return _like(usual, _read(text))
     check_choice(parameter, kind, (*_DRAWS, "choice"))
@@ -131,7 +131,7 @@ def _drawn(parameter: str, text: str, usual: Any, rng: np.random.Generator) -> A
 def _read(text: str) -> Any:
     """Return the value that a text writes as JSON does, but for words, which need no quotes."""
     if text.startswith("[") and text.endswith("]"):
-        return [_read(each) for each in _at_commas(text[1:-1])] if text != "[]" else []
+        return [_read(each) for each in at_commas(text[1:-1])] if text != "[]" else []
     try:
         return json.loads(text)
     except json.JSONDecodeError:
@@ -175,7 +175,7 @@ def _values(settings: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def _at_commas(text: str) -> list[str]:
+def at_commas(text: str) -> list[str]:
     """Split a text at commas that stand in no brackets."""
     parts, depth = [""], 0
     for letter in text:

@@ -14,6 +14,7 @@ from tyro.constructors import PrimitiveConstructorSpec
 
 from benchmarks.contract.rows import FILE_NAME, TEST_SPLIT, read
 from benchmarks.contract.text import seed_range
+from scenarios.field_values import at_commas
 from sim.checks import check
 
 # The help texts of these name the default themselves.
@@ -30,8 +31,10 @@ _DEFAULT_IN_WORDS = tyro.conf.arg(help_behavior_hint="")
 
 
 def _names(words: Sequence[str]) -> tuple[str, ...]:
-    """Return names given as separate words or with commas between them, each once."""
-    return _some(dict.fromkeys(name for word in words for name in word.split(",") if name))
+    """Return names given as separate words or with commas between them, each once. A name may have commas in brackets:
+    ``quick[weather=rain,traffic_cars=4]``.
+    """
+    return _some(dict.fromkeys(name for word in words for name in at_commas(word) if name))
 
 
 def _some(values: Iterable[Any]) -> tuple[Any, ...]:

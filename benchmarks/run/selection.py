@@ -18,6 +18,7 @@ from benchmarks.contract.suite import DEFAULT, Scene, Suite, suite, suites
 from benchmarks.contract.tracker_spec import EpisodeName, TrackerSpec
 from benchmarks.contract.varied import Varied, base_of, varied
 from benchmarks.run.blindfold import Blindfolded, ManyBlindfolded
+from benchmarks.run.editions import preset_edition
 from benchmarks.run.episodes import EpisodeSpec, Simulated, Steering, simulated
 from benchmarks.run.experiment import Experiment
 from benchmarks.run.jobs import Job
@@ -210,6 +211,9 @@ def experiment_on(
     drawn = check_renderer(renderer)
     got = f"{seeds.start}:{seeds.stop}" if isinstance(seeds, range) else list(seeds)
     check("seeds", len(seeds) > 0 and min(seeds) >= 0, "A:B with 0 <= A < B", got)
+    for name in () if isinstance(presets, Mapping) else presets:
+        # Else a mesh that is missing would be named when the folder of results is made already.
+        preset_edition(scene.id, name)
     episodes = [
         Simulated(scene, name, seed, configuration, drawn, steering)
         for seed in seeds

@@ -11,7 +11,7 @@ from scenarios.road_town.patterns import SMALLEST_EXTENT_M, STREET_PATTERNS
 from scenarios.road_town.swing_geometry import PEAK_SPEED, SHORT_OF_NADIR_RAD
 from scenarios.scenario import MOST_FRAMES, check_length, check_size
 from sim.checks import check, check_choice, check_types, check_within
-from sim.meshes.file import mesh_of_file, names_mesh_file
+from sim.meshes.file import MeshFile, mesh_of_file, names_mesh_file
 from sim.meshes.vehicle import CARS, VEHICLES, vehicle
 
 SETTLE_FRAMES = 25
@@ -238,15 +238,18 @@ class RoadTown:
         patterns = set(self.street_patterns)
         check("street_patterns", bool(patterns) and patterns <= set(STREET_PATTERNS), known, self.street_patterns)
         check("vehicles", bool(self.vehicles), "one model at least", self.vehicles)
+        # A stored set is read where its meshes are not; who builds an episode of it, or asks for its edition, is told.
         for model in (*self.vehicles, self.target_vehicle):
             if names_mesh_file(model):
-                vehicle(model, (0, 0, 0))
+                if MeshFile.of(model).path.exists():
+                    vehicle(model, (0, 0, 0))
             elif model != "any" or model in self.vehicles:
                 check_choice("target_vehicle" if model not in self.vehicles else "vehicles", model, VEHICLES)
         check("building_models", bool(self.building_models), "one model at least", self.building_models)
         for model in self.building_models:
             if names_mesh_file(model):
-                mesh_of_file(model, BUILDING_SIDES_M)
+                if MeshFile.of(model).path.exists():
+                    mesh_of_file(model, BUILDING_SIDES_M)
             else:
                 check_choice("building_models", model, ("house",))
         low, high = self.camera_pitch_deg

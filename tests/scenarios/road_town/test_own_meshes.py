@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 import shapely
 import trimesh
 
+from benchmarks.cli.main import main
 from benchmarks.run.editions import preset_edition
 from scenarios.road_town.canvas import rectangle
 from scenarios.road_town.plan import TARGET, draw_layout, make_plan
@@ -40,6 +42,22 @@ def test_files_drive_and_stand_where_a_preset_names_them(tmp_path: Path):
     assert any(body.mesh is mesh_of_file(str(church), ANY) for body in episode.world.bodies)
     episode.close()
     assert kind_of_town(preset) != kind_of_town(ROAD_TOWN.configuration("quick", 0))
+
+
+def test_a_stored_set_is_read_where_its_meshes_are_not_but_none_is_made(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    gone = tmp_path / "gone.glb"
+    for values in (f"vehicles=[sedan,{gone}]", f"target_vehicle={gone}", f"building_models=[house,{gone}]"):
+        name = f"quick[{values},frame_count=100]"
+        ROAD_TOWN.configuration(name, 0)
+        said = f"mesh: expected a file that exists, got {gone}"
+        with pytest.raises(ValueError, match=said):
+            ROAD_TOWN.episode(name, 0)
+        for command in ("bench frame-out --trackers hold --seeds 0:1", "generate road-town --seeds 0"):
+            assert main([*command.split(), "--preset", name, "--out", str(tmp_path / "out")]) == 2
+            assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def test_rows_know_a_file_by_its_content(tmp_path: Path):
