@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -84,11 +85,18 @@ def generate(
     places = {name: in_set(out, name) for name in requests}
     for name, request in requests.items():
         generating.begin(request, places[name], chosen[name])
-    return tuple(
-        generating.generate(request, places[name], makers, progress, on_error, chosen[name])
-        for name, request in requests.items()
-        if chosen[name]
-    )
+    made, before, total = [], 0, sum(map(len, chosen.values()))
+    for name, request in requests.items():
+        if chosen[name]:
+            of_all = partial(_report_part, progress, before, total)
+            made.append(generating.generate(request, places[name], makers, of_all, on_error, chosen[name]))
+            before += len(chosen[name])
+    return tuple(made)
+
+
+def _report_part(progress: Progress, before: int, total: int, done: int, of: int) -> None:
+    """Tell how much of a whole set is done, by what is done of a part that comes after ``before`` episodes."""
+    progress(before + done, total)
 
 
 def chosen_of(request: Request, seeds: range | None) -> range:

@@ -37,7 +37,7 @@ class Generate(WithModules):
             or episodes, channels, pictures, renderer, splits, classes, negatives, and parts, each with such keys of its
             own. Everything is checked before anything is made (CONTRIBUTING.md, "Describe a data set").
         preset: one of the scenario's, on a set path or with a camera at rest.
-        settings: another value of one of the preset's fields (`frameout list --contents`), may be given several times:
+        settings: another value of one of the preset's fields (`frameout list --reference`), may be given several times:
             frame_count=20, width_px=640, street_patterns=[grid]; drawn for each episode: traffic_cars=4:24,
             sun_elevation_deg=uniform(3,60), log_uniform(A,B), normal(MEAN,DEVIATION), choice(X,Y). It is a part of the
             preset's name, e.g. standard[traffic_cars=4:24], which every command takes.
@@ -102,7 +102,8 @@ class Generate(WithModules):
         seconds = time.perf_counter() - began
         for data in made:
             room = f"{len(data)} frames, {data.size_bytes() / 2**30:.2f} GiB"
-            print(f"{data.url}: {counted(len(data.seeds), 'episode')}, {room}, {seconds:.0f} s")
+            taken = f", {seconds:.0f} s" if len(made) == 1 else ""
+            print(f"{data.url}: {counted(len(data.seeds), 'episode')}, {room}{taken}")
             if not data.is_listed:
                 first, end = data.request.seeds
                 print(f"of {first}:{end} {counted(len(data.missing()), 'episode')} missing; at last: frameout merge")
@@ -110,6 +111,8 @@ class Generate(WithModules):
                 print(f"left out: seed {seed}: {why}", file=sys.stderr)
             if data.left_out:
                 print(f"{counted(len(data.left_out), 'episode')} could not be built", file=sys.stderr)
+        if len(made) > 1:
+            print(f"{self.out}: {counted(len(made), 'part')}, {seconds:.0f} s")
         return 0
 
     def _said(self) -> dict[str, Any] | Path:

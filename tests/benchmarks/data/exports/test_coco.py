@@ -27,19 +27,20 @@ cocoeval = pytest.importorskip("pycocotools.cocoeval")
 
 @pytest.fixture(scope="module")
 def read(exported: Callable[[str], Path]) -> Any:
+    return opened(exported("coco") / "annotations" / "instances.json")
+
+
+def opened(file: Path) -> Any:
     with contextlib.redirect_stdout(io.StringIO()):
-        return coco.COCO(str(exported("coco") / "annotations" / "instances.json"))
+        return coco.COCO(str(file))
 
 
 def average_precision(read: Any, kind: str, moved_px: float) -> float:
     found = [
-        {**{k: each[k] for k in ("image_id", "category_id", "segmentation")}, "bbox": list(each["bbox"]), "score": 1.0}
+        {k: each[k] for k in ("image_id", "category_id", *(["segmentation"] if kind == "segm" else []))}
+        | {"bbox": [each["bbox"][0] + moved_px, *each["bbox"][1:]], "score": 1.0}
         for each in read.dataset["annotations"]
     ]
-    for each in found:
-        each["bbox"][0] += moved_px
-        if kind == "bbox":
-            del each["segmentation"]
     with contextlib.redirect_stdout(io.StringIO()):
         scores = cocoeval.COCOeval(read, read.loadRes(found), kind)
         scores.evaluate()

@@ -6,6 +6,7 @@ import configparser
 import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,22 +38,30 @@ def rows_of(sequence: Path) -> Rows:
 
 
 def test_trackeval_reads_it_and_scores_truth_against_itself_with_100(sequence: Path, tmp_path: Path) -> None:
-    """TrackEval 1.3 is the metrics' own implementation; it has no Python interface but folders."""
-    answers = tmp_path / "frameout-train" / "truth" / "data"
+    scored = scored_against_itself(sequence.parent, tmp_path)
+    np.testing.assert_allclose(scored["HOTA"]["HOTA"], 1.0)
+    assert scored["Identity"]["IDF1"] == 1.0
+    assert scored["Identity"]["IDTP"] == sum(len(rows) for rows in rows_of(sequence).values()) * 2
+
+
+def scored_against_itself(sequences: Path, answered: Path) -> Any:
+    """Return what TrackEval 1.3, the metrics' own implementation, says of truth; it has no interface but folders.
+
+    Args:
+        answered: a folder for what it reads as answers.
+    """
+    answers = answered / "frameout-train" / "truth" / "data"
     answers.mkdir(parents=True)
-    for each in sequence.parent.iterdir():
+    for each in sequences.iterdir():
         shutil.copy(each / "gt" / "gt.txt", answers / f"{each.name}.txt")
     quiet = {"PRINT_CONFIG": False, "PRINT_RESULTS": False, "TIME_PROGRESS": False, "OUTPUT_SUMMARY": False}
     evaluator = trackeval.Evaluator(quiet | {"PLOT_CURVES": False, "OUTPUT_DETAILED": False, "LOG_ON_ERROR": None})
-    folders = {"GT_FOLDER": str(sequence.parents[1]), "TRACKERS_FOLDER": str(tmp_path)}
+    folders = {"GT_FOLDER": str(sequences.parent), "TRACKERS_FOLDER": str(answered)}
     names = {"BENCHMARK": "frameout", "DO_PREPROC": False, "PRINT_CONFIG": False}
     kind = trackeval.datasets.MotChallenge2DBox(folders | names)
     quiet_metrics = [metric({"PRINT_CONFIG": False}) for metric in (trackeval.metrics.HOTA, trackeval.metrics.Identity)]
     results, _ = evaluator.evaluate([kind], quiet_metrics)
-    scored = results["MotChallenge2DBox"]["truth"]["COMBINED_SEQ"]["pedestrian"]
-    np.testing.assert_allclose(scored["HOTA"]["HOTA"], 1.0)
-    assert scored["Identity"]["IDF1"] == 1.0
-    assert scored["Identity"]["IDTP"] == sum(len(rows) for rows in rows_of(sequence).values()) * 2
+    return results["MotChallenge2DBox"]["truth"]["COMBINED_SEQ"]["pedestrian"]
 
 
 def test_rows_are_the_truth_counted_from_one(sequence: Path) -> None:

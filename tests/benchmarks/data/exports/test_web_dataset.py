@@ -28,9 +28,9 @@ pytestmark = pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 wds = pytest.importorskip("webdataset")
 
 
-def read(out: Path) -> list[dict[str, Any]]:
-    """Return all samples."""
-    shards = sorted(str(path) for path in out.glob("*-train-*.tar"))
+def read(out: Path, split: str = "train") -> list[dict[str, Any]]:
+    """Return all samples of a split."""
+    shards = sorted(str(path) for path in out.glob(f"*-{split}-*.tar"))
     return list(wds.WebDataset(shards, shardshuffle=False, empty_check=False).decode("rgb8"))
 
 

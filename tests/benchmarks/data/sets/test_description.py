@@ -77,7 +77,13 @@ def test_a_description_in_python_and_options_are_the_same_as_a_file(
 
 
 def test_parts_have_what_they_share_and_what_is_their_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    made = generate(written(tmp_path, PARTS), tmp_path / "set", workers=0, modules=MODULES)
+    told: list[tuple[int, int]] = []
+    made = generate(
+        written(tmp_path, PARTS), tmp_path / "set", workers=0, modules=MODULES, progress=lambda *now: told.append(now)
+    )
+    assert {of for _, of in told} == {3}, "progress is that of the whole set"
+    assert sorted(told) == told
+    assert told[-1] == (3, 3)
     few, more = made
     assert (few.request.preset, few.request.seeds, few.request.channels) == (
         "tiny[frame_count=2,rate_hz=10]",
@@ -93,6 +99,12 @@ def test_parts_have_what_they_share_and_what_is_their_own(tmp_path: Path, capsys
         DataSet(str(tmp_path / "set"))
     assert main(["verify", str(tmp_path / "set"), "--modules", *MODULES]) == 0
     assert capsys.readouterr().out.count("all whole") == 2
+    config = ["--config", str(tmp_path / "set.yaml"), "--out", str(tmp_path / "set")]
+    assert main(["generate", *config, "--workers", "0", "--modules", *MODULES]) == 0
+    *parts, last = capsys.readouterr().out.splitlines()
+    assert len(parts) == 2
+    assert all(re.fullmatch(r".*/set/(few|more): [12] episodes?, [24] frames, .* GiB", line) for line in parts)
+    assert re.fullmatch(r".*/set: 2 parts, \d+ s", last)
     with pytest.raises(ValueError, match="out: expected a set of the parts one, got"):
         generate(
             {"parts": {"one": {"scenario": "fake-town", "preset": "tiny", "seeds": 1}}},
