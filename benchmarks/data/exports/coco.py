@@ -25,9 +25,10 @@ SPLIT = "validation"
 
 @export_format("coco")
 class Coco(Exporter):
-    """Boxes and masks of what is seen of all objects, in one JSON file.
+    """Boxes and masks of what is seen of all objects, in one JSON file, or in one for each split.
 
-    Format: https://cocodataset.org/#format-data. `annotations/instances.json` names the pictures in `images/`.
+    Format: https://cocodataset.org/#format-data. `annotations/instances.json` names the pictures in `images/`; of a set
+    with shares `instances_train.json`, `instances_val.json` and `instances_test.json` do, each with numbers of its own.
 
     An annotation is of one object in one picture of which at least one pixel is seen: `segmentation` is the run-length
     code of those pixels, `bbox` the box around them (left, top, width, height; the top left corner of the picture is 0,
@@ -44,14 +45,17 @@ class Coco(Exporter):
     has_classes = True
     leaves_out = True
     of_stills = True
+    file_name: ClassVar[str] = "instances"
 
     def begin(self) -> None:
-        """Begin the lists of the JSON file."""
-        self._lists: dict[str, list[str]] = {"images": [], "annotations": []}
+        """Begin the lists of the JSON files, by the endings of their names."""
+        self._lists: dict[str, dict[str, list[str]]] = {}
 
     def write_episode(self, episode: StoredEpisode) -> None:
         """Write pictures and note their annotations. Numbers begin with 1: pycocotools takes 0 for no match."""
-        images, annotations = self._lists.values()
+        request = self.data.request
+        ending = f"_{request.split_of(episode.seed)}" if request.splits else ""
+        images, annotations = self._lists.setdefault(ending, {"images": [], "annotations": []}).values()
         for stored in self.frames(episode):
             name = f"{self.name_of(episode)}/{stored.index:06d}"
             self.write_picture(stored, f"images/{name}")
@@ -65,8 +69,13 @@ class Coco(Exporter):
                     annotations.append(as_text({"id": len(annotations) + 1, "image_id": image_id} | annotation))
 
     def end(self) -> None:
-        """Write the JSON file."""
-        write_json(self.place("annotations/instances.json"), head_of(self), self._lists)
+        """Write the JSON files."""
+        for ending, lists in self._lists.items():
+            write_json(self.place(f"annotations/{self.file_name}{ending}.json"), self.head(), lists)
+
+    def head(self) -> dict[str, Any]:
+        """Return what the files begin with."""
+        return head_of(self)
 
     def annotation(self, stored: StoredFrame, instance: Instance, taken: bool) -> dict[str, Any] | None:
         """Return what is told of an object in a picture, without numbers; None for one that has no annotation.

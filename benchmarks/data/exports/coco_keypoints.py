@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.data.exports.coco import Coco, head_of, write_json
+from benchmarks.data.exports.coco import Coco, head_of
 from benchmarks.data.exports.exporter import export_format
 from benchmarks.data.exports.labels import Instance, StoredFrame
 from scenarios import catalog
@@ -22,13 +22,13 @@ _AROUND = [(x, y) for y in (-1, 0, 1) for x in (-1, 0, 1)]
 
 @export_format("coco-keypoints")
 class CocoKeypoints(Coco):
-    """Named points of people or fish, with boxes and masks of what is seen, in one JSON file.
+    """Named points of people or fish, with boxes and masks of what is seen, in JSON files.
 
     Format: https://cocodataset.org/#format-data, keypoint detection. `annotations/person_keypoints.json` (so called for
-    fish, too) names the pictures in `images/`. Annotations are those of the format `coco`, of the classes that have
-    named points, with `keypoints`, x, y and v of each, and `num_keypoints`, how many have v > 0. x and y begin at the
-    top left corner of the picture, as boxes do. v is 0 outside of the picture or behind the camera (x and y are 0,
-    too), 1 where it is hidden, 2 where it is seen.
+    fish, too; one for each split as in the format `coco`) names the pictures in `images/`. Annotations are those of the
+    format `coco`, of the classes that have named points, with `keypoints`, x, y and v of each, and `num_keypoints`, how
+    many have v > 0. x and y begin at the top left corner of the picture, as boxes do. v is 0 outside of the picture or
+    behind the camera (x and y are 0, too), 1 where it is hidden, 2 where it is seen.
 
     Points lie inside of bodies. One is seen if one of the nine pixels about it shows this object at a depth that is
     less than a limb's above the point: a share of the object's longest side (a person's height, a fish's length), which
@@ -41,9 +41,10 @@ class CocoKeypoints(Coco):
     """
 
     channels = ("image_rgb", "instance_map", "depth_m")
+    file_name = "person_keypoints"
 
     def begin(self) -> None:
-        """Begin the lists of the JSON file."""
+        """Begin the lists of the JSON files."""
         super().begin()
         scenario = catalog.scenario(self.data.request.scenario)
         known = scenario.truth.keypoints
@@ -69,13 +70,13 @@ class CocoKeypoints(Coco):
         annotation = super().annotation(stored, instance, taken)
         return (annotation or {}) | {"keypoints": values, "num_keypoints": int((v > 0).sum())}
 
-    def end(self) -> None:
-        """Write the JSON file."""
+    def head(self) -> dict[str, Any]:
+        """See ``Coco``."""
         head, classes = head_of(self), {self.labels.class_of(kind): each for kind, each in self._points.items()}
         head["categories"] = [
             each | _described(classes[each["name"]]) for each in head["categories"] if each["name"] in classes
         ]
-        write_json(self.place("annotations/person_keypoints.json"), head, self._lists)
+        return head
 
 
 def _described(points: Keypoints) -> Mapping[str, Any]:

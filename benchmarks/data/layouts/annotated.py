@@ -4,10 +4,10 @@ One target of each sequence is followed, see ``layouts.followed``: by its ``trac
 ``attributes``. A picture of the sequence's folder that the file does not name is shown to trackers and not scored.
 Boxes are left, top, width, height; the top left corner of the picture is at 0, 0.
 
-* COCO, https://cocodataset.org/#format-data: ``annotations/instances.json`` and ``images/NAME/000000.png …``, those of
-  our export. It has no sequences and tracks: a folder of pictures is a sequence here, also ``images`` itself, in the
-  order of their names. The box is that of the pixels that are seen; without one the target is not seen, and no file
-  says why.
+* COCO, https://cocodataset.org/#format-data: ``annotations/instances.json`` (or ``instances_train.json`` …) and
+  ``images/NAME/000000.png …``, those of our export. It has no sequences and tracks: a folder of pictures is a sequence
+  here, also ``images`` itself, in the order of their names. The box is that of the pixels that are seen; without one
+  the target is not seen, and no file says why.
 * TAO: ``annotations/validation.json`` and ``frames/``. Dave et al., TAO: a large-scale benchmark for tracking any
   object, ECCV 2020; its fields are in ``tao/toolkit/tao/tao.py`` of https://github.com/TAO-Dataset/tao. ``images``
   names the labelled pictures of each of ``videos``, one a second.

@@ -85,22 +85,34 @@ def corners(xywh: list[float]) -> NDArray[np.float64]:
     return np.array([*xywh[:2], xywh[0] + xywh[2], xywh[1] + xywh[3]])
 
 
+def files_of(data: DataSet, out: Path, name: str) -> list[Any]:
+    """Return what pycocotools reads of each split, with the pictures of its episodes and no others."""
+    read = {split: opened(out / "annotations" / f"{name}_{split}.json") for split in data.splits}
+    for split, seeds in data.splits.items():
+        shown = {each["file_name"].rpartition("/")[0] for each in read[split].dataset["images"]}
+        assert shown == {sequence_name(data, seed) for seed in seeds}
+    return list(read.values())
+
+
 def coco_boxes(data: DataSet, out: Path) -> None:
-    read = opened(out / "annotations" / "instances.json")
-    assert coco_precision(read, "bbox", 0.0) == pytest.approx(1.0)
-    assert coco_precision(read, "segm", 0.0) == pytest.approx(1.0)
-    names = {each["id"]: each["file_name"].replace("/", "_").partition(".")[0] for each in read.dataset["images"]}
-    notes = read.dataset["annotations"]
-    assert_perfect(data, [(names[a["image_id"]], a["category_id"] - 1, corners(a["bbox"])) for a in notes])
+    found = list[Box]()
+    for read in files_of(data, out, "instances"):
+        assert coco_precision(read, "bbox", 0.0) == pytest.approx(1.0)
+        assert coco_precision(read, "segm", 0.0) == pytest.approx(1.0)
+        names = {each["id"]: each["file_name"].replace("/", "_").partition(".")[0] for each in read.dataset["images"]}
+        notes = read.dataset["annotations"]
+        found += [(names[each["image_id"]], each["category_id"] - 1, corners(each["bbox"])) for each in notes]
+    assert_perfect(data, found)
 
 
 def coco_keypoints(data: DataSet, out: Path) -> None:
-    read = opened(out / "annotations" / "person_keypoints.json")
-    (category,) = read.dataset["categories"]
-    keys, notes = ("image_id", "category_id", "keypoints"), read.dataset["annotations"]
-    found = [{key: each[key] for key in keys} | {"score": 1.0} for each in notes]
-    assert evaluated(read, found, "keypoints", category["sigmas"]) == pytest.approx(1.0)
-    assert len(notes) == len(seen_in(data))
+    keys, count = ("image_id", "category_id", "keypoints"), 0
+    for read in files_of(data, out, "person_keypoints"):
+        (category,) = read.dataset["categories"]
+        found = [{key: each[key] for key in keys} | {"score": 1.0} for each in read.dataset["annotations"]]
+        assert evaluated(read, found, "keypoints", category["sigmas"]) == pytest.approx(1.0)
+        count += len(found)
+    assert count == len(seen_in(data))
 
 
 def tao_amodal(data: DataSet, out: Path) -> None:

@@ -15,9 +15,18 @@ import numpy as np
 import pytest
 
 from benchmarks.data.exports.coco import TaoAmodal, write_json
+from benchmarks.data.exports.exporter import export
 from benchmarks.data.exports.labels import Labels
 from benchmarks.data.sets.data_set import DataSet
-from tests.benchmarks.data.exports.painted_scene import HEIGHT_PX, IDS, KINDS, WIDTH_PX, picture, truths
+from tests.benchmarks.data.exports.painted_scene import (
+    HEIGHT_PX,
+    IDS,
+    KINDS,
+    WIDTH_PX,
+    painted_data_set,
+    picture,
+    truths,
+)
 
 # pycocotools decodes masks in the way of NumPy 1.
 pytestmark = pytest.mark.filterwarnings("ignore:__array__ implementation doesn't accept:DeprecationWarning")
@@ -84,6 +93,22 @@ def test_pictures_are_those_of_the_frames(read: Any, exported: Callable[[str], P
         found = cv2.imread(str(exported("coco") / "images" / image["file_name"]))
         assert found.shape[:2] == (image["height"], image["width"])
         np.testing.assert_array_equal(found[..., ::-1], picture(int(sequence[-6:]), int(frame)))
+
+
+def test_a_set_with_shares_has_a_file_for_each_split(tmp_path: Path) -> None:
+    data = painted_data_set(tmp_path / "set", seeds=(0, 4))
+    data.request = replace(data.request, splits={"train": 0.5, "val": 0.5})
+    for name, file in (("coco", "instances"), ("coco-keypoints", "person_keypoints")):
+        export(data, name, tmp_path / name)
+        annotations = tmp_path / name / "annotations"
+        assert {path.name for path in annotations.iterdir()} == {f"{file}_train.json", f"{file}_val.json"}
+        for split, seeds in data.splits.items():
+            read = opened(annotations / f"{file}_{split}.json")
+            pictures = [each["file_name"] for each in read.dataset["images"]]
+            frames = range(len(truths()))
+            assert pictures == [f"painted-v1-quick-{seed:06d}/{k:06d}.png" for seed in seeds for k in frames]
+            assert [each["id"] for each in read.dataset["images"]] == [*range(1, len(pictures) + 1)]
+            assert average_precision(read, "bbox", 0.0) == pytest.approx(1.0)
 
 
 def test_lists_come_together(tmp_path: Path) -> None:

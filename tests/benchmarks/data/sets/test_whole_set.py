@@ -35,10 +35,14 @@ splits: {train: 0.5, val: 0.5}
 parts:
   rain:
     scenario: road-town
-    set: {weather: rain, frame_outs: {count: 0}, traffic_cars: 4:12, vehicles: [sedan, MESH], target_vehicle: MESH}
-  night: {scenario: road-town, set: {sun_elevation_deg: "uniform(-12, -6)", people: 20, frame_outs: {count: 0}}}
-  snow: {scenario: road-town, set: {weather: snow, snow_cover: 0.8, season: winter, frame_outs: {count: 0}}}
-  walk: {scenario: stereo-follow, preset: outdoors}
+    set: {weather: rain, extent_m: 300, frame_outs: {count: 0}, vehicles: [sedan, MESH], target_vehicle: MESH}
+  night:
+    scenario: road-town
+    set: {sun_elevation_deg: "uniform(-12, -6)", extent_m: 300, people: 20, frame_outs: {count: 0}}
+  snow:
+    scenario: road-town
+    set: {weather: snow, snow_cover: 0.8, season: winter, extent_m: 300, traffic_cars: 4:12, frame_outs: {count: 0}}
+  walk: {scenario: stereo-follow, set: {place: outdoors, people_builds: many}}
   tank: {scenario: fish-tank, preset: mixed}
 episodes: 2
 """
