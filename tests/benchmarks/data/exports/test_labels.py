@@ -133,6 +133,7 @@ def test_numbers_are_those_of_the_scenes_list_whatever_occurs(data: DataSet, par
 def test_every_scene_lists_its_classes(name: str) -> None:
     expected = {
         "road-town-v2": {"car", "lorry", "bus", "motorbike", "person", "cyclist"},
+        "road-town-v3": {"car", "lorry", "bus", "motorbike", "person", "cyclist"},
         "stereo-follow-v2": {"person"},
         "fish-tank-v1": {"fish"},
         "fish-tank-ptz-v1": {"fish"},
