@@ -273,7 +273,7 @@ def _gravel(rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
 def _sedum(rgb: Rgb, rng: np.random.Generator) -> NDArray[np.float64]:
     """Return a planted roof: patches of green, red and dry ground."""
     rows, columns = _size()
-    patches = stains(rows, columns, 1.0, rng)[..., None]
+    patches = np.tanh(stains(rows, columns, 1.0, rng))[..., None]
     tint = np.array((26.0, -8.0, 6.0)) * patches
     light = 1.0 + 0.1 * rng.normal(size=(rows, columns, 1))
     return (np.array(rgb, dtype=np.float64) + tint) * light
