@@ -158,7 +158,7 @@ def check_env(name: str) -> None:
 
 
 def _entry(name: str) -> Entry:
-    # Without its version a name is the latest one's.
+    # Without its version a name is the latest one's that tables rest on.
     known = {unversioned(entry.id): entry for entry in _ENTRIES if not entry.is_next}
     known |= {entry.id: entry for entry in _ENTRIES}
     _check_id("scenario", name, known)

@@ -33,7 +33,6 @@ AWAY = np.eye(4)
 AWAY[2, 3] = AWAY_M
 AWAY.setflags(write=False)
 _NO_PICTURE = np.empty((0, 0), np.int32)
-_NO_IDS = np.empty(0, np.int64)
 
 
 @dataclass(frozen=True, slots=True)

@@ -162,7 +162,7 @@ def _episodes_of(wanted: Suite, truth: str, presets: tuple[str, ...]) -> tuple[s
         refuse("none with the truth of a data set, which sets it", preset=presets)
         check("truth", wanted.is_about(request.scenario), f"episodes of suite {wanted.name}", request.scenario)
         return request.scenario, (request.preset,), request.renderer, range(*request.seeds)
-    known = [catalog.id_of(each.scenario) for each in wanted.scenes]
+    known = [name for name in catalog.names() if wanted.is_about(name)]
     latest = truth if truth in known else next((name for name in known if unversioned(name) == truth), "")
     check("truth", bool(latest), f"one of {', '.join(known)}, or the folder of a data set", repr(truth))
     (choice,) = choices(wanted, scenarios=(latest,), presets=presets, variants=False)

@@ -211,9 +211,10 @@ def experiment_on(
     drawn = check_renderer(renderer)
     got = f"{seeds.start}:{seeds.stop}" if isinstance(seeds, range) else list(seeds)
     check("seeds", len(seeds) > 0 and min(seeds) >= 0, "A:B with 0 <= A < B", got)
-    for name in () if isinstance(presets, Mapping) else presets:
-        # Else a mesh that is missing would be named when the folder of results is made already.
-        preset_edition(scene.id, name)
+    if not isinstance(presets, Mapping):
+        for name in presets:
+            # Else a mesh that is missing would be named when the folder of results is made already.
+            preset_edition(scene.id, name)
     episodes = [
         Simulated(scene, name, seed, configuration, drawn, steering)
         for seed in seeds

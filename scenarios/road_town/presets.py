@@ -392,7 +392,7 @@ _LIVELY: dict[str, Any] = {
     "traffic_keeps_apart": True,
     "smooth_edges": True,
 }
-LIVELY = replace(STANDARD, summary="people, cyclists, signs, gardens, houses of many kinds; no stairs", **_LIVELY)
+LIVELY = replace(STANDARD, summary="people, cyclists, signs, gardens, houses of many kinds; smooth edges", **_LIVELY)
 NEXT_PRESETS: dict[str, RoadTown] = {
     "standard": LIVELY,
     **{name: replace(PRESETS[name], **_LIVELY) for name in ("hard", "quick", "oblique")},

@@ -162,7 +162,8 @@ def capture(
         settings: of the picture, with which the sensor's loops stay as they are: for the second camera of a stereo
             pair.
         smooth: whether edges are without stairs, see ``sim.render.smooth_edges``; those of PyBullet's renderer, which
-            tells no triangles, keep them.
+            tells no triangles, keep them. Light is measured before edges are smoothed, or after it where the whole
+            picture is lit first.
     """
     shot = _Shot(camera, T_world_camera, frame, settings, motion, smooth)
     if _draws_rows(renderer) and _lights_rows(shader):
@@ -239,7 +240,7 @@ def _capture_by_rows(
     metered_rows, other_rows = _metered_and_other_rows(height, sensor.metered_row_step)
     film = sensor.film(len(metered_rows), width)
     finish_rows(resolving, seen, metered_rows, lighting, light, film)
-    # Where edges are smoothed no row is finished yet.
+    # Where edges are smoothed no row is developed yet: each waits for the next.
     begun = metered_rows[:0] if shot.smooth else metered_rows
     picture, development = sensor.develop_first(film, begun, camera, shot.frame, shot.settings)
     if shot.smooth:

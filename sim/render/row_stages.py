@@ -101,7 +101,7 @@ def finish_smooth_rows(
     width = seen.depth_m.shape[1]
     scratch = RowScratch(*(_scratch(stage, width) for stage in (resolving, lighting, developing)))
     kernel = _compiled(_smoothing, resolving.kernel, lighting.kernel, developing.kernel)
-    kernel(seen, lit, lit_step, light, development, radiance, _smooth_scratch(width), scratch)
+    kernel(seen, lit, lit_step, light, development, radiance, _smooth_scratch(width, lighting.channels), scratch)
 
 
 def light_picture(lighting: RowStage, light: Any, gbuffer: GBuffer) -> NDArray[np.float32]:

@@ -30,7 +30,6 @@ SEEN_FROM = np.float32(0.02)
 NO_EDGE = np.float32(2.0)
 _WORD = 8
 """Pixels that are passed over at once where there is no edge."""
-MOST_CHANNELS = 3
 _OF_EDGES, _ALONG, _ACROSS, _IS_NEARER, _PLACE = 0, 18 * PITCH, 19 * PITCH, 20 * PITCH, 21 * PITCH
 _LINES = 22
 
@@ -57,11 +56,11 @@ class SmoothScratch(NamedTuple):
     changes: NDArray[np.float32]
 
 
-def new_smooth_scratch(width: int) -> SmoothScratch:
-    """Return scratch for rows of ``width`` pixels."""
+def new_smooth_scratch(width: int, channels: int) -> SmoothScratch:
+    """Return scratch for rows of ``width`` pixels with ``channels`` numbers each."""
     whole = -(-width // _WORD) * _WORD
     marks, pairs, lines = np.zeros(whole, np.uint8), np.empty(whole + 1, np.int64), new_lines(_LINES, width)
-    columns, changes = np.empty((2, 4 * width), np.int64), np.empty((2, 4 * width, MOST_CHANNELS), np.float32)
+    columns, changes = np.empty((2, 4 * width), np.int64), np.empty((2, 4 * width, channels), np.float32)
     return SmoothScratch(marks, marks.view(np.uint64), pairs, lines, np.zeros(2, np.int64), columns, changes)
 
 

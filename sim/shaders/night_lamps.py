@@ -37,9 +37,10 @@ _PER_ASIDE, _PER_DOWN = np.degrees(1.0) / _BEAM_ASIDE_DEG, np.degrees(1.0) / _BE
 _WIDEST = 1.5
 """Tangent of the angle to the side at which a beam ends."""
 BLOCK = 8
-"""Neighbouring pixels of a row between whose first and last light is interpolated where the surface is plain."""
+"""Neighbouring pixels of a row whose light is interpolated, between the first and the next block's first, where the
+surface is plain."""
 _PLAIN = np.float32(0.1)
-"""Largest bend of a row on a plain surface from pixel to pixel, in texels of the ground map."""
+"""Largest bend of a row on a plain surface from pixel to pixel, in texels of the ground map: in a block up to 0.8."""
 CHANNELS = 6
 """Numbers of both vectors, of street lamps and of headlights."""
 
@@ -261,9 +262,9 @@ def lamp_row(
         height_m: above the ground, (W,). Light from above ends at the lamps, and that of beams above the cars.
     """
     vectors, ends, block, one = scratch.vectors, scratch.ends, np.uint64(BLOCK), np.uint64(1)
-    width, read_at = np.uint64(lamp_lx.shape[0]), np.uint64(0)
+    width = np.uint64(lamp_lx.shape[0])
+    read_at = width
     _find_bends(column, row, scratch.bends)
-    _read(lamps, column[0], row[0], ends[0])
     for number in range(scratch.words.shape[0]):
         first = np.uint64(number) * block
         if scratch.words[number] == 0:
@@ -289,7 +290,7 @@ def lamp_row(
 @row_kernel(fastmath={"contract", "arcp", "nsz", "afn"}, error_model="numpy")
 def _find_bends(column: NDArray[np.float32], row: NDArray[np.float32], bends: NDArray[np.uint8]) -> None:
     """Mark pixels after which a row leaves its straight line on the map, and the last two."""
-    last, one, two = np.uint64(column.shape[0] - 2), np.uint64(1), np.float32(2.0)
+    last, one, two = np.uint64(max(column.shape[0], 2) - 2), np.uint64(1), np.float32(2.0)
     for k in range(last):
         by_column = abs(column[k] - two * column[k + one] + column[k + one + one])
         by_row = abs(row[k] - two * row[k + one] + row[k + one + one])

@@ -53,10 +53,10 @@ class ShownPreset(NamedTuple):
 
 
 def _versions() -> list[list[catalog.Entry]]:
-    """Return the entries of each scenario, in the order of the catalogue, the latest version first."""
+    """Return the entries of each scenario, as the catalogue has them, the latest version first; a next one alone."""
     found: dict[str, list[catalog.Entry]] = {}
     for entry in catalog.entries():
-        found.setdefault(catalog.scenario(catalog.unversioned(entry.id)).id, []).append(entry)
+        found.setdefault(entry.id if entry.is_next else catalog.id_of(catalog.unversioned(entry.id)), []).append(entry)
     return [sorted(entries, key=lambda entry: entry.id != latest) for latest, entries in found.items()]
 
 

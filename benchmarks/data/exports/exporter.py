@@ -85,7 +85,7 @@ class Exporter:
             self.begin()
             for seed in self.data.seeds:
                 self.write_episode(self.data.episode(seed))
-            # Else all are written, see ``frames``.
+            # ``_written`` is empty where all pictures are written.
             some = not self._written or any(counts.any() for counts in self._written.values())
             asked = f"none, with classes {', '.join(self.labels.names)} and negatives {self.data.request.negatives:g}"
             check("data", some, "pictures to write", asked)

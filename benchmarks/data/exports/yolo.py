@@ -137,8 +137,8 @@ class Yolo(YoloFormat):
     A line is class, x and y of the centre, width and height of the box around the pixels that are seen, as shares of
     the picture's width and height. Whole episodes are for training, validation or test, as the set's shares say; in a
     set without shares the last 20 % of all seeds in order, at least one, are for validation, and those of the
-    benchmark's test split for test. A set with too few episodes for both training and validation is refused; of one for
-    test alone `val` is the folder `images/test`, and there is no folder to train on.
+    benchmark's test split for test. A set with too few episodes for both training and validation is refused. One for
+    test alone has no pictures to train on, and its `val` is the folder `images/test`.
 
     `objects.csv` says what the format has no place for, a row for each line of the text files: file, line (from 1),
     class, and more of each object.

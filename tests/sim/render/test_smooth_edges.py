@@ -103,4 +103,5 @@ def test_rows_on_their_way_and_a_whole_film_are_smoothed_alike(town):
     sensor.hold(exposure=True, white_balance=True)
     again = capture(renderer, shader, sensor, CAMERA, pose, 0, smooth=True)
     assert not sensor.needs_whole(CAMERA, None, None)
-    np.testing.assert_array_equal(again.picture.image_rgb, first.picture.image_rgb)
+    # The light was measured after edges were smoothed, and now before.
+    np.testing.assert_allclose(again.picture.image_rgb.astype(int), first.picture.image_rgb, atol=1)

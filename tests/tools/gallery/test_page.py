@@ -44,14 +44,19 @@ def test_each_preset_has_a_picture_and_its_line() -> None:
 
 
 def test_a_new_version_takes_the_place_of_the_old_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    standing = tuple(each for each in catalog.entries() if not each.is_next)
+    monkeypatch.setattr(catalog, "_ENTRIES", standing)
     before = list(sections())
-    entry = catalog.Entry("road-town-v3", f"{__name__}:FOGGY")
-    monkeypatch.setattr(catalog, "_ENTRIES", (*catalog.entries(), entry))
+    monkeypatch.setattr(catalog, "_ENTRIES", (*standing, catalog.Entry("road-town-v3", f"{__name__}:FOGGY")))
     after = sections()
     assert list(after) == [name.replace("road-town-v2", "road-town-v3") for name in before]
     assert "`foggy`: nothing is seen" in after["road-town-v3"]
     assert "Older version: `road-town-v2` (`paper-a2`, " in after["road-town-v3"]
     assert "Env:" not in after["road-town-v3"]
+
+
+def test_the_next_edition_stands_beside_the_one_of_the_tables() -> None:
+    assert [name for name in sections() if name.startswith("road-town")] == ["road-town-v2", "road-town-v3"]
 
 
 FISH = ShownPreset("fish-tank-v1", "quick", seed=2)
@@ -63,10 +68,11 @@ def only_fish(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_every_preset_of_the_latest_versions_is_shown_on_a_development_seed() -> None:
-    latest: dict[str, int] = {}
-    for name, version in (re.fullmatch(r"(.+)-v(\d+)", each).groups() for each in catalog.names()):
-        latest[name] = max(latest.get(name, 0), int(version))
-    ids = [f"{name}-v{version}" for name, version in latest.items()]
+    latest: dict[tuple[str, bool], int] = {}
+    for each in catalog.entries():
+        name, version = re.fullmatch(r"(.+)-v(\d+)", each.id).groups()
+        latest[name, each.is_next] = max(latest.get((name, each.is_next), 0), int(version))
+    ids = [f"{name}-v{version}" for (name, _), version in latest.items()]
     shown = list(shown_presets())
     assert [(each.scenario, each.preset) for each in shown] == [
         (name, preset) for name in ids for preset in catalog.scenario(name).presets

@@ -94,7 +94,8 @@ def test_kills_and_jobs_change_no_byte(made: Path) -> None:
         run = started(made, "--out", "killed")
         while len(list((made / "killed").glob("*/episodes/0*/episode.json"))) < count and run.poll() is None:
             time.sleep(0.01)
-        os.kill(run.pid, signal.SIGKILL)
+        assert run.poll() is None
+        run.kill()
         assert run.wait() == -signal.SIGKILL
     with pytest.raises(ValueError, match="out: expected all episodes of 0:2"):
         merge(made / "killed")
