@@ -19,6 +19,9 @@ same_instructions = pytest.mark.skipif(
 ROOT = Path(__file__).parents[2]
 CANARIES = canaries()
 """Other tests register things of their own, so that there may be more than are kept."""
+MOST_DIFFER = 8
+"""Of the canaries that were kept on the other kind of processor: of 180 seven are known to differ."""
+differing: list[str] = []
 
 
 @same_instructions
@@ -27,6 +30,8 @@ def test_what_an_edition_does_stays(name: str) -> None:
     said = verdict(CANARIES[name], kept())
     if said and processor_key() not in kept()[name]:
         # Kept on the other kind of processor, of which a few differ: that kind decides.
+        differing.append(said)
+        assert len(differing) <= MOST_DIFFER, "\n".join(differing)
         pytest.xfail(said)
     assert not said
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from sim.jointed_labels import SeenBody, enclosing_bounds, joined, merge_parts, seen_body
+from sim.jointed_labels import SeenBody, enclosing_bounds, joined, merge_parts, seen_bodies, seen_body
 from sim.labels import amodal_box, visible_fraction
 from sim.mesh import Texture, TexturedMesh
 from sim.meshes.facets import Facets
@@ -151,3 +151,25 @@ def test_parts_become_their_bodies_and_all_else_stays(shape):
     merged = ids.copy()
     merge_parts(merged, whole, 4)
     np.testing.assert_array_equal(merged, np.where(ids < 4, ids, whole[ids]))
+
+
+def test_bodies_together_have_the_labels_of_each_alone():
+    turned = np.eye(4)
+    turned[:3, :3] = Rotation.from_euler("zyx", (0.7, 0.2, -0.1)).as_matrix()
+    bodies = [
+        ([block((0.5, 1.0, 1.0))], [at(4.0) @ turned]),
+        ([block((0.2, 0.4, 1.2)), block((0.3, 0.3, 0.3))], [at(3.0, 0.6) @ turned, at(3.0, 0.7, 1.8)]),
+        ([block((0.5, 1.0, 1.0))], [at(0.1)]),
+        ([block((0.5, 0.5, 0.5))], [at(5.0, 30.0)]),
+    ]
+    ids, shapes = everywhere(-1), [joined(meshes) for meshes, _ in bodies]
+    ids[:, :20], ids[:, 20:] = 1, 0
+    poses = [np.array(each) for _, each in bodies]
+    boxes, fractions, bounds = seen_bodies(shapes, poses, CAMERA, POSE, ids, np.arange(4))
+    for k, shape in enumerate(shapes):
+        alone = seen_body(shape, poses[k], CAMERA, POSE, ids, k, hiders=np.empty(0, np.int64))
+        np.testing.assert_array_equal(boxes[k], alone.box_xyxy)
+        assert fractions[k] == alone.visible_fraction
+        np.testing.assert_allclose(bounds[k], enclosing_bounds(shape, poses[k], poses[k][0]), atol=1e-12)
+    assert 0.0 < fractions[1] < 1.0
+    assert np.isnan(boxes[2]).all()
