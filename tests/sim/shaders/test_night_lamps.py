@@ -4,10 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 
 from sim.optics import Intrinsics, look_down_pose
 from sim.shaders.ground_map import COARSE_M, Footprint, GroundArrays, HeightMap
-from sim.shaders.night_lamps import BEAM_REACH_M, LampView, bake_lamps, intensity_down_cd, profile
+from sim.shaders.night_lamps import (
+    BEAM_REACH_M,
+    CHANNELS,
+    LampArrays,
+    LampView,
+    bake_lamps,
+    intensity_down_cd,
+    lamp_row,
+    new_lamp_scratch,
+    profile,
+)
 
 CELLS = 101
 EMPTY = HeightMap(np.zeros((CELLS, CELLS), np.float32), np.zeros((CELLS, CELLS), np.float32))
@@ -83,3 +94,26 @@ def test_nothing_is_left_where_a_car_has_been():
     moved = view(first)
     lit(moved, first)
     np.testing.assert_array_equal(lit(moved, later), lit(view(later), later))
+
+
+@pytest.mark.parametrize("width", [1, 2, 7, 8, 23])
+@pytest.mark.parametrize("is_plain", [False, True])
+def test_a_row_reads_the_map_between_its_cells(width: int, is_plain: bool) -> None:
+    """Straight rows are read at the ends of blocks, of a map that is a plane; bent ones at every pixel, of any map."""
+    rng = np.random.default_rng(width)
+    light_lx = rng.random((CELLS, CELLS, CHANNELS)).astype(np.float32)
+    columns, rows = rng.uniform(40, 80, (2, width)).astype(np.float32)
+    if is_plain:
+        plane = np.add.outer(np.arange(CELLS), 2 * np.arange(CELLS))
+        light_lx = (plane[..., None] + np.arange(CHANNELS)).astype(np.float32)
+        columns, rows = (np.linspace(a, b, width, dtype=np.float32) for a, b in ((40, 60), (70, 66)))
+    lamps = LampArrays(
+        light_lx.reshape(-1, CHANNELS), CELLS, np.float32(1), *np.ones((2, 3), np.float32), np.float32(8)
+    )
+    normal = rng.random((3, width)).astype(np.float32)
+    lamp_lx, head_lx = np.empty((2, width), np.float32)
+    lamp_row(lamps, columns, rows, np.zeros(width, np.float32), normal, new_lamp_scratch(width), lamp_lx, head_lx)
+    at = [rows - 0.5, columns - 0.5]
+    read = np.stack([map_coordinates(each, at, order=1) for each in np.moveaxis(light_lx, -1, 0)])
+    np.testing.assert_allclose(lamp_lx, (normal * read[:3]).sum(axis=0), rtol=1e-4)
+    np.testing.assert_allclose(head_lx, (normal * read[3:]).sum(axis=0), rtol=1e-4)
