@@ -18,6 +18,7 @@ from scenarios.road_town.pictureless.bank import RoadPictureless
 from scenarios.road_town.plan import TARGET, camera_of, draw_kept_layout, make_plan
 from scenarios.road_town.presets import ABLATIONS, NEXT_PRESETS, PRESETS, RoadTown
 from scenarios.road_town.road_map import RoadMap
+from scenarios.road_town.semantics import Semantics
 from scenarios.road_town.town import (
     PassersByBodies,
     add_vehicle,
@@ -59,6 +60,7 @@ _OF_CONDITIONS = (
 _BRAKES_FROM_MPS2, _WAITS_BELOW_MPS = 0.8, 0.3
 _NO_POSES = np.empty((0, 4, 4))
 _NO_FLOW = np.empty((0, 0, 2), np.float32)
+_NO_CLASSES = np.empty((0, 0), np.uint8)
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,8 @@ class RoadTownEpisode(Stage):
         ]
         self.plan = plan
         self._passing = None if plan.passers_by is None else PassersByBodies(world, plan.passers_by)
-        self._flow_px = _NO_FLOW
+        self._flow_px, self._semantic_map = _NO_FLOW, _NO_CLASSES
+        self._semantics = Semantics(world, plan.layout) if setup.covers_all else None
         self._conditions = draw_conditions(plan.preset, plan.seed, plan.sun_azimuth_rad, plan.sun_elevation_rad)
         self._light = _light(self._conditions)
         shadow_texels = SHADOW_TEXELS if kept is None else kept.content.detail.shadow_texels
@@ -187,6 +190,8 @@ class RoadTownEpisode(Stage):
             # Before the ids of limbs become those of people: each moves in its own way.
             poses, before = self.world.poses, self._body_poses_before
             self._flow_px = backward_flow(capture, camera, T_world_camera, self._T_world_camera_before, poses, before)
+        if self._semantics is not None:
+            self._semantic_map = self._semantics.of(capture.instance_id, self._from_ground)
         return capture
 
     def _braking(self, frame: int) -> NDArray[np.bool_]:
@@ -205,6 +210,7 @@ class RoadTownEpisode(Stage):
             "on_road": bool(self._on_road[frame]),
             "turning": plan.turning(frame),
             "flow_px": self._flow_px,
+            "semantic_map": self._semantic_map,
             "background_motion": self._background_motion,
             "light": self._light,
             **{name: getattr(self._conditions, name) for name in _OF_CONDITIONS},

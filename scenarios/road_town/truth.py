@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from scenarios.road_town.semantics import CLASSES
 from scenarios.truth import Truth, truth_field
 
 
@@ -35,6 +36,7 @@ class RoadTruth(Truth):
         turning: whether the target is turning at a crossing.
         flow_px: (H, W, 2) float32, each pixel's surface point in the *previous* frame minus its current place (in
             closed loop the next camera pose is not known yet); NaN for sky; zeros on frame 0.
+        semantic_map: (H, W) uint8, class of the surface seen, an index of ``semantics.CLASSES``.
         background_motion: (3, 3) homography of ground pixels (z = 0) from the previous frame to this one; identity on
             frame 0.
         light: the light.
@@ -50,6 +52,9 @@ class RoadTruth(Truth):
     flow_px: NDArray[np.float32] = truth_field("px", "H", "W", 2, coding="x, y; NaN for sky", left_out=True)
     background_motion: NDArray[np.float64] = truth_field("px", 3, 3)
     light: Light = truth_field("lx")
+    semantic_map: NDArray[np.uint8] = truth_field(
+        "class", "H", "W", coding=", ".join(CLASSES), left_out=True, unjudged=np.empty((0, 0), np.uint8)
+    )
     weather: str = truth_field("word", coding="clear, overcast, rain, fog or snow", unjudged="clear")
     season: str = truth_field("word", coding="summer, autumn, winter or spring", unjudged="summer")
     visibility_m: float = truth_field("m", coding="infinite in clear air", unjudged=math.inf)

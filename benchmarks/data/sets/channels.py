@@ -154,6 +154,8 @@ def channel_picture(
         low, high = np.percentile(value, _SHARES)
         grey = np.clip((value - low) * (255.0 / max(high - low, 1e-12)), 0, 255).astype(np.uint8)
         return np.repeat(grey[..., None], 3, axis=2), f"{low:,.0f} to {high:,.0f}"
+    if meaning.unit == "class":
+        return _identities(value, np.arange(256)), ""
     if meaning.unit in ("id", "word"):
         return _identities(value, instance_id), ""
     return _scale(value.astype(np.float64), meaning.unit)
