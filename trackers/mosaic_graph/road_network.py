@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -32,6 +33,36 @@ _WEAR = np.linspace(-0.33, 0.33, 7)
 _WEAR_DEVIATION = 0.2
 
 
+@dataclass(frozen=True, eq=False)
+class SeenGround:
+    """A part of a mosaic, in cells of ``GRID_M``.
+
+    Attributes:
+        origin_m: (2,) map position of the corner of cell (0, 0).
+        rgb: (H, W, 3) uint8; 0 where nothing was seen. count: (H, W) uint8, see ``Mosaic``.
+        seen: (H, W) whether the picture of a cell is whole: at the edge of what was seen it is mixed with black.
+    """
+
+    origin_m: NDArray[np.float64]
+    rgb: NDArray[np.uint8]
+    count: NDArray[np.uint8]
+    seen: NDArray[np.bool_]
+
+
+def seen_ground(mosaic: Mosaic, centre_m: NDArray[np.float64]) -> SeenGround | None:
+    """Return what a mosaic holds within 120 m of a map point (2,), None if nothing."""
+    low = np.maximum(mosaic.cells_of(centre_m[None] - _REACH_M)[0], 0)
+    high = np.minimum(mosaic.cells_of(centre_m[None] + _REACH_M)[0], mosaic.count.shape[::-1])
+    if (high <= low).any():
+        return None
+    cells = slice(low[1], high[1]), slice(low[0], high[0])
+    size = tuple(np.maximum(((high - low) * mosaic.cell_m / GRID_M).astype(int), 4).tolist())
+    rgb = cv2.resize(mosaic.rgb[cells], size, interpolation=cv2.INTER_AREA)
+    count = cv2.resize(mosaic.count[cells], size, interpolation=cv2.INTER_NEAREST)
+    seen = cv2.erode((count > 0).astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+    return SeenGround(mosaic.origin_m + low * mosaic.cell_m, rgb, count, seen)
+
+
 class RoadFinder:
     """Learns the colours of roads where the target drove; draws ``Roads``."""
 
@@ -47,23 +78,14 @@ class RoadFinder:
         """Learn the ground around a map point (2,), which the target has left, as road."""
         self._driven_m.append(driven_m)
 
-    def probability(
-        self, mosaic: Mosaic, low: NDArray[np.int64], high: NDArray[np.int64]
-    ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
-        """Return the probability of road (H, W) on a grid of 0.5 m over the mosaic's cells (column, row) from ``low``
-        to below ``high``, whether each cell was seen (H, W), and the grid's origin (2,) on the map.
+    def probability(self, ground: SeenGround) -> NDArray[np.float32]:
+        """Return the probability of road (H, W) of ground; that of cells that were not seen does not count.
 
-        ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled to 1 at the median of the pixels driven over; 0 for
-        unseen cells.
+        ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled to 1 at the median of the pixels driven over.
         """
-        cells = slice(low[1], high[1]), slice(low[0], high[0])
-        size = tuple(np.maximum(((high - low) * mosaic.cell_m / GRID_M).astype(int), 4).tolist())
-        rgb = cv2.resize(mosaic.rgb[cells], size, interpolation=cv2.INTER_AREA)
-        count = cv2.resize(mosaic.count[cells], size, interpolation=cv2.INTER_NEAREST)
-        origin_m = mosaic.origin_m + low * mosaic.cell_m
-        driven_rgb = rgb[self._driven_cells(count, origin_m)][None]
+        driven_rgb = ground.rgb[self._driven_cells(ground)][None]
         everything, driven, road = np.zeros((3, CELLS), np.float32)
-        count_colours(everything, rgb, (count > 0).astype(np.float32), 2)
+        count_colours(everything, ground.rgb, (ground.count > 0).astype(np.float32), 2)
         count_colours(driven, driven_rgb, np.ones(driven_rgb.shape[:2], np.float32), 1)
         for wear in _WEAR if driven_rgb.size else ():
             weight = np.full(driven_rgb.shape[:2], np.exp(-0.5 * (wear / _WEAR_DEVIATION) ** 2), np.float32)
@@ -73,38 +95,34 @@ class RoadFinder:
         share = np.cumsum(driven[order]) / max(float(driven.sum()), 1.0)
         typical = ratio[order[min(int(np.searchsorted(share, _TYPICAL_QUANTILE)), CELLS - 1)]]
         table = np.minimum(ratio / max(float(typical), 1e-9), 1.0)
-        # Cells at the edge of the seen ground are mixed with black.
-        seen = cv2.erode((count > 0).astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-        return look_up(table.astype(np.float32), rgb) * seen, seen, origin_m
+        return look_up(table.astype(np.float32), ground.rgb)
 
-    def _driven_cells(self, count: NDArray[np.uint8], origin_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def _driven_cells(self, ground: SeenGround) -> NDArray[np.bool_]:
         """Return the cells (H, W) that the target drove over and that were seen often enough without it."""
-        driven = np.zeros(count.shape, np.uint8)
+        driven = np.zeros(ground.count.shape, np.uint8)
         for point_m in self._driven_m:
-            draw_disc(driven, np.floor((point_m - origin_m) / GRID_M), _SAMPLE_RADIUS_M / GRID_M - 1, 1)
-        return (driven > 0) & (count >= _OFTEN_SEEN)
+            draw_disc(driven, np.floor((point_m - ground.origin_m) / GRID_M), _SAMPLE_RADIUS_M / GRID_M - 1, 1)
+        return (driven > 0) & (ground.count >= _OFTEN_SEEN)
 
     def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> Roads:
         """Return the roads within 120 m of a map point."""
-        low = np.maximum(mosaic.cells_of(centre_m[None] - _REACH_M)[0], 0)
-        high = np.minimum(mosaic.cells_of(centre_m[None] + _REACH_M)[0], mosaic.count.shape[::-1])
-        if (high <= low).any():
+        ground = seen_ground(mosaic, centre_m)
+        if ground is None:
             return NO_ROADS
-        probability, seen, origin_m = self.probability(mosaic, low, high)
-        mask = _road_mask(_continued(probability, seen))
+        mask = _road_mask(_continued(self.probability(ground) * ground.seen, ground.seen))
         cells, offsets = trace_lines(thin(mask))
-        points = origin_m + GRID_M * (cells[:, ::-1] + 0.5)
+        points = ground.origin_m + GRID_M * (cells[:, ::-1] + 0.5)
         lines = [points[a:b] for a, b in pairwise(offsets)]
-        graph = build_graph(lines, partial(_unseen, seen, origin_m))
+        graph = build_graph(lines, partial(_unseen, ground))
         return roads_about(graph, centre_m)
 
 
-def _unseen(seen: NDArray[np.bool_], origin_m: NDArray[np.float64], points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return whether each map point (n, 2) is unseen on a grid (H, W) that begins at ``origin_m`` (2,)."""
-    cells = np.floor((points_m - origin_m) / GRID_M).astype(int)
-    inside = ((cells >= 0) & (cells < seen.shape[::-1])).all(axis=1)
+def _unseen(ground: SeenGround, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return whether each map point (n, 2) was not seen."""
+    cells = np.floor((points_m - ground.origin_m) / GRID_M).astype(int)
+    inside = ((cells >= 0) & (cells < ground.seen.shape[::-1])).all(axis=1)
     result = np.ones(len(points_m), np.bool_)
-    result[inside] = ~seen[cells[inside, 1], cells[inside, 0]]
+    result[inside] = ~ground.seen[cells[inside, 1], cells[inside, 0]]
     return result
 
 

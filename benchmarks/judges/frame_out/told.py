@@ -19,7 +19,7 @@ from trackers.mosaic_graph.kernels.road_position import Roads
 from trackers.mosaic_graph.map_tracker import MapTracker
 from trackers.mosaic_graph.mosaic import Mosaic
 from trackers.mosaic_graph.road_graph import RoadSketch, even
-from trackers.mosaic_graph.road_network import GRID_M, RoadFinder, roads_about
+from trackers.mosaic_graph.road_network import GRID_M, RoadFinder, SeenGround, roads_about
 from trackers.types import Estimate, Start
 
 _OURS = "mosaic_graph_pf"
@@ -85,16 +85,13 @@ class TrueGround(RoadFinder):
         self._holes = [np.array(hole.coords) for part in parts for hole in part.interiors]
         self._laid = laid
 
-    def probability(
-        self, mosaic: Mosaic, low: NDArray[np.int64], high: NDArray[np.int64]
-    ) -> tuple[NDArray[np.float32], NDArray[np.bool_], NDArray[np.float64]]:
+    def probability(self, ground: SeenGround) -> NDArray[np.float32]:
         """See ``RoadFinder``."""
-        by_colour, seen, origin_m = super().probability(mosaic, low, high)
-        road = np.zeros_like(by_colour)
+        road = np.zeros(ground.seen.shape, np.float32)
         for rings, value in ((self._outlines, 1.0), (self._holes, 0.0)):
-            cells = [(self._laid.placed(ring) - origin_m) / GRID_M - 0.5 for ring in rings]
+            cells = [(self._laid.placed(ring) - ground.origin_m) / GRID_M - 0.5 for ring in rings]
             cv2.fillPoly(road, [np.round(each).astype(np.int32) for each in cells], value)
-        return road * seen, seen, origin_m
+        return road
 
 
 def rigid(before: NDArray[np.float64], after: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
