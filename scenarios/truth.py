@@ -29,8 +29,8 @@ class Meaning:
     """Unit, shape and coding of a field of truth.
 
     Attributes:
-        unit: ``m``, ``px``, ``s`` …; ``fraction`` of 0 to 1, ``id``, ``word``, ``class`` (its number in ``coding``), or ``1``
-            for a number without unit.
+        unit: ``m``, ``px``, ``s`` …; ``fraction`` of 0 to 1, ``id``, ``word``, ``class`` (its number in ``coding``),
+            or ``1`` for a number without unit.
         shape: its axes; ``N`` objects, ``S`` standing ones, ``H`` rows and ``W`` columns of the picture.
         coding: the meaning of single values, where the unit does not give it.
         left_out: whether episodes with ``truth="target"`` leave it out: a field per pixel or per standing object
