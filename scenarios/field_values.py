@@ -28,6 +28,8 @@ _NOT_CHANGED = ("summary", "closed_loop")
 _NAME = re.compile(r"(?P<preset>[^\[\]]+)\[(?P<values>.*)\]", re.DOTALL)
 _CALL = re.compile(r"(?P<kind>[a-z_]+)\((?P<arguments>.*)\)", re.DOTALL)
 _NUMBER = r"[-+]?[\d.]+(?:e[-+]?\d+)?"
+_SPACED = re.compile(r"\s*([=:,()\[\]])\s*")
+"""A space beside one of these says nothing; one between words is part of a value."""
 _RANGE = re.compile(rf"({_NUMBER}):({_NUMBER})", re.IGNORECASE)
 _DRAWS: Mapping[str, Callable[[np.random.Generator, float, float], float]] = {
     "uniform": lambda rng, low, high: rng.uniform(low, high),
@@ -68,7 +70,7 @@ def is_drawn(preset: Any, name: str) -> bool:
         usual = preset
         for field in path.split("."):
             usual = getattr(usual, field)
-        if _CALL.fullmatch(text) or (_RANGE.fullmatch(text) and not _is_pair(usual)):
+        if _CALL.fullmatch(text) or (_RANGE.fullmatch(text) and not (usual is None or _is_pair(usual))):
             return True
     return False
 
@@ -98,8 +100,9 @@ def changed(preset: Any, values: Mapping[str, str], seed: int, of: str = "") -> 
 def _value(name: str, text: str, usual: Any, rng: np.random.Generator) -> Any:
     """Return a field's value of an episode; ``usual`` is that of the preset, whose kind it has."""
     is_pair, ends = _is_pair(usual), _RANGE.fullmatch(text)
-    if is_pair and ends is not None:
-        return tuple(_like(end, _read(each)) for end, each in zip(usual, ends.groups(), strict=True))
+    if ends is not None and (is_pair or usual is None):
+        # A field that holds nothing may hold a range; numbers of one are no whole numbers.
+        return tuple(_like(end, _read(each)) for end, each in zip(usual or (0.0, 0.0), ends.groups(), strict=True))
     value = _drawn(f"set {name}", text, usual[0] if is_pair else usual, rng)
     return (value, value) if is_pair and is_number(value) else value
 
@@ -169,7 +172,7 @@ def _values(settings: Iterable[str]) -> dict[str, str]:
     """Return the text of each value by its field."""
     found = {}
     for each in settings:
-        field, equals, text = each.replace(" ", "").partition("=")
+        field, equals, text = _SPACED.sub(r"\1", each.strip()).partition("=")
         check("set", bool(field and equals and text), "FIELD=VALUE", repr(each))
         found[field] = text
     return found

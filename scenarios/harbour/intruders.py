@@ -27,7 +27,7 @@ from scenarios.harbour.warmth import (
 )
 from scenarios.objects import AWAY, JointedObjects, add_parts
 from sim.jointed_labels import JointedShape, joined
-from sim.meshes.boat import above_water, boat
+from sim.meshes.boat import Place, above_water, boat, places_aboard
 from sim.meshes.person import person_size_m
 from sim.meshes.thermal_paint import thermal_car, thermal_person
 from sim.motion.gait import part_poses, stride_length_m
@@ -50,6 +50,7 @@ class _Intruder:
         bodies: its parts. shape: of its labels: of a boat, what is above its waterline.
         size_m: (3,). bones: of a person, None for others. clothes: likewise.
         materials, sky_view, heated_k (F, P): of a car or boat; see ``warmth``.
+        aboard: where people have room on a boat.
         ground_k: of a cold car, see ``Visit``, how much warmer the yard about it is than one without patches.
     """
 
@@ -61,6 +62,7 @@ class _Intruder:
     materials: tuple[str, ...] = ()
     sky_view: float = 0.0
     heated_k: NDArray[np.float64] | None = None
+    aboard: tuple[Place, ...] = ()
     ground_k: float | None = None
 
 
@@ -70,6 +72,7 @@ class Intruders(JointedObjects):
     Attributes:
         presence: (F, N) whether each is there. course: (F, N, 4, 4) poses, those of absent ones far below the ground;
             course_mps: (F, N) speeds, 0 for absent ones.
+        aboard: of each boat by its number, where people have room on it.
     """
 
     def __init__(
@@ -107,6 +110,7 @@ class Intruders(JointedObjects):
             [None if each.bones is None else person_points(each.bones) for each in self._all],
         )
         self._plan_poses(plan, conditions, time_s, rng)
+        self.aboard = {k: each.aboard for k, each in enumerate(self._all) if each.aboard}
         self.present = np.zeros(len(names), np.bool_)
 
     def _person(
@@ -139,7 +143,8 @@ class Intruders(JointedObjects):
         self, visit: Visit, name: str, time_s: NDArray[np.float64], weather: Weather, rng: np.random.Generator
     ) -> _Intruder:
         length, beam = np.array(_BOAT_M) * rng.uniform(*SIZE_FACTORS, 2)
-        mesh = boat(str(rng.choice(["fisher", "launch"], p=[0.7, 0.3])), float(length), float(beam))
+        model = str(rng.choice(["fisher", "launch"], p=[0.7, 0.3]))
+        mesh = boat(model, float(length), float(beam))
         above = above_water(mesh)
         return _Intruder(
             add_parts(self.world, name, "boat", {0: mesh}, AWAY),
@@ -148,6 +153,7 @@ class Intruders(JointedObjects):
             materials=boat_materials(str(rng.choice(HULLS))),
             sky_view=BOAT_VIEW,
             heated_k=heated_k("boat", time_s, visit.engine_s),
+            aboard=places_aboard(model, float(length)),
         )
 
     def _plan_poses(

@@ -195,13 +195,17 @@ PRESETS = {
 }
 SITES = {
     "sites": Harbour("70 minutes at any hour, at another harbour for each seed", site=BY_SEED, start_h=(0.0, 24.0)),
+    # Swell from afar in light wind: what a wave reflects of a clear, cold sky changes by a kelvin or two from face to
+    # back. Ripples of a stronger wind average that, and clouds are as warm as the water. Waves of 10 to 22 m are short
+    # enough for several to be in the picture.
     "swell": Harbour(
         "another harbour for each seed, with swell on which boats heave, roll and pitch",
         site=BY_SEED,
         start_h=(0.0, 24.0),
-        wind_mps=(3.0, 9.0),
-        swell_m=(0.5, 1.0),
-        swell_period_s=(3.2, 5.0),
+        cloud=(0.0, 0.4),
+        wind_mps=(0.5, 3.5),
+        swell_m=(0.3, 0.6),
+        swell_period_s=(2.6, 3.8),
     ),
     "rain": Harbour(
         "another harbour for each seed, in rain",

@@ -12,7 +12,7 @@ import numpy as np
 
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.layout import FIXED
-from scenarios.harbour.presets import Harbour
+from scenarios.harbour.presets import BY_SEED, SITES, Harbour
 from scenarios.harbour.scenario import HarbourEpisode, day_of
 from scenarios.harbour.truth import HarbourTruth
 from scenarios.pan_tilt_zoom import Head, Mount
@@ -69,6 +69,24 @@ PRESETS = {
         cars_before=0,
         patrols=1,
         background=0,
+    ),
+}
+PRESETS |= {
+    "sites": replace(
+        PRESETS["standard"],
+        summary="two minutes at any hour, at another harbour for each seed",
+        site=BY_SEED,
+        start_h=(0.0, 24.0),
+    ),
+    "swell": replace(
+        PRESETS["standard"],
+        summary="another harbour for each seed, with swell on which boats heave, roll and pitch",
+        site=BY_SEED,
+        start_h=(0.0, 24.0),
+        cloud=SITES["swell"].cloud,
+        wind_mps=SITES["swell"].wind_mps,
+        swell_m=SITES["swell"].swell_m,
+        swell_period_s=SITES["swell"].swell_period_s,
     ),
 }
 

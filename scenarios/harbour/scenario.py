@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from scenarios.harbour.clutter import Afloat, Clutter
 from scenarios.harbour.conditions import DAYS_BEFORE, draw_conditions, draw_waves
+from scenarios.harbour.crew import Crews
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.layout import FIXED, VOLUME_BOTTOM_M, Site
 from scenarios.harbour.pictureless.bank import HarbourPictureless
@@ -72,6 +73,8 @@ MOUNT = mount_at(FIXED)
 
 _SURVEY_RAD, _SURVEY_M = np.deg2rad(0.02), 0.05
 """Standard deviations of the surveyed pose of the camera."""
+_DRAWN_CAMERA = ThermalConfig(plateau=0.015, linear=0.2, detail=24.0)
+"""Of drawn harbours: it shows waves of half a kelvin beside a quay in the sun that is 20 K warmer."""
 _BACKGROUND_FROM = 4000
 """Number of the sensor's first frame of the days before, or a later one: no noise of the episode's own repeats."""
 
@@ -115,6 +118,8 @@ class HarbourEpisode(Stage):
             scenery.bay_k,
             carrying[-1] if carrying else None,
         )
+        weather = self._conditions.days[-1].weather
+        self._crews = Crews(world, intruders, weather, setup.rng("crew")) if site.is_drawn else None
         self._thermals = Thermals(
             world,
             self._conditions,
@@ -123,17 +128,18 @@ class HarbourEpisode(Stage):
             intruders,
             preset.rate_hz,
             waves,
+            self._crews,
         )
         self._shader = self._thermals.shader
         self._afloat = self._clutter.afloat(self._time_s, before=False)
-        self._config = ThermalConfig(rate_hz=preset.rate_hz)
+        self._config = replace(_DRAWN_CAMERA if site.is_drawn else ThermalConfig(), rate_hz=preset.rate_hz)
         self._T_world_camera = site.overview_pose()
         self._surveyed = EgoPose(_surveyed(self._T_world_camera, setup.day_rng("survey")))
         super().__init__(
             setup,
             intruders,
             self._overview(setup, world, None if alone else setup.rng("noise")),
-            standing=self._clutter.standing,
+            standing=[*self._clutter.standing, *(self._crews.standing if self._crews is not None else ())],
             head=self._head_before(setup, intruders),
         )
 
@@ -162,6 +168,8 @@ class HarbourEpisode(Stage):
 
     def _move_to(self, frame: int) -> None:
         self._objects.move_to(frame)
+        if self._crews is not None:
+            self._crews.move_to(frame)
         self._clutter.move_to(self._afloat, frame, DAYS_BEFORE)
         self._thermals.show_frame(frame)
 
@@ -181,6 +189,8 @@ class HarbourEpisode(Stage):
         afloat: Afloat = self._clutter.afloat(time_s, before=True)
         camera = self._overview(self._setup, self.world)
         self._objects.take_out()
+        if self._crews is not None:
+            self._crews.take_out()
         pictures = []
         first = max(_BACKGROUND_FROM, self.frame_count)
         for k, each in enumerate(time_s.tolist()):

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from scenarios.harbour.clutter import Clutter
 from scenarios.harbour.conditions import DAYS_BEFORE, Conditions
+from scenarios.harbour.crew import Crews
 from scenarios.harbour.intruders import Intruders
 from scenarios.harbour.scenery import Surface
 from scenarios.harbour.warmth import DayWarmth, gull_kelvins, wet_wall
@@ -44,8 +45,10 @@ class Thermals:
         intruders: Intruders,
         rate_hz: float,
         waves: Sequence[SeaWaves],
+        crews: Crews | None = None,
     ) -> None:
         """``waves``: of the days of ``conditions``."""
+        self._crews = crews
         self._conditions, self._clutter, self._intruders = conditions, clutter, intruders
         self._rate_hz = rate_hz
         walls = [each for each in scenery if each.body.name == "wall"]
@@ -98,6 +101,8 @@ class Thermals:
         dry = warmth.of(self._wall.materials, self._wall.sky_view)
         set_parts(self._walls, *wet_wall(dry, warmth.weather.sea_k, self._conditions, time_s))
         set_parts(self._clutter.gulls, *gull_kelvins(warmth))
+        for bodies, kelvins in [] if self._crews is None else self._crews.kelvins(warmth):
+            set_parts(bodies, *kelvins)
         self.shader.set_air(warmth.weather.air(round(hour / _AIR_STEP_H) * _AIR_STEP_H))
         self.shader.set_sun(*_suns(warmth, hour))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,6 +33,10 @@ _DRAUGHT_M = 0.45
 """Depth to which the hull is modelled: deeper than its waterline ever rises when it rolls."""
 _RAIL_M = 0.3
 """Height of the rail above the deck."""
+_FREEBOARD = {"fisher": 0.095, "launch": 0.1, "yacht": 0.1}
+"""Height of the rail amidships over the length."""
+_OUTBOARD_M = 0.42
+"""How far the outboard engine reaches behind the stern."""
 _STATIONS = (
     (-0.5, 0.78, 1.0, 0.0),
     (-0.49, 0.79, 1.0, 1.0),
@@ -58,13 +63,37 @@ def boat(model: str, length_m: float, beam_m: float) -> TexturedMesh:
     check("model", model in BOATS, f"one of {', '.join(BOATS)}", model)
     check("length_m beam_m", min(length_m, beam_m) > 0, "lengths > 0 m", (length_m, beam_m))
     facets = Facets()
-    freeboard_m = {"fisher": 0.095, "launch": 0.1, "yacht": 0.1}[model] * length_m
+    freeboard_m = _FREEBOARD[model] * length_m
     _add_hull(facets, length_m, beam_m, freeboard_m)
     {"fisher": _add_fisher, "launch": _add_launch, "yacht": _add_yacht}[model](facets, length_m, beam_m, freeboard_m)
     mesh = facets.mesh(_TEXTURE)
     vertices_m = mesh.vertices_m.copy()
     vertices_m[:, 0] -= 0.5 * (vertices_m[:, 0].min() + vertices_m[:, 0].max())
     return TexturedMesh(vertices_m, mesh.normals, mesh.uv, mesh.faces, _TEXTURE)
+
+
+class Place(NamedTuple):
+    """Where someone stands or sits aboard: the floor under the pelvis, and the height of the seat over it, if any."""
+
+    floor_m: tuple[float, float, float]
+    seat_m: float | None = None
+
+
+def places_aboard(model: str, length_m: float) -> tuple[Place, ...]:
+    """Return where people have room on the deck of a boat of ``boat``; who steers from a wheelhouse is not seen.
+
+    ``fisher``: between hatch and net drum, and on the foredeck; ``launch``: behind the console, and on the last bench.
+    """
+    deck = _FREEBOARD[model] * length_m - _RAIL_M
+    if model == "fisher":
+        fore = 1.24 * _FREEBOARD[model] * length_m - _RAIL_M
+        return Place((-0.215 * length_m, 0.0, deck)), Place((0.325 * length_m, 0.0, fore))
+    if model == "launch":
+        # Its engine hangs behind the stern, which moves the middle.
+        x, bench = 0.5 * _OUTBOARD_M - 0.27 * length_m, 0.32
+        helm = Place((0.5 * _OUTBOARD_M - 0.025 * length_m, 0.0, deck))
+        return helm, Place((x, 0.4, deck), bench), Place((x, -0.4, deck), bench)
+    return ()
 
 
 def _of(part: BoatPart) -> tuple[float, float]:
@@ -125,7 +154,7 @@ def _add_launch(facets: Facets, length_m: float, beam_m: float, freeboard_m: flo
     stern = -0.5 * length_m
     facets.box((stern - 0.35, -0.2, -0.3), (stern, 0.2, freeboard_m - 0.05), _of(BoatPart.EXHAUST))
     facets.box(
-        (stern - 0.42, -0.24, freeboard_m - 0.05), (stern + 0.08, 0.24, freeboard_m + 0.45), _of(BoatPart.ENGINE)
+        (stern - _OUTBOARD_M, -0.24, freeboard_m - 0.05), (stern + 0.08, 0.24, freeboard_m + 0.45), _of(BoatPart.ENGINE)
     )
 
 

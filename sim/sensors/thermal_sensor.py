@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from sim.checks import check_types, check_within
 from sim.optics import Camera, CameraMotion
 from sim.render.compilation import announce_compilation, row_kernel
+from sim.sensors.local_contrast import HEADROOM, show_detail
 from sim.sensors.noise import NORMAL, TEN_BITS, frame_keys, hash_row
 from sim.thermal.radiance import apparent_temperature_k, band_radiance, band_slope
 
@@ -47,6 +48,8 @@ class ThermalConfig:
         linear: share of the grey levels that the gain control spreads evenly over the range, whatever is there.
         largest_gain: grey levels per kelvin.
         settling_s: time constant of the gain control.
+        detail: grey levels per kelvin, at least, of differences between neighbours, see ``sim.sensors.local_contrast``;
+            0: one curve for the whole picture.
     """
 
     rate_hz: float = 0.5
@@ -63,12 +66,13 @@ class ThermalConfig:
     linear: float = 0.25
     largest_gain: float = 30.0
     settling_s: float = 4.0
+    detail: float = 0.0
 
     def __post_init__(self) -> None:
         check_types(self)
         check_within(self, "rate_hz shutter_every_s settling_s largest_gain", 0, above=True)
         check_within(self, "blur_px", 0, 0.7)
-        check_within(self, "netd_k fixed_pattern_k drift_k bowl_k level_k shutter_s", 0)
+        check_within(self, "netd_k fixed_pattern_k drift_k bowl_k level_k shutter_s detail", 0)
         check_within(self, "gain_spread linear", 0, 0.5)
         check_within(self, "plateau", 0, 1, above=True)
 
@@ -292,7 +296,7 @@ class ThermalSensor:
             return ThermalPicture(held.image_rgb, held.counts, radiance[:, 0], settings)
         counts = self._counts(radiance[:, 0], frame)
         settings = self._adapted(counts, frame)
-        self._latest = _toned(radiance, counts, settings)
+        self._latest = self._toned(radiance, counts, settings)
         return self._latest
 
     def develop(
@@ -304,7 +308,7 @@ class ThermalSensor:
         motion: CameraMotion | None = None,
     ) -> ThermalPicture:
         """Take a picture with given settings; the gain control stays as it is. Arguments as for ``expose``."""
-        return _toned(radiance, self._counts(radiance[:, 0], frame), settings)
+        return self._toned(radiance, self._counts(radiance[:, 0], frame), settings)
 
     def _corrections(self, frame: int) -> float:
         """Return how many intervals between corrections have passed; the first one began before the first frame."""
@@ -361,7 +365,8 @@ class ThermalSensor:
     def _right_tone(self, found: NDArray[np.int64]) -> NDArray[np.float32]:
         c = self.config
         largest = c.largest_gain * BIN_COUNTS / (PER_RADIANCE * _PER_K)
-        return right_tone(found, c.plateau, c.linear, largest)
+        tone = right_tone(found, c.plateau, c.linear, largest)
+        return tone if c.detail == 0.0 else np.float32(HEADROOM) + tone * np.float32(1.0 - 2.0 * HEADROOM / _WHITE)
 
     def _adapted(self, counts: NDArray[np.uint16], frame: int) -> ThermalSettings:
         """Let the gain control take its step and return the settings that follow."""
@@ -379,11 +384,16 @@ class ThermalSensor:
         self._adapted_at = frame
         return ThermalSettings(_gain(self._tone, found), self._tone, has_stepped=has_stepped)
 
-
-def _toned(radiance: NDArray[np.float32], counts: NDArray[np.uint16], settings: ThermalSettings) -> ThermalPicture:
-    grey = np.empty(counts.shape, np.uint8)
-    apply_tone(counts, np.round(settings.tone).astype(np.uint8), grey)
-    return ThermalPicture(np.broadcast_to(grey[..., None], (*grey.shape, 3)), counts, radiance[:, 0], settings)
+    def _toned(
+        self, radiance: NDArray[np.float32], counts: NDArray[np.uint16], settings: ThermalSettings
+    ) -> ThermalPicture:
+        grey = np.empty(counts.shape, np.uint8)
+        if self.config.detail > 0.0:
+            grey_per_k = min(max(self.config.detail, settings.gain), self.config.largest_gain)
+            show_detail(counts, settings.tone, grey_per_k / (PER_RADIANCE * _PER_K), PER_RADIANCE * _PER_K, grey)
+        else:
+            apply_tone(counts, np.round(settings.tone).astype(np.uint8), grey)
+        return ThermalPicture(np.broadcast_to(grey[..., None], (*grey.shape, 3)), counts, radiance[:, 0], settings)
 
 
 def _gain(tone: NDArray[np.float32], found: NDArray[np.int64]) -> float:

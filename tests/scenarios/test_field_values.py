@@ -119,6 +119,15 @@ def test_a_value_that_cannot_be_is_refused(setting: str, message: str) -> None:
         TOWN.configuration(with_values("standard", [setting]))
 
 
+def test_words_keep_their_spaces_and_what_may_be_nothing_takes_a_range() -> None:
+    harbour = catalog.scenario("harbour-v1")
+    one = harbour.configuration(with_values("standard", ["site = by seed", "swell_period_s= 3.2 : 5", "swell_m=0.5:1"]))
+    assert (one.site, one.swell_period_s, one.swell_m) == ("by seed", (3.2, 5.0), (0.5, 1.0))
+    assert not is_drawn(harbour.presets["standard"], "standard[swell_period_s=3.2:5]")
+    with pytest.raises(ValueError, match="start_frame"):
+        TOWN.configuration("standard[start_frame=1:2]")
+
+
 def test_envs_take_values_and_leave_draws_to_randomise() -> None:
     settings = FollowSettings("road-town-v2", "colour_pf", preset="quick[traffic_cars=3]")
     assert settings.configuration({}).traffic_cars == 3
