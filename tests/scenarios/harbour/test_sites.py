@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from scenarios.harbour.layout import FIXED, Site
 from scenarios.harbour.plan import draw_plan
 from scenarios.harbour.presets import PRESETS
+from scenarios.harbour.ptz import MOUNT, WIDEST_VIEW_M
+from scenarios.harbour.ptz import PRESETS as PTZ_PRESETS
 from scenarios.harbour.scenario import HARBOUR
 from scenarios.harbour.sites import draw_site
 from sim.rng import generator
@@ -100,6 +103,23 @@ def test_an_outline_without_corners_is_refused(outline_m: tuple[tuple[float, flo
         SiteSurvey((0.0, 0.0), (1.0, 0.0), -1.0, (9.0, 9.0, 9.0), 0.0, outline_m)
 
 
+@pytest.mark.parametrize("site", SITES)
+def test_the_head_reaches_whom_it_follows(site: Site) -> None:
+    """Wherever those are who walk about: by pan and tilt, and with a lens so long that the view counts."""
+    (ahead, left), preset = site.volume_axes, PTZ_PRESETS["sites"]
+    visits = [each for each in draw_plan(preset, generator(4, "plan"), None, site).visits if each.kind == "person"]
+    for visit in visits[: preset.patrols]:
+        at_m, _, _ = visit.journey.at(np.linspace(0.0, preset.frame_count / preset.rate_hz, 60))
+        away_m = at_m - site.camera_m[:2]
+        pan = np.arctan2(away_m @ left, away_m @ ahead)
+        tilt = np.arctan2(0.9 - site.camera_m[2], np.hypot(*away_m.T))
+        assert np.abs(pan).max() < MOUNT.widest_pan_rad
+        assert MOUNT.tilt_rad[0] < tilt.min() <= tilt.max() < MOUNT.tilt_rad[1]
+        distance_m = np.hypot(np.hypot(*away_m.T), site.camera_m[2]).max()
+        longest_px = MOUNT.lens.focal_px * MOUNT.zoom[1]
+        assert MOUNT.lens.width_px / longest_px * distance_m < WIDEST_VIEW_M
+
+
 def test_a_number_is_one_harbour_whatever_the_seed() -> None:
     first, second, other = (
         HARBOUR.episode(f"sites[background=0,site={k}]", seed) for k, seed in ((7, 1), (7, 2), (8, 1))
@@ -108,6 +128,23 @@ def test_a_number_is_one_harbour_whatever_the_seed() -> None:
     assert HARBOUR.episode("quick[background=0]", 1).start.site == FIXED.survey
     with pytest.raises(ValueError, match="site: expected 'fixed', 'by seed' or a whole number >= 0, got 'here'"):
         HARBOUR.configuration("sites[site=here]")
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("seed", [7])
+def test_swell_is_seen_at_noon_on_water_that_is_not_black(seed: int) -> None:
+    spread = {}
+    for swell_m in (0.0, 0.5):
+        noon = replace(PRESETS["swell"], start_h=(13.0, 13.0), swell_m=(swell_m, swell_m), background=0, frame_count=3)
+        episode = HARBOUR.episode(noon, seed, background=False)
+        frame = episode.step()
+        is_sea = (frame.truth.instance_map == episode._clutter.sea.index).astype(np.uint8)  # type: ignore[attr-defined]
+        grey = frame.observation.image_rgb[..., 0].astype(np.float32)
+        open_sea = cv2.erode(is_sea, np.ones((15, 15), np.uint8)) > 0
+        assert np.median(grey[open_sea]) > 30.0
+        # Noise and ripples are finer than swell.
+        spread[swell_m] = float(cv2.blur(grey, (9, 9))[open_sea].std())
+    assert spread[0.5] > 1.3 * spread[0.0], spread
 
 
 @pytest.mark.heavy
