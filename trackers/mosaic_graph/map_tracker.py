@@ -20,7 +20,7 @@ from trackers.mosaic_graph.mosaic import SHRINK, Mosaic, standing_ground
 from trackers.mosaic_graph.motion_model import Birth, CarModel, Instant
 from trackers.mosaic_graph.parameters import MosaicGraphParameters
 from trackers.mosaic_graph.registration import Registered, Registration
-from trackers.mosaic_graph.road_network import NO_ROADS, RoadFinder
+from trackers.mosaic_graph.road_network import NO_ROADS
 from trackers.mosaic_graph.sightings import FASTEST_MPS, LastSeen, Sighting, Sightings, may_be_target, renewal, surprise
 from trackers.particle_filter import ParticleFilter, Posterior
 from trackers.types import Estimate, Observation
@@ -69,12 +69,12 @@ class MapTracker:
         rng: np.random.Generator,
         observation: Observation,
         box_xyxy: NDArray[np.float64],
-        road_source: RoadSource | None = None,
+        road_source: RoadSource,
     ) -> None:
         """Start the mosaic with the first picture, and the particles in the box (4,).
 
         Args:
-            road_source: draws the roads in place of a ``RoadFinder``.
+            road_source: draws the roads.
         """
         self._p = p = parameters
         self._rng = rng
@@ -94,7 +94,7 @@ class MapTracker:
         self._filter = ParticleFilter(self._car, p.particles, self._rng)
         self._mosaic = Mosaic(SHRINK * metres_per_pixel)
         self._mosaic.add(first.small_rgb, camera, standing_ground(camera, None, target.position_m, length_m))
-        self._road_source: RoadSource = RoadFinder() if road_source is None else road_source
+        self._road_source = road_source
         self._roads = NO_ROADS
         self._sightings = Sightings()
         self._driven: deque[NDArray[np.float64]] = deque([target.position_m], maxlen=_DRIVEN_DELAY_FRAMES)

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre, box_size
+from trackers.mosaic_graph.learnt_roads import SHIPPED, LearntRoads, road_network
 from trackers.mosaic_graph.map_tracker import MapTracker
 from trackers.mosaic_graph.parameters import MosaicGraphParameters
 from trackers.mosaic_graph.picture_tracker import PictureTracker
 from trackers.mosaic_graph.registration import shows_ground
-from trackers.registry import register, register_variant
+from trackers.mosaic_graph.road_network import RoadFinder
+from trackers.registry import entry, register, register_variant
 from trackers.types import Estimate, Observation
 
 
@@ -39,12 +44,47 @@ class MosaicGraphParticleFilter:
         parameters = self._parameters
         box_size(box_xyxy)
         is_posed = parameters.use_ego and shows_ground(observation, box_centre(box_xyxy))
-        kind = MapTracker if is_posed or not parameters.use_filter else PictureTracker
-        self._tracker = kind(parameters, self._rng, observation, box_xyxy)
+        self._tracker: MapTracker | PictureTracker
+        if is_posed or not parameters.use_filter:
+            self._tracker = MapTracker(parameters, self._rng, observation, box_xyxy, self._road_finder())
+        else:
+            self._tracker = PictureTracker(parameters, self._rng, observation, box_xyxy)
 
     def update(self, observation: Observation) -> Estimate:
         """Take in the next picture."""
         return self._tracker.update(observation)
+
+    def _road_finder(self) -> RoadFinder:
+        return RoadFinder()
+
+
+@dataclass(frozen=True)
+class RoadNetworkParameters:
+    """Parameters of ``mosaic_graph_pf_network``; all others are those of ``mosaic_graph_pf``.
+
+    Attributes:
+        weights: file of the network, see ``examples/road_network.py``; nothing = the one that is shipped.
+    """
+
+    weights: str = ""
+
+
+@register(
+    "mosaic_graph_pf_network",
+    role="variant",
+    summary="ours, with roads found by a network that was trained on towns of the benchmark",
+)
+class MosaicGraphNetwork(MosaicGraphParticleFilter):
+    """``mosaic_graph_pf`` that sees which ground is road, where the other knows the colours of what was driven over."""
+
+    Parameters = RoadNetworkParameters  # type: ignore[assignment]
+
+    def __init__(self, parameters: RoadNetworkParameters, rng: np.random.Generator) -> None:
+        super().__init__(entry("mosaic_graph_pf").parameters(), rng)
+        self._network = road_network(Path(parameters.weights) if parameters.weights else SHIPPED)
+
+    def _road_finder(self) -> RoadFinder:
+        return LearntRoads(self._network)
 
 
 _ABLATIONS = (

@@ -113,7 +113,7 @@ class ToldTracker:
         self._target, self._rng, self._knows_state = target, rng, state
         self._laid = Laid()
         kinds: dict[str, type[TrueGraph] | type[TrueGround]] = {"graph": TrueGraph, "seen": TrueGround}
-        self._roads = kinds[roads](graph, self._laid) if roads else None
+        self._roads = kinds[roads](graph, self._laid) if roads else RoadFinder()
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
         """See ``LoopTracker``."""

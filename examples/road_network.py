@@ -1,0 +1,110 @@
+"""Train the small network by which `mosaic_graph_pf_network` finds roads on the ground.
+
+Needs `pip install 'frameout[data,train]'`::
+
+    frameout generate road-town --preset quick --set rate_hz=3 --set frame_count=84 --seeds 0:80 --pictures jpeg \\
+        --channels image_rgb semantic_map --out sets/roads
+    python examples/road_network.py --data sets/roads --weights mine.safetensors
+    frameout bench frame-out --preset standard --seeds 300:500 --trackers mosaic_graph_pf \\
+        --vary mosaic_graph_pf_network.weights=mine.safetensors
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import torch
+import tyro
+from safetensors.torch import save_file
+from torch import Tensor, nn
+from torch.nn.functional import binary_cross_entropy_with_logits, interpolate
+from torch.utils.data import DataLoader, RandomSampler
+
+from benchmarks.data.sets.data_set import DataSet, Samples
+from scenarios.road_town.semantics import CLASSES
+from scenarios.scenario import Frame
+from trackers.kernels.ground_camera import GroundCamera
+from trackers.mosaic_graph.learnt_roads import DOWN, FILTER, GROUPS, UP
+from trackers.mosaic_graph.road_network import GRID_M
+
+SIDE = 128
+"""Cells along each side of a piece of ground to learn from: 64 m."""
+NOT_SEEN = CLASSES.index("sky")
+ROAD, SURE = CLASSES.index("road"), [CLASSES.index(each) for each in ("road", "ground", "building")]
+"""What the ground is below trees and vehicles is learnt from its surroundings."""
+
+
+def ground_and_road(frame: Frame) -> tuple[Tensor, Tensor]:
+    """Return a piece of ground, turned at random, as a mosaic shows it (3, SIDE, SIDE), 0 to 1, and 0 where nothing is
+    seen; and of each cell (SIDE, SIDE) whether it is road, 1 or 0, or -1 where that is not said."""
+    rng = np.random.default_rng(torch.randint(2**31, (1,)).item())
+    camera = GroundCamera(frame.camera, frame.truth.T_world_camera, np.zeros(2))
+    corners_px = np.array([frame.camera.width_px, frame.camera.height_px])
+    T_map_cells = np.eye(3)
+    turn_rad, mirror = rng.uniform(-np.pi, np.pi), rng.choice([-1, 1])
+    c, s = GRID_M * np.cos(turn_rad), GRID_M * np.sin(turn_rad)
+    T_map_cells[:2, :2] = [[c, -mirror * s], [s, mirror * c]]
+    T_map_cells[:2, 2] = camera.to_map(rng.uniform(0.2, 0.8, (1, 2)) * corners_px)[0]
+    T_map_cells[:2, 2] -= T_map_cells[:2, :2] @ np.full(2, 0.5 * SIDE)
+    # OpenCV's whole numbers are the centres of cells and pixels.
+    to_centres = np.array([[1.0, 0.0, 0.5], [0.0, 1.0, 0.5], [0.0, 0.0, 1.0]])
+    H = np.linalg.inv(to_centres) @ camera.H_picture_map() @ T_map_cells @ to_centres
+    picture = cv2.GaussianBlur(frame.observation.image_rgb, (0, 0), GRID_M / (2.5 * camera.metres_per_pixel()))
+    rgb = cv2.warpPerspective(picture, H, (SIDE, SIDE), flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+    nearest = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+    kinds = cv2.warpPerspective(frame.truth.semantic_map, H, (SIDE, SIDE), flags=nearest, borderValue=NOT_SEEN)
+    light = rng.uniform(0.7, 1.3) * rng.uniform(0.93, 1.07, 3)
+    goal = np.where(np.isin(kinds, SURE), kinds == ROAD, -1.0)
+    return torch.from_numpy(np.clip(rgb * (light / 255), 0, 1)).float().permute(2, 0, 1), torch.from_numpy(goal).float()
+
+
+class RoadNetwork(nn.Module):
+    """Ground (B, 3, H, W) to log-odds of road (B, H, W), see ``learnt_roads``."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.down, self.up = (nn.ModuleList(_layer(*each) for each in plan) for plan in (DOWN, UP))
+        self.last = nn.Conv2d(UP[-1][1], 1, FILTER, 1, 1)
+
+    def forward(self, ground: Tensor) -> Tensor:
+        """The fourth channel tells which cells are seen."""
+        out, levels = torch.cat([ground - 0.5, (ground.sum(1, keepdim=True) > 0).float()], 1), []
+        for layer in self.down:
+            levels.append(out := layer(out))
+        for layer, beside in zip(self.up, (levels[1], levels[0]), strict=True):
+            out = layer(torch.cat([interpolate(out, scale_factor=2, mode="bilinear"), beside], 1))
+        return interpolate(self.last(out), scale_factor=2, mode="bilinear")[:, 0]
+
+
+def _layer(come: int, leave: int, stride: int, gap: int) -> nn.Sequential:
+    convolution = nn.Conv2d(come, leave, FILTER, stride, gap, gap)
+    return nn.Sequential(convolution, nn.GroupNorm(GROUPS, leave), nn.ReLU())
+
+
+def train(data: Samples, steps: int, seed: int) -> tuple[RoadNetwork, list[float]]:
+    """Return a network trained on batches of 8 pieces of ground, and the loss of each."""
+    torch.manual_seed(seed)
+    model, losses = RoadNetwork(), []
+    adam = torch.optim.AdamW(model.parameters())
+    rate = torch.optim.lr_scheduler.OneCycleLR(adam, 3e-3, steps)
+    for ground, goal in DataLoader(data, 8, sampler=RandomSampler(data, num_samples=8 * steps)):  # type: ignore
+        adam.zero_grad()
+        loss = binary_cross_entropy_with_logits(model(ground), goal, weight=(goal >= 0).float())
+        loss.backward()
+        adam.step()
+        rate.step()
+        losses.append(loss.item())
+    return model, losses
+
+
+def main(data: str, weights: Path, steps: int = 1000, seed: int = 0) -> None:
+    """Train on the data set ``data``, and write the ``weights``."""
+    model, losses = train(DataSet(data).samples(ground_and_road), steps, seed)
+    save_file(model.state_dict(), weights)
+    print(f"loss {np.mean(losses[-100:]):.3f}, {weights.stat().st_size / 1e6:.2f} MB")
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
