@@ -14,6 +14,7 @@ from pycocotools.cocoeval import COCOeval
 
 from benchmarks.data.sets.tables import visible_boxes
 from scenarios.scenario import Frame
+from sim.meshes.vehicle import class_of
 
 LEAST_VISIBLE = 0.5
 
@@ -22,14 +23,17 @@ Boxes = NDArray[np.floating[Any]]
 
 
 def cars_seen(frame: Frame) -> Boxes:
-    """Return the boxes around the visible pixels of all cars that have any.
+    """Return the boxes around the visible pixels of all cars that have any, parked ones too; lorries are no cars.
 
     The number is 1 for a car that counts: ``LEAST_VISIBLE`` of its pixels are visible (``Truth.visible_fraction``),
     the others hidden or beyond the border. Of other cars it is 0.
     """
-    boxes = visible_boxes(frame.truth.instance_map, frame.truth.instance_id)
-    counts = frame.truth.visible_fraction >= LEAST_VISIBLE
-    return np.column_stack([boxes, counts])[np.isfinite(boxes[:, 0])]
+    truth = frame.truth
+    boxes = visible_boxes(truth.instance_map, np.concatenate([truth.instance_id, truth.standing_id]))
+    counts = np.concatenate([truth.visible_fraction, truth.standing_visible_fraction]) >= LEAST_VISIBLE
+    kinds = (*truth.kinds, *truth.standing_kinds)
+    is_car = np.array([kind not in truth.passing and class_of(kind) == "car" for kind in kinds], np.bool_)
+    return np.column_stack([boxes, counts])[np.isfinite(boxes[:, 0]) & is_car]
 
 
 def average_precision(pictures: Iterable[tuple[Boxes, Boxes]], least_iou: float = 0.5) -> float:

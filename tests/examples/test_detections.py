@@ -74,3 +74,14 @@ def test_cars_less_than_half_seen_do_not_count_and_hidden_ones_have_no_box() -> 
     instances[instances == 10] = -1
     hidden = replace(frame.truth, instance_map=instances)
     np.testing.assert_array_equal(cars_seen(Frame(frame.observation, hidden)), [[40, 20, 50, 32, 1]])
+
+
+def test_parked_cars_are_to_be_found_too_and_lorries_and_people_are_no_cars(monkeypatch: pytest.MonkeyPatch) -> None:
+    frame = with_states("in", "in")
+    monkeypatch.setattr(type(frame.truth), "passing", ("person",))
+    instances = frame.truth.instance_map.copy()
+    instances[5:10, 5:15], instances[5:10, 45:48] = 20, 21
+    parked = {"standing_kinds": ("van", "person"), "standing_id": np.array([20, 21])}
+    truth = replace(frame.truth, kinds=("lorry", "sedan"), instance_map=instances, **parked)
+    truth = replace(truth, standing_visible_fraction=np.array([0.4, 1.0]))
+    np.testing.assert_array_equal(cars_seen(Frame(frame.observation, truth)), [[90, 60, 110, 72, 1], [5, 5, 15, 10, 0]])
