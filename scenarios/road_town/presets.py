@@ -10,8 +10,8 @@ from scenarios.road_town.blocks import BUILDING_SIDES_M
 from scenarios.road_town.patterns import SMALLEST_EXTENT_M, STREET_PATTERNS
 from scenarios.road_town.swing_geometry import PEAK_SPEED, SHORT_OF_NADIR_RAD
 from scenarios.scenario import MOST_FRAMES, check_length, check_size
-from sim.checks import check, check_choice, check_types, check_within
-from sim.meshes.file import MeshFile, mesh_of_file, names_mesh_file
+from sim.checks import check, check_types, check_within
+from sim.meshes.file import check_models, mesh_of_file
 from sim.meshes.vehicle import CARS, VEHICLES, vehicle
 
 SETTLE_FRAMES = 25
@@ -237,21 +237,11 @@ class RoadTown:
         known = f"some of {', '.join(STREET_PATTERNS)}"
         patterns = set(self.street_patterns)
         check("street_patterns", bool(patterns) and patterns <= set(STREET_PATTERNS), known, self.street_patterns)
-        check("vehicles", bool(self.vehicles), "one model at least", self.vehicles)
-        # A stored set is read where its meshes are not; who builds an episode of it, or asks for its edition, is told.
-        for model in (*self.vehicles, self.target_vehicle):
-            if names_mesh_file(model):
-                if MeshFile.of(model).path.exists():
-                    vehicle(model, (0, 0, 0))
-            elif model != "any" or model in self.vehicles:
-                check_choice("target_vehicle" if model not in self.vehicles else "vehicles", model, VEHICLES)
-        check("building_models", bool(self.building_models), "one model at least", self.building_models)
-        for model in self.building_models:
-            if names_mesh_file(model):
-                if MeshFile.of(model).path.exists():
-                    mesh_of_file(model, BUILDING_SIDES_M)
-            else:
-                check_choice("building_models", model, ("house",))
+        check_models("vehicles", self.vehicles, VEHICLES, lambda file: vehicle(file, (0, 0, 0)))
+        target = (self.target_vehicle,)
+        check_models("target_vehicle", target, ("any", *VEHICLES), lambda file: vehicle(file, (0, 0, 0)))
+        buildings = self.building_models
+        check_models("building_models", buildings, ("house",), lambda file: mesh_of_file(file, BUILDING_SIDES_M))
         low, high = self.camera_pitch_deg
         wanted = f"0, or angles of which gusts can make use: above {self._least_pitch_deg:.1f}"
         check("camera_pitch_deg", high == 0 or low > self._least_pitch_deg, wanted, self.camera_pitch_deg)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.stereo_follow.building import Building, draw_building
+from scenarios.stereo_follow.carried import Load, draw_carried, loads_of, without_backpack
 from scenarios.stereo_follow.crowd import Crowd, draw_crowd
 from scenarios.stereo_follow.floor_plan import draw_floor_plan
 from scenarios.stereo_follow.furniture import furnished
@@ -136,7 +137,7 @@ class Plan:
     Attributes:
         preset, seed: of the episode. closed_loop: whether commands drive the robot.
         building, crowd, light: the static objects, the paths, the changes of the light.
-        looks: of N people. phase_rad: (F, N) of their strides.
+        looks: of N people. loads: what each of them carries. phase_rad: (F, N) of their strides.
         places: (F,) of the target.
         dropped: (F,) whether the right picture is lost.
     """
@@ -148,6 +149,7 @@ class Plan:
     crowd: Crowd
     light: LightPlan
     looks: tuple[PersonLook, ...]
+    loads: tuple[list[Load], ...]
     phase_rad: NDArray[np.float64]
     places: tuple[str, ...]
     dropped: NDArray[np.bool_]
@@ -167,6 +169,8 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool, kept: Build
     looks = draw_looks(len(crowd.walks), preset.alike, preset.uniformed, generator(seed, "wardrobe"))
     if preset.people_builds == "many":
         looks = of_many_builds(looks, preset.alike, preset.uniformed, generator(seed, "builds"))
+    carried = draw_carried(preset, len(looks), generator(seed, "carried"))
+    looks = [without_backpack(look, each) for look, each in zip(looks, carried, strict=True)]
     dropped = generator(seed, "lost pictures").random(preset.frame_count) < preset.dropped_share
     return Plan(
         preset,
@@ -176,6 +180,7 @@ def make_plan(preset: StereoFollow, seed: int, *, closed_loop: bool, kept: Build
         crowd,
         draw_light_plan(preset, places, generator(seed, "light")),
         tuple(looks),
+        tuple(loads_of(look, each) for look, each in zip(looks, carried, strict=True)),
         _phases(crowd, looks, preset.rate_hz, generator(seed, "strides")),
         places,
         dropped,

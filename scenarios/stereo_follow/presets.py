@@ -7,7 +7,11 @@ from typing import Literal
 
 from scenarios.scenario import check_length, check_size
 from sim.checks import check_types, check_within
+from sim.meshes.file import check_models, mesh_of_file
 
+NOTHING = "nothing"
+CARRIED_SIDES_M = (0.05, 1.2)
+"""Longest side of what people carry."""
 LEAST_LEG_M = 0.7
 """Shortest straight piece of the target's path."""
 _LONGEST_S = 60.0
@@ -32,6 +36,10 @@ class StereoFollow:
         uniformed: number of others in the same working clothes as the target; 0: no one wears working clothes.
         people_builds: "one" for adults of one figure; "many" for women, men and children of different figures, with
             more kinds of hair, headwear, coats, skirts and bags. Who is dressed alike remains so.
+        hand_models: what people have in the right hand, each as often: ``nothing``, or files of meshes, see
+            ``sim.meshes.file``. back_models: likewise on the back, in place of a backpack. Both are parts of the person
+            in truth.
+        carriers: who carries something: all, the target alone, or all others.
         place: "building" for corridor, hall and yard; "outdoors" for a square between the houses of a town.
         rooms: "bare", or "furnished" with desks in the middle of the hall, which all walk around, and with cabinets,
             shelves, plants, radiators and pictures along the walls.
@@ -83,6 +91,9 @@ class StereoFollow:
     place: Literal["building", "outdoors"] = "building"
     rooms: Literal["bare", "furnished"] = "bare"
     smooth_edges: bool = False
+    hand_models: tuple[str, ...] = (NOTHING,)
+    back_models: tuple[str, ...] = (NOTHING,)
+    carriers: Literal["all", "target", "others"] = "all"
 
     def __post_init__(self) -> None:
         check_types(self)
@@ -97,6 +108,8 @@ class StereoFollow:
         check_within(self, "leg_m", LEAST_LEG_M, 100)
         check_within(self, "lamps_left_on stays dropped_share", 0, 1)
         check_within(self, "sky_behind_cloud", 0, 1, above=True)
+        for field in ("hand_models", "back_models"):
+            check_models(field, getattr(self, field), (NOTHING,), lambda file: mesh_of_file(file, CARRIED_SIDES_M))
 
 
 PRESETS = {

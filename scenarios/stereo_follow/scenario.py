@@ -11,6 +11,7 @@ from scenarios.objects import JointedObjects, Labels, add_parts
 from scenarios.scenario import KeptWorld, Scenario, Setup
 from scenarios.stereo_follow.building import Building
 from scenarios.stereo_follow.camera import camera_pose
+from scenarios.stereo_follow.carried import laden_size_m
 from scenarios.stereo_follow.crowd import KINDS
 from scenarios.stereo_follow.lighting import LitBuilding, build, illuminance_lx, set_light
 from scenarios.stereo_follow.pictureless.bank import StereoPictureless
@@ -35,7 +36,9 @@ CHEST = 0.72
 
 
 class People(JointedObjects):
-    """N people, ``target``, ``crosser-1`` and so on; sizes are those of standing people, origins on the ground."""
+    """N people, ``target``, ``crosser-1`` and so on, with what they carry; sizes are of those who stand, origins on the
+    ground.
+    """
 
     def __init__(self, world: World, plan: Plan) -> None:
         self._plan = plan
@@ -44,11 +47,12 @@ class People(JointedObjects):
         names = [kind if k == TARGET else f"{kind}-{k}" for k, kind in enumerate(kinds)]
         rng = generator(plan.seed, "clothes")
         parts = [
-            add_parts(world, name, "person", person_parts(look, rng))
-            for name, look in zip(names, plan.looks, strict=True)
+            add_parts(world, name, "person", person_parts(look, rng) | {load.name: load.mesh for load in loads})
+            for name, look, loads in zip(names, plan.looks, plan.loads, strict=True)
         ]
-        sizes_m, points = np.array([person_size_m(look) for look in plan.looks]), map(person_points, self._bones)
-        super().__init__(world, names, kinds, parts, sizes_m, keypoints=[*points])
+        sizes_m = np.array([laden_size_m(*each) for each in zip(plan.looks, plan.loads, strict=True)])
+        super().__init__(world, names, kinds, parts, sizes_m, keypoints=[person_points(each) for each in self._bones])
+        self._chest_m = CHEST * np.array([person_size_m(look)[2] for look in plan.looks])
         self._postures: list[tuple[float, ...]] = [()] * len(parts)
 
     def move_to(self, frame: int) -> None:
@@ -63,12 +67,14 @@ class People(JointedObjects):
             self._postures[k] = posture
             pose = pose_on_ground(x_m, y_m, heading_rad)
             self.T_world_object[k] = pose
-            self.move_parts(k, part_poses(self._bones[k], pose, phase_rad, speed_mps))
+            poses = part_poses(self._bones[k], pose, phase_rad, speed_mps)
+            carried = [load.pose(pose, poses)[None] for load in self._plan.loads[k]]
+            self.move_parts(k, np.concatenate([poses, *carried]))
 
     def chests_m(self) -> NDArray[np.float64]:
         """Return the centres of all chests (N, 3)."""
         places_m = self.T_world_object[:, :3, 3].copy()
-        places_m[:, 2] = CHEST * self.size_m[:, 2]
+        places_m[:, 2] = self._chest_m
         return places_m
 
 

@@ -16,7 +16,7 @@ import json
 import math
 import struct
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -27,7 +27,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from sim.checks import check
+from sim.checks import check, check_choice
 from sim.mesh import Texture, TexturedMesh
 
 _UP = {".glb": "y", ".gltf": "y", ".obj": "y", ".stl": "z", ".ply": "z", ".urdf": "z"}
@@ -105,6 +105,24 @@ def mesh_of_file(text: str, within_m: tuple[float, float]) -> TexturedMesh:
     wanted = f"{file.path.name} with a longest side of {within_m[0]:g} to {within_m[1]:g} m"
     check("mesh", fits, wanted, f"{size} m{hint}")
     return mesh
+
+
+def check_models(field: str, models: Collection[str], known: Iterable[str], read: Callable[[str], object]) -> None:
+    """Raise ValueError for a field of a preset that names no model, an unknown one, or a file that does not do.
+
+    A file that is missing passes: a stored set is read where its meshes are not. Who builds an episode of it, or asks
+    for its edition, is told.
+
+    Args:
+        known: names that are no files.
+        read: reads the mesh of a file, and raises ValueError for one that does not do.
+    """
+    check(field, bool(models), "one model at least", models)
+    for model in models:
+        if not names_mesh_file(model):
+            check_choice(field, model, known)
+        elif MeshFile.of(model).path.exists():
+            read(model)
 
 
 def digest_of_files(texts: Iterable[str]) -> str:

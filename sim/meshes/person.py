@@ -338,13 +338,18 @@ def covered(look: PersonLook, texture: Texture) -> dict[str, TexturedMesh]:
     }
 
 
+def standing_m(look: PersonLook) -> dict[str, NDArray[np.float64]]:
+    """Return the vertices (V, 3) of each part of a person who stands, in the order of ``PART_NAMES``."""
+    poses = part_poses(skeleton(look.stature_m, look.build, look.figure), np.eye(4), 0.0, 0.0)
+    return {
+        name: shape.vertices_m @ T[:3, :3].T + T[:3, 3]
+        for (name, shape), T in zip(_shapes_of(look).items(), poses, strict=True)
+    }
+
+
 def person_size_m(look: PersonLook) -> NDArray[np.float64]:
     """Return length, width and height (3,) of a person who stands: the bounds of all parts, backpack included."""
-    poses = part_poses(skeleton(look.stature_m, look.build, look.figure), np.eye(4), 0.0, 0.0)
-    points_m = np.concatenate(
-        [shape.vertices_m @ T[:3, :3].T + T[:3, 3] for shape, T in zip(_shapes_of(look).values(), poses, strict=True)]
-    )
-    return np.ptp(points_m, axis=0)
+    return np.ptp(np.concatenate([*standing_m(look).values()]), axis=0)
 
 
 class _Cut(NamedTuple):

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scenarios.scenario import Pictureless, TrackerRuns
+from scenarios.stereo_follow.carried import laden_size_m
 from scenarios.stereo_follow.plan import TARGET, make_plan
 from scenarios.stereo_follow.presets import StereoFollow
-from sim.meshes.person import person_size_m
 
 _MOST_OTHERS = 16
 _FAR_AWAY_M = 1e6
@@ -49,7 +49,7 @@ class StereoPictureless(Pictureless):
         return {
             "target_m": crowd.walks[TARGET].place_m,
             "target_rad": crowd.walks[TARGET].heading_rad,
-            "size_m": np.array(person_size_m(plan.looks[TARGET])),
+            "size_m": laden_size_m(plan.looks[TARGET], plan.loads[TARGET]),
             "others_m": others,
             "free_m": floor.free_m,
             "openings_m": floor.openings_m,
