@@ -9,9 +9,10 @@ lie, or put into the folder by hand: they may be tried, not passed on. `real_sti
 
 After 12 towns of `road-town-v3` in any weather (7 minutes of one core in all) AP is 0.25: 0.24, 0.61, 0.24, 0.00 and
 0.20 in the stills, 0.69 on four other towns. After 12 of `road-town-v2` (`--data sets/old`) it is 0.19: 0.12, 0.63,
-0.02, 0.00 and 0.26; one seed and 90 cars cannot tell the two apart. Boxes at random have 0.00. Many finds are roughly
-placed: at an IoU of 0.3 AP is 0.50 and 0.44. By eye, cars side by side melt into one box, as the town's car parks have
-no full rows; ends of school buses pass for cars; cars in shade are missed.
+0.02, 0.00 and 0.26 (0.64 on the four); one seed and five stills are too few to rank the two. Boxes at random have 0.00.
+Many finds are roughly placed: at an IoU of 0.3 AP is 0.50 and 0.44. By eye, neighbours in a row melt into one box, as
+the town's car parks have no full rows; ends of school buses, planters and shadows pass for cars; some cars, dark and
+white, are missed.
 """
 
 from __future__ import annotations
