@@ -377,7 +377,8 @@ def _shapes_of(look: PersonLook) -> dict[str, SmoothShape]:
             look.hair_style,
             None if look.cap_rgb is None else look.headwear,
             look.top_length,
-            look.legwear == "skirt",
+            # A coat is as long as a skirt, and would be pierced by it.
+            look.legwear == "skirt" and look.top_length == "hip",
             look.legwear != "trousers",
             look.backpack_rgb is not None,
             look.bag_rgb is not None,
