@@ -23,7 +23,7 @@ Boxes = NDArray[np.floating[Any]]
 
 
 def cars_seen(frame: Frame) -> Boxes:
-    """Return the boxes around the visible pixels of all cars that have any, parked ones too; lorries are no cars.
+    """Return the boxes around the visible pixels of all cars of towns that have any, parked ones too, but no lorries.
 
     The number is 1 for a car that counts: ``LEAST_VISIBLE`` of its pixels are visible (``Truth.visible_fraction``),
     the others hidden or beyond the border. Of other cars it is 0.

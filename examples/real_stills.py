@@ -21,6 +21,7 @@ import hashlib
 import json
 import sys
 from dataclasses import dataclass
+from http.client import HTTPException
 from pathlib import Path
 from urllib.request import urlopen
 
@@ -69,18 +70,22 @@ class Still:
             ValueError: if neither is possible, or it is another picture.
         """
         path = folder / self.name
-        if not path.exists():
+        is_here = path.exists()
+        if is_here:
+            content = path.read_bytes()
+        else:
             try:
                 with urlopen(self.url, timeout=60) as answer:
                     content = answer.read()
-            except OSError as error:
+            except (OSError, HTTPException) as error:
                 raise ValueError(
                     f"pictures: expected {path}, or an answer from {self.url}, got neither ({error})"
                 ) from None
+        digest, source = hashlib.sha256(content).hexdigest(), path if is_here else self.url
+        check("pictures", digest == self.sha256, f"{source} as it was labelled, sha256 {self.sha256}", digest)
+        if not is_here:
             folder.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-        check("pictures", digest == self.sha256, f"{path} as it was labelled, sha256 {self.sha256}", digest)
         return read_picture(path)
 
 

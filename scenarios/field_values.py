@@ -17,7 +17,7 @@ import dataclasses
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 import numpy as np
 
@@ -93,7 +93,10 @@ def changed(preset: Any, values: Mapping[str, str], seed: int, of: str = "") -> 
             check("set", dataclasses.is_dataclass(within), f"a field without parts: {field}", repr(name))
             changes[field] = changed(within, {inner: text}, seed, f"{of}{field}.")
         else:
-            changes[field] = _value(of + name, text, within, generator(seed, f"set {of}{name}"))
+            value = _value(of + name, text, within, generator(seed, f"set {of}{name}"))
+            if within is None and tuple[float, float] in get_args(get_type_hints(type(preset))[field]):
+                check(f"set {of}{name}", value is None or _is_pair(value), "A:B or null", text)
+            changes[field] = value
     return dataclasses.replace(preset, **changes)
 
 

@@ -109,7 +109,7 @@ class Truth:
     Boxes are amodal: they enclose the whole object, also where it is hidden or outside the picture.
 
     The N objects are those that suites judge. S standing ones, of the same kinds, are only labelled: parked cars,
-    moored boats and passers-by. A frame holds those of them of which it shows at least one pixel.
+    moored boats, passers-by and crews. A frame holds those of them of which it shows at least one pixel.
 
     Scores of following one target do not use the most expensive fields. An episode with ``truth="target"`` leaves
     them out, see ``Meaning.left_out``; the state of all other objects then follows from their boxes alone, as if none
@@ -148,7 +148,8 @@ class Truth:
             instead; 0 where nothing mirrors. ``visible_fraction`` and ``state`` leave it out of account.
         standing_names: (S,) e.g. ``parked-3``, the same on all frames. standing_kinds: (S,) as ``kinds``.
         standing_id: (S,) ids in ``instance_map``. T_world_standing: (S, 4, 4), standing_bounds_m: (S, 2, 3),
-            standing_box_xyxy: (S, 4), standing_visible_fraction: (S,) as those of objects.
+            standing_box_xyxy: (S, 4), standing_visible_fraction: (S,) as those of objects; but
+            the pose of one of a crew is that of the pelvis, in whose frame the bounds are.
     """
 
     pinhole: ClassVar[bool] = True

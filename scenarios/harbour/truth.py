@@ -30,8 +30,8 @@ class HarbourTruth(Truth):
         watched: (N,) whether its centre is inside the watched volume.
         keypoints_m: (N, 17, 3) joints and face of each person, in the order of COCO; NaN for cars and boats.
         tide_m: level of the sea over its mean. wave_height_m: significant height of the waves.
-        agc_gain: grey levels per kelvin. agc_step: whether the gain control jumped or the shutter corrected the pattern
-            since the last frame.
+        agc_gain: grey levels per kelvin of the gain control's curve; drawn harbours show small differences at more.
+        agc_step: whether the gain control jumped or the shutter corrected the pattern since the last frame.
     """
 
     keypoints: ClassVar[Mapping[str, Keypoints]] = {"person": PERSON}
@@ -41,7 +41,7 @@ class HarbourTruth(Truth):
     watched: NDArray[np.bool_] = truth_field("1", "N", coding="its centre is inside the watched volume")
     tide_m: float = truth_field("m")
     wave_height_m: float = truth_field("m")
-    agc_gain: float = truth_field("1", coding="grey levels per kelvin")
+    agc_gain: float = truth_field("1", coding="grey levels per kelvin of the gain control's curve")
     agc_step: bool = truth_field("1", coding="grey levels jumped, or the shutter corrected the pattern")
     keypoints_m: NDArray[np.float64] = keypoints_field(PERSON)
 
@@ -75,11 +75,12 @@ def contrasts(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return contrasts (N,) in kelvin, and over noise (N,); NaN for objects without a pixel.
 
-    The ring leaves out pixels of all objects.
+    The ring leaves out pixels of all objects and crews.
 
     Args:
         radiance: (H, W) in W/(m² sr).
-        instance_map: (H, W) with the ids ``objects`` (N,), the first of which is greater than all that are no object's.
+        instance_map: (H, W) with the ids ``objects`` (N,), the first of which is greater than all that are no object's
+            or a crew's.
         box_xyxy: (N, 4), NaN for the absent.
     """
     contrast_k, to_noise = np.full(len(objects), np.nan), np.full(len(objects), np.nan)

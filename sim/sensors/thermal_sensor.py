@@ -48,8 +48,8 @@ class ThermalConfig:
         linear: share of the grey levels that the gain control spreads evenly over the range, whatever is there.
         largest_gain: grey levels per kelvin.
         settling_s: time constant of the gain control.
-        detail: grey levels per kelvin, at least, of differences between neighbours, see ``sim.sensors.local_contrast``;
-            0: one curve for the whole picture.
+        detail: grey levels per kelvin of small differences, see ``sim.sensors.local_contrast``, or as many as the curve
+            has if these are more; never more than ``largest_gain``. 0: one curve for the whole picture.
     """
 
     rate_hz: float = 0.5
@@ -82,8 +82,9 @@ class ThermalSettings:
     """Settings of one picture.
 
     Attributes:
-        gain: grey levels per kelvin, mean over the middle half of the picture.
-        tone: (4096,) float32, the grey level of each four counts.
+        gain: grey levels per kelvin of ``tone``, mean over the middle half of the picture. With ``detail`` small
+            differences are shown at more.
+        tone: (4096,) float32, the grey level of each four counts; with ``detail``, of the base alone.
         is_held: True for a picture that is that before, as the shutter was closed.
         has_stepped: True if the shutter corrected the pattern since the last picture, or the gain control changed grey
             levels at once.

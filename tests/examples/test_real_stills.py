@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import replace
+from http.client import IncompleteRead
 from pathlib import Path
 
 import cv2
@@ -12,6 +13,7 @@ import pytest
 
 pytest.importorskip("torch", reason="torch is not installed")
 pytest.importorskip("pycocotools", reason="pycocotools is not installed")
+import real_stills
 from detections import average_precision
 from real_stills import MOST, Still, by_chance, resized, stills
 
@@ -55,6 +57,23 @@ def test_a_missing_picture_is_fetched_once_or_named(tmp_path: Path) -> None:
     fetched = reached.picture(folder)
     assert (folder / "still.png").exists()
     np.testing.assert_array_equal(here.picture(folder), fetched)
+
+
+def test_another_picture_or_a_part_of_one_is_not_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "pictures"
+    reached = still(tmp_path, url=(tmp_path / "still.png").as_uri())
+    with pytest.raises(ValueError, match=r"pictures: expected file://.*still\.png as it was labelled"):
+        replace(reached, sha256="0" * 64).picture(folder)
+
+    def cut(*_: object, **__: object) -> None:
+        raise IncompleteRead(b"half", 4)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(real_stills, "urlopen", cut)
+        with pytest.raises(ValueError, match=r"or an answer from file://.*IncompleteRead"):
+            reached.picture(folder)
+    assert not folder.exists()
+    assert reached.picture(folder).shape == (200, 300, 3)
 
 
 @pytest.mark.parametrize("scale", [0.25, 0.24, 0.173])

@@ -124,6 +124,9 @@ def test_words_keep_their_spaces_and_what_may_be_nothing_takes_a_range() -> None
     one = harbour.configuration(with_values("standard", ["site = by seed", "swell_period_s= 3.2 : 5", "swell_m=0.5:1"]))
     assert (one.site, one.swell_period_s, one.swell_m) == ("by seed", (3.2, 5.0), (0.5, 1.0))
     assert not is_drawn(harbour.presets["standard"], "standard[swell_period_s=3.2:5]")
+    assert harbour.configuration("standard[swell_period_s=null]") == harbour.presets["standard"]
+    with pytest.raises(ValueError, match=r"^set swell_period_s: expected A:B or null, got 4$"):
+        harbour.configuration("standard[swell_period_s=4]")
     with pytest.raises(ValueError, match="start_frame"):
         TOWN.configuration("standard[start_frame=1:2]")
 

@@ -28,7 +28,8 @@ class CocoKeypoints(Coco):
     fish, too; one for each split as in the format `coco`) names the pictures in `images/`. Annotations are those of the
     format `coco`, of the classes that have named points, with `keypoints`, x, y and v of each, and `num_keypoints`, how
     many have v > 0. x and y begin at the top left corner of the picture, as boxes do. v is 0 outside of the picture or
-    behind the camera (x and y are 0, too), 1 where it is hidden, 2 where it is seen.
+    behind the camera (x and y are 0, too), 1 where it is hidden, 2 where it is seen. What only stands about, such as a
+    boat's crew, has `num_keypoints` 0 and `iscrowd` 1: COCO's sign for what is neither missed nor wrong to find.
 
     Points lie inside of bodies. One is seen if one of the nine pixels about it shows this object at a depth that is
     less than a limb's above the point: a share of the object's longest side (a person's height, a fish's length), which
@@ -52,10 +53,13 @@ class CocoKeypoints(Coco):
         self._points = {kind: known[each] for kind, each in scenario.classes.items() if each in known}
 
     def annotation(self, stored: StoredFrame, instance: Instance, taken: bool) -> dict[str, Any] | None:
-        """See ``Coco``: None for objects without points."""
+        """See ``Coco``: None for objects of classes without points."""
         points, truth = self._points.get(instance.kind), stored.frame.truth
-        if points is None or instance.stands:
+        if points is None:
             return None
+        if instance.stands:
+            unknown = {"keypoints": [0] * (3 * len(points.names)), "num_keypoints": 0}
+            return (super().annotation(stored, instance, taken=False) or {}) | unknown
         k = truth.names.index(instance.name)
         places_m = getattr(truth, points.place_m)[k]
         new = "a set with named points (`frameout generate` into another folder makes it)"

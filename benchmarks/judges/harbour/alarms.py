@@ -51,7 +51,7 @@ class Clutter:
         return np.array([self._cause(instance_map[y0:y1, x0:x1]) for x0, y0, x1, y1 in corners], np.uint8)
 
     def _cause(self, ids: NDArray[np.int32]) -> int:
-        # Ids of intruders and those below zero, which are large without a sign, take the last place.
+        # Ids of intruders and crews, and those below zero, which are large without a sign, take the last place.
         known = np.minimum(ids.view(np.uint32), len(self._cause_of) - 1)
         counts = np.bincount(self._cause_of[known].ravel(), minlength=len(CAUSES))
         if counts[CAUSES.index("bird")]:

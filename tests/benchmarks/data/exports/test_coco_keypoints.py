@@ -15,7 +15,15 @@ from benchmarks.data.exports.coco_keypoints import visibilities
 from benchmarks.data.exports.exporter import export
 from benchmarks.data.sets.data_set import DataSet
 from scenarios import catalog
-from tests.benchmarks.data.exports.painted_scene import IDS, WIDTH_PX, boxes_at, points_px, truths
+from tests.benchmarks.data.exports.painted_scene import (
+    IDS,
+    PARKED_XYXY,
+    WIDTH_PX,
+    boxes_at,
+    painted_data_set,
+    points_px,
+    truths,
+)
 from tests.benchmarks.data.exports.painted_scene import PAINTED as SCENE
 from tests.benchmarks.data.exports.scoring import coco, evaluated
 
@@ -60,6 +68,32 @@ def test_points_are_told_where_they_are_and_what_hides_them(read: Any) -> None:
             told.add(int(v[k]))
         assert annotation["num_keypoints"] == (v > 0).sum()
     assert told == {1, 2}
+
+
+def test_who_stands_about_has_no_points_and_is_neither_missed_nor_wrong_to_find(tmp_path: Path) -> None:
+    export(painted_data_set(tmp_path / "set", "parked", (3, 4)), "coco-keypoints", tmp_path / "out")
+    with contextlib.redirect_stdout(io.StringIO()):
+        read = coco.COCO(str(tmp_path / "out" / "annotations" / "person_keypoints.json"))
+    everything = read.dataset["annotations"]
+    parked = [each for each in everything if each["attributes"]["name"] == "parked-0"]
+    assert len(parked) == len(truths())
+    x_min, y_min, x_max, y_max = PARKED_XYXY.tolist()
+    for each in parked:
+        assert each["bbox"] == [x_min, y_min, x_max - x_min, y_max - y_min]
+        assert (each["keypoints"], each["num_keypoints"], each["iscrowd"]) == ([0] * 9, 0, 1)
+    points = [8.0, 28.0, 2] * 3
+    found = [
+        {"image_id": each["image_id"], "category_id": each["category_id"], "score": 1.0}
+        | {"keypoints": points if each["iscrowd"] else each["keypoints"]}
+        for each in everything
+    ]
+    (category,) = read.dataset["categories"]
+    own = [each for each in found if each["keypoints"] is not points]
+    for told in (found, own):
+        assert evaluated(read, told, "keypoints", category["sigmas"]) == pytest.approx(1.0)
+    # Without the annotation it would be wrong to find.
+    read.dataset["annotations"] = [each for each in everything if not each["iscrowd"]]
+    assert evaluated(read, found, "keypoints", category["sigmas"]) < 0.9
 
 
 def test_a_point_is_seen_down_to_the_depth_of_the_limb() -> None:
