@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -56,8 +57,10 @@ def test_what_it_learns_is_written_and_read_back(town: DataSet, tmp_path: Path, 
     losses = train(samples, 40, seed=0)[1]
     assert sum(losses[-5:]) < 0.8 * sum(losses[:5])
     weights = tmp_path / "weights.safetensors"
-    main(town.url, weights, steps=40)
-    assert "MB" in capsys.readouterr().out
+    main(town.url, weights, town.url, steps=40)
+    found = re.search(r"IoU (\d\.\d+)", capsys.readouterr().out)
+    assert found
+    assert float(found[1]) > 0.3
     assert weights.stat().st_size < 2e6
     ground, _ = samples[40]
     model = road_network.RoadNetwork()
