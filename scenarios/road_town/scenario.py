@@ -121,14 +121,15 @@ class RoadTownEpisode(Stage):
         self.plan = plan
         self._passing = None if plan.passers_by is None else PassersByBodies(world, plan.passers_by)
         self._flow_px, self._semantic_map = _NO_FLOW, _NO_CLASSES
-        self._semantics = Semantics(world, plan.layout) if setup.covers_all else None
+        roads = RoadMap(plan.layout.graph)
+        self._semantics = Semantics(world, roads.area, plan.layout.extent_m) if setup.covers_all else None
         self._conditions = draw_conditions(plan.preset, plan.seed, plan.sun_azimuth_rad, plan.sun_elevation_rad)
         self._light = _light(self._conditions)
         shadow_texels = SHADOW_TEXELS if kept is None else kept.content.detail.shadow_texels
         self._shader, self._car_lights = shader_in(
             self._conditions, world, cars, plan.sizes_m, ground_light, plan.seed, shadow_texels
         )
-        self._on_road = RoadMap(plan.layout.graph).is_on_road(plan.motion.position_m[:, TARGET])
+        self._on_road = roads.is_on_road(plan.motion.position_m[:, TARGET])
         ego, self._set_path = plan.preset.ego, plan.camera_poses
         self._instruments = None if ego is None else Instruments(ego, setup.rng("instruments"))
         start = self._set_path[0, :2, 3]

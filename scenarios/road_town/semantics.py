@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from scenarios.road_town.canvas import Canvas
-from scenarios.road_town.layout import Layout
-from scenarios.road_town.road_map import road_area
 from sim.world import World
 
 CLASSES = ("sky", "road", "ground", "building", "vegetation", "vehicle", "person", "other")
@@ -25,21 +24,22 @@ _OF_CATEGORY = {
     "vehicle": "vehicle",
     "passer-by": "person",
 }
-_CELL_M = 0.1
+_CELL_M, _MOST_CELLS = 0.1, 8192
 
 
 class Semantics:
     """Draws the semantic maps of a town's pictures."""
 
-    def __init__(self, world: World, layout: Layout) -> None:
+    def __init__(self, world: World, roads: shapely.Geometry, extent_m: float) -> None:
+        """``roads``: outlines of the carriageways in a town of ``extent_m``."""
         classes = [CLASSES.index(_OF_CATEGORY.get(body.category, "other")) for body in world.bodies]
         # The sky's id is -1.
         self._of_body = np.array([*classes, CLASSES.index("sky")], np.uint8)
-        size = round(layout.extent_m / _CELL_M)
-        canvas = Canvas(np.full((size, size, 1), GROUND, np.uint8), layout.extent_m)
-        canvas.area(road_area(layout.graph), ROAD)
+        size = min(round(extent_m / _CELL_M), _MOST_CELLS)
+        canvas = Canvas(np.full((size, size, 1), GROUND, np.uint8), extent_m)
+        canvas.area(roads, ROAD)
         self._ground = canvas.picture
-        cell_m, half_m = layout.extent_m / size, 0.5 * layout.extent_m
+        cell_m, half_m = extent_m / size, 0.5 * extent_m
         # From OpenCV's indices (column, row), whole numbers at centres, to places on the ground.
         self._ground_from_cells = np.array(
             [[cell_m, 0.0, 0.5 * cell_m - half_m], [0.0, -cell_m, half_m - 0.5 * cell_m], [0.0, 0.0, 1.0]]
@@ -48,7 +48,7 @@ class Semantics:
     def of(self, body_id: NDArray[np.int32], from_ground: NDArray[np.float64]) -> NDArray[np.uint8]:
         """Return the codes (H, W) of ``CLASSES``.
 
-        Edges of roads are right to 0.1 m.
+        Edges of roads are right to 0.1 m, in towns of more than 800 m along a side to an 8192th of it.
 
         Args:
             body_id: (H, W) index of the body seen; -1 for the sky.

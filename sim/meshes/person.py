@@ -377,7 +377,7 @@ def _shapes_of(look: PersonLook) -> dict[str, SmoothShape]:
             look.hair_style,
             None if look.cap_rgb is None else look.headwear,
             look.top_length,
-            # A coat is as long as a skirt, and would be pierced by it.
+            # A skirt would pierce a coat, under which it is drawn as shorts.
             look.legwear == "skirt" and look.top_length == "hip",
             look.legwear != "trousers",
             look.backpack_rgb is not None,

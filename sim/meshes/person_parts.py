@@ -38,7 +38,7 @@ class PersonLook:
         beard: in the colour of the hair.
         cap_rgb: of a cap worn over it, None for no cap. headwear: what is worn in that colour; a scarf covers all hair.
         top_pattern: horizontal stripes or a check in a darker shade of the top, one pale band, or a print on the chest.
-        top_length: a coat reaches down to half of the thighs, and hides a skirt.
+        top_length: a coat reaches down to half of the thighs, and over shorts in place of a skirt.
         inner_rgb: of the shirt in an open jacket, None for a closed top.
         sleeves: short ones end above the elbow.
         legwear: shorts and skirts end at the knee. stockings_rgb: of the legs below a skirt, None for bare ones.

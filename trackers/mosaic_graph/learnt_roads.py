@@ -1,6 +1,6 @@
 """Roads found by a small network, in place of the colours learnt where the target drove.
 
-The network is a U-Net (Ronneberger et al. 2015) with group normalisation (Wu and He 2018). ``examples/road_network.py``
+The network is a U-Net (Ronneberger et al. 2015) with group normalisation (Wu and He 2018). ``examples/learn_roads.py``
 trains it with PyTorch; here NumPy evaluates it.
 """
 
@@ -19,7 +19,7 @@ from trackers.mosaic_graph.road_network import RoadFinder, SeenGround
 
 Maps = NDArray[np.float32]
 """(H, W, C)."""
-SHIPPED = Path(__file__).with_name("road_network.safetensors")
+SHIPPED = Path(__file__).with_name("learnt_roads.safetensors")
 """Weights trained on 80 towns of ``road-town-v2``, preset ``quick``, seeds 0 to 79."""
 DOWN = ((4, 24, 2, 1), (24, 40, 2, 1), (40, 64, 2, 1), (64, 64, 1, 2), (64, 64, 1, 4), (64, 64, 1, 8))
 """Channels in and out, stride and dilation of the layers that come first."""
@@ -46,7 +46,7 @@ class RoadNetwork:
         wrong = sorted(name for name in {*found, *wanted} if found.get(name) != wanted.get(name))
         if wrong:
             got = ", ".join(f"{name} {found.get(name, 'missing')}" for name in wrong)
-            raise ValueError(f"weights: expected what examples/road_network.py writes, got {weights} with {got}")
+            raise ValueError(f"weights: expected what examples/learn_roads.py writes, got {weights} with {got}")
 
     def log_odds(self, ground: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return the log-odds of road (H, W) of colours (H, W, 3), 0 to 1, black where nothing was seen; H and W are
@@ -97,20 +97,15 @@ def _shapes() -> dict[str, tuple[int, ...]]:
     return shapes
 
 
-@cache
-def road_network(weights: Path) -> RoadNetwork:
-    """Return the network of a file, which a process reads once."""
-    return RoadNetwork(weights)
+_network_of = cache(RoadNetwork)
 
 
 class LearntRoads(RoadFinder):
-    """Finds roads by a network; what the target drives over teaches it nothing."""
+    """Finds roads by a network."""
 
-    has_learnt = True
-
-    def __init__(self, network: RoadNetwork) -> None:
-        super().__init__()
-        self._network = network
+    def __init__(self, weights: Path) -> None:
+        """Read ``weights``, once in a process; see ``RoadNetwork``."""
+        self._network = _network_of(weights)
 
     def probability(self, ground: SeenGround) -> NDArray[np.float32]:
         """See ``RoadFinder``."""

@@ -41,7 +41,7 @@ class RoadSource(Protocol):
     """Where roads come from, see ``RoadFinder``, which is one.
 
     Attributes:
-        has_learnt: whether it needs no ground to begin with.
+        has_learnt: whether it knows roads; if not, it is told that those before and behind the car are.
     """
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -63,14 +64,39 @@ def seen_ground(mosaic: Mosaic, centre_m: NDArray[np.float64]) -> SeenGround | N
     return SeenGround(mosaic.origin_m + low * mosaic.cell_m, rgb, count, seen)
 
 
-class RoadFinder:
-    """Learns the colours of roads where the target drove; draws ``Roads``."""
+class RoadFinder(ABC):
+    """Draws ``Roads`` on ground of which it says how likely it is road; see ``RoadSource``."""
+
+    has_learnt = True
+
+    def learn(self, driven_m: NDArray[np.float64]) -> None:  # noqa: B027
+        """Take in a map point (2,) that the target has left."""
+
+    @abstractmethod
+    def probability(self, ground: SeenGround) -> NDArray[np.float32]:
+        """Return the probability of road (H, W) of ground; that of cells that were not seen does not count."""
+
+    def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> Roads:
+        """Return the roads within 120 m of a map point."""
+        ground = seen_ground(mosaic, centre_m)
+        if ground is None:
+            return NO_ROADS
+        mask = _road_mask(_continued(self.probability(ground) * ground.seen, ground.seen))
+        cells, offsets = trace_lines(thin(mask))
+        points = ground.origin_m + GRID_M * (cells[:, ::-1] + 0.5)
+        lines = [points[a:b] for a, b in pairwise(offsets)]
+        graph = build_graph(lines, partial(_unseen, ground))
+        return roads_about(graph, centre_m)
+
+
+class ColourRoads(RoadFinder):
+    """Learns the colours of roads where the target drove."""
 
     def __init__(self) -> None:
         self._driven_m: list[NDArray[np.float64]] = []
 
     @property
-    def has_learnt(self) -> bool:
+    def has_learnt(self) -> bool:  # type: ignore[override]
         """Whether any ground has been learnt as road."""
         return len(self._driven_m) > 0
 
@@ -79,7 +105,7 @@ class RoadFinder:
         self._driven_m.append(driven_m)
 
     def probability(self, ground: SeenGround) -> NDArray[np.float32]:
-        """Return the probability of road (H, W) of ground; that of cells that were not seen does not count.
+        """See ``RoadFinder``.
 
         ``p(road | colour) ~ p(colour | road) / p(colour)``, scaled to 1 at the median of the pixels driven over.
         """
@@ -103,18 +129,6 @@ class RoadFinder:
         for point_m in self._driven_m:
             draw_disc(driven, np.floor((point_m - ground.origin_m) / GRID_M), _SAMPLE_RADIUS_M / GRID_M - 1, 1)
         return (driven > 0) & (ground.count >= _OFTEN_SEEN)
-
-    def draw(self, mosaic: Mosaic, centre_m: NDArray[np.float64]) -> Roads:
-        """Return the roads within 120 m of a map point."""
-        ground = seen_ground(mosaic, centre_m)
-        if ground is None:
-            return NO_ROADS
-        mask = _road_mask(_continued(self.probability(ground) * ground.seen, ground.seen))
-        cells, offsets = trace_lines(thin(mask))
-        points = ground.origin_m + GRID_M * (cells[:, ::-1] + 0.5)
-        lines = [points[a:b] for a, b in pairwise(offsets)]
-        graph = build_graph(lines, partial(_unseen, ground))
-        return roads_about(graph, centre_m)
 
 
 def _unseen(ground: SeenGround, points_m: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre, box_size
-from trackers.mosaic_graph.learnt_roads import SHIPPED, LearntRoads, road_network
+from trackers.mosaic_graph.learnt_roads import SHIPPED, LearntRoads
 from trackers.mosaic_graph.map_tracker import MapTracker
 from trackers.mosaic_graph.parameters import MosaicGraphParameters
 from trackers.mosaic_graph.picture_tracker import PictureTracker
 from trackers.mosaic_graph.registration import shows_ground
-from trackers.mosaic_graph.road_network import RoadFinder
-from trackers.registry import entry, register, register_variant
+from trackers.mosaic_graph.road_network import ColourRoads, RoadFinder
+from trackers.registry import register, register_variant
 from trackers.types import Estimate, Observation
 
 
@@ -55,45 +54,20 @@ class MosaicGraphParticleFilter:
         return self._tracker.update(observation)
 
     def _road_finder(self) -> RoadFinder:
-        return RoadFinder()
+        weights = self._parameters.road_weights
+        if not weights:
+            return ColourRoads()
+        return LearntRoads(SHIPPED if weights == "shipped" else Path(weights))
 
 
-@dataclass(frozen=True)
-class RoadNetworkParameters:
-    """Parameters of ``mosaic_graph_pf_network``; all others are those of ``mosaic_graph_pf``.
-
-    Attributes:
-        weights: file of the network, see ``examples/road_network.py``; nothing = the one that is shipped.
-    """
-
-    weights: str = ""
-
-
-@register(
-    "mosaic_graph_pf_network",
-    role="variant",
-    summary="ours, with roads found by a network that was trained on towns of the benchmark",
-)
-class MosaicGraphNetwork(MosaicGraphParticleFilter):
-    """``mosaic_graph_pf`` that sees which ground is road, where the other knows the colours of what was driven over."""
-
-    Parameters = RoadNetworkParameters  # type: ignore[assignment]
-
-    def __init__(self, parameters: RoadNetworkParameters, rng: np.random.Generator) -> None:
-        super().__init__(entry("mosaic_graph_pf").parameters(), rng)
-        self._network = road_network(Path(parameters.weights) if parameters.weights else SHIPPED)
-
-    def _road_finder(self) -> RoadFinder:
-        return LearntRoads(self._network)
-
-
-_ABLATIONS = (
+_VARIANTS = (
     ("no_negative", "ours, without negative information", {"use_negative_information": False}),
     ("no_mosaic", "ours, registered from frame to frame only", {"use_mosaic": False}),
     ("no_roads", "ours, without a road graph", {"use_roads": False}),
     ("no_redetection", "ours, detection only at the particles", {"use_redetection": False}),
     ("no_ego", "ours, without measured ego motion: in the picture", {"use_ego": False}),
+    ("network", "ours, with roads found by a network trained on such towns", {"road_weights": "shipped"}),
     ("no_filter", "ours, without that and without the filter: on a map", {"use_ego": False, "use_filter": False}),
 )
-for _name, _summary, _overrides in _ABLATIONS:
+for _name, _summary, _overrides in _VARIANTS:
     register_variant(f"mosaic_graph_pf_{_name}", "mosaic_graph_pf", summary=_summary, **_overrides)

@@ -19,7 +19,7 @@ from trackers.mosaic_graph.kernels.road_position import Roads
 from trackers.mosaic_graph.map_tracker import MapTracker
 from trackers.mosaic_graph.mosaic import Mosaic
 from trackers.mosaic_graph.road_graph import RoadSketch, even
-from trackers.mosaic_graph.road_network import GRID_M, RoadFinder, SeenGround, roads_about
+from trackers.mosaic_graph.road_network import GRID_M, ColourRoads, RoadFinder, SeenGround, roads_about
 from trackers.types import Estimate, Start
 
 _OURS = "mosaic_graph_pf"
@@ -78,7 +78,6 @@ class TrueGround(RoadFinder):
     """Knows which of the ground in the mosaic is road."""
 
     def __init__(self, graph: RoadGraph, laid: Laid) -> None:
-        super().__init__()
         area = road_area(graph)
         parts = list(getattr(area, "geoms", [area]))
         self._outlines = [np.array(part.exterior.coords) for part in parts]
@@ -113,7 +112,7 @@ class ToldTracker:
         self._target, self._rng, self._knows_state = target, rng, state
         self._laid = Laid()
         kinds: dict[str, type[TrueGraph] | type[TrueGround]] = {"graph": TrueGraph, "seen": TrueGround}
-        self._roads = kinds[roads](graph, self._laid) if roads else RoadFinder()
+        self._roads = kinds[roads](graph, self._laid) if roads else ColourRoads()
 
     def initialise(self, frame: Frame, start: Start) -> Estimate:
         """See ``LoopTracker``."""

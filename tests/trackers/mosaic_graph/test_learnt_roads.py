@@ -37,8 +37,10 @@ def test_what_is_no_network_is_refused(tmp_path: Path) -> None:
     save_file({**arrays, "last.bias": np.zeros(2, np.float32)}, path)
     with pytest.raises(ValueError, match=r"weights: .* with last.bias \(2,\)"):
         RoadNetwork(path)
+    with pytest.raises(ValueError, match="mosaic_graph_pf: expected text for road_weights, got 3"):
+        registry.entry("mosaic_graph_pf").parameters(road_weights=3)
     with pytest.raises(ValueError, match="weights: expected a safetensors file"):
-        registry.entry("mosaic_graph_pf_network").create(generator(0, "tracker"), weights=str(tmp_path / "none"))
+        LearntRoads(tmp_path / "none")
 
 
 def test_it_finds_the_roads_of_a_town_that_it_has_not_seen() -> None:
@@ -53,7 +55,7 @@ def test_it_finds_the_roads_of_a_town_that_it_has_not_seen() -> None:
     laid = Laid()
     laid.lay(frame, camera)
     true = TrueGround(episode.map_of().graph, laid).probability(ground)[ground.seen] > 0.5
-    found = LearntRoads(RoadNetwork(SHIPPED)).probability(ground)[ground.seen] > 0.5
+    found = LearntRoads(SHIPPED).probability(ground)[ground.seen] > 0.5
     assert 0.05 < true.mean() < 0.9
     assert np.count_nonzero(true & found) > 0.7 * np.count_nonzero(true | found)
     episode.close()

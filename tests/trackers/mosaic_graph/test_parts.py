@@ -12,7 +12,7 @@ from trackers.mosaic_graph.detector import Likeness
 from trackers.mosaic_graph.kernels import oriented_box as ob
 from trackers.mosaic_graph.mosaic import Mosaic, standing_ground
 from trackers.mosaic_graph.registration import Registration
-from trackers.mosaic_graph.road_network import RoadFinder
+from trackers.mosaic_graph.road_network import ColourRoads
 from trackers.types import CameraModel
 
 _MODEL = CameraModel(640, 480, 686.0)
@@ -81,7 +81,7 @@ def test_a_picture_with_the_horizon_is_not_added(pitch_rad: float) -> None:
 def test_far_from_the_seen_ground_no_roads_are_drawn() -> None:
     mosaic = Mosaic(0.2)
     mosaic.add(np.full((240, 320, 3), 90, np.uint8), looking_down(_MODEL, 0.1), _ALL_GROUND)
-    finder = RoadFinder()
+    finder = ColourRoads()
     finder.learn(np.zeros(2))
     assert finder.draw(mosaic, np.array([1000.0, 0.0])).graph.edge_count == 0
 

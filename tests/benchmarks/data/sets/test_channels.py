@@ -105,6 +105,15 @@ def test_objects_are_bright_and_apart_from_each_other_all_else_is_pale() -> None
     np.testing.assert_array_equal(image[0, 1], image[1, 1])
 
 
+def test_classes_have_colours_apart_the_same_in_every_picture() -> None:
+    classes = Meaning("class", ("H", "W"))
+    image, _ = channel_picture("semantic_map", np.arange(8, dtype=np.uint8)[None], classes, NO_IDS)
+    colours = image[0].astype(int)
+    assert min(np.abs(a - b).sum() for k, a in enumerate(colours) for b in colours[:k]) > 60
+    alone, _ = channel_picture("semantic_map", np.full((1, 1), 5, np.uint8), classes, NO_IDS)
+    np.testing.assert_array_equal(alone[0, 0], image[0, 5])
+
+
 def test_motion_is_white_at_rest_and_opposite_ways_look_different() -> None:
     flow = np.zeros((1, 4, 2), dtype=np.float32)
     flow[0, 1], flow[0, 2], flow[0, 3] = (3.0, 0.0), (-3.0, 0.0), np.nan

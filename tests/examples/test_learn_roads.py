@@ -15,9 +15,9 @@ from benchmarks.data.sets.request import Request
 from trackers.mosaic_graph.learnt_roads import RoadNetwork
 
 pytest.importorskip("torch", reason="torch is not installed")
-import road_network
+import learn_roads
 import torch
-from road_network import ground_and_road, main, train
+from learn_roads import ground_and_road, main, train
 from safetensors.torch import load_file
 
 
@@ -63,7 +63,7 @@ def test_what_it_learns_is_written_and_read_back(town: DataSet, tmp_path: Path, 
     assert float(found[1]) > 0.3
     assert weights.stat().st_size < 2e6
     ground, _ = samples[40]
-    model = road_network.RoadNetwork()
+    model = learn_roads.RoadNetwork()
     model.load_state_dict(load_file(weights))
     with torch.no_grad():
         expected = model(ground[None])[0].numpy()

@@ -5,9 +5,9 @@ Needs `pip install 'frameout[data,train]'`::
     G="frameout generate road-town --preset quick --set rate_hz=3 --set frame_count=84 --pictures jpeg"
     $G --channels image_rgb semantic_map --seeds 0:80 --out sets/roads
     $G --channels image_rgb semantic_map --seeds 600:608 --out sets/unseen
-    python examples/road_network.py --data sets/roads --weights mine.safetensors --unseen sets/unseen
+    python examples/learn_roads.py --data sets/roads --weights mine.safetensors --unseen sets/unseen
     frameout bench frame-out --preset standard --seeds 300:500 --trackers mosaic_graph_pf \\
-        --vary mosaic_graph_pf_network.weights=mine.safetensors
+        --vary mosaic_graph_pf.road_weights=mine.safetensors
 
 The sets take 5 minutes of one core and 0.3 GB, training 14. Roads in the pictures of the eight unseen towns have an IoU
 of 0.97 with the true ones. What that is worth to the tracker is in `docs/results/frame-out.md`.
