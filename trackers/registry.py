@@ -114,8 +114,6 @@ class MethodEntry:
                 raise ValueError(f"{self.name}: expected {wanted}, got {name!r}{nearest(name, known)}")
             if isinstance(value, str) and isinstance(known[name].default, int | float):
                 raise ValueError(f"{self.name}: expected a number for {name}, got {value!r}")
-            if isinstance(known[name].default, str) and not isinstance(value, str):
-                raise ValueError(f"{self.name}: expected text for {name}, got {value!r}")
         return self.parameters_class(**values)
 
 

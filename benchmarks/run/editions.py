@@ -30,7 +30,6 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from functools import cache
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -42,7 +41,6 @@ from benchmarks.run.own_modules import imported_files
 from scenarios import catalog
 from scenarios.field_values import split_name
 from scenarios.scenario import Scenario
-from sim.checks import check
 from sim.meshes.file import digest_of_files
 from trackers.controllers.catalogue import POLICY, ControllerEntry, controller_entry
 from trackers.controllers.policy import load_policy, policy_path
@@ -53,8 +51,6 @@ _PACKAGES = {"numpy": "numpy", "numba": "numba", "opencv": "opencv-python-headle
 _PYBULLET = ("pybullet", "pybullet-arm64")
 """Packages that bring it, of which one is installed."""
 _DIGITS = 10
-WEIGHTS = ".safetensors"
-"""End of the name of a file that is part of a tracker."""
 
 
 def scene_edition(scenario: Scenario, configuration: Any, values: Mapping[str, str] = MappingProxyType({})) -> str:
@@ -95,17 +91,8 @@ def judge_edition(judging: Suite) -> str:
 
 
 def tracker_edition(tracker: TrackerSpec) -> str:
-    """Return the edition of a tracker with its parameters, and of the weights that one of them names as a file.
-
-    Raises:
-        ValueError: for such a file that cannot be read.
-    """
-    weights = [text for text in _texts(tracker.parameters) if text.endswith(WEIGHTS)]
-    for file in weights:
-        check("weights", os.path.isfile(file), "a file of weights", file)
-    contents = b"".join(Path(file).read_bytes() for file in weights)
-    digest = _digest(contents) if weights else ""
-    return _words(tracker.name, tracker.edition, digest_of(tracker.parameters), own_code(tracker.module), digest)
+    """Return the edition of a tracker with its parameters."""
+    return _words(tracker.name, tracker.edition, digest_of(tracker.parameters), own_code(tracker.module))
 
 
 def controller_edition(controller: ControllerEntry) -> Editions:

@@ -1,4 +1,4 @@
-"""The example learns, and writes what the tracker's network reads: both give the same answers."""
+"""The example learns, and its tracker reads what it has written."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import pytest
 from benchmarks.data.sets.data_set import DataSet
 from benchmarks.data.sets.generating import Workers, generate
 from benchmarks.data.sets.request import Request
-from trackers.mosaic_graph.learnt_roads import RoadNetwork
+from trackers import registry
+from trackers.mosaic_graph.road_network import SeenGround
 
 pytest.importorskip("torch", reason="torch is not installed")
 import learn_roads
 import torch
-from learn_roads import ground_and_road, main, train
-from safetensors.torch import load_file
+from learn_roads import LearntRoads, ground_and_road, main, train
 
 
 @pytest.fixture(autouse=True)
@@ -62,10 +62,21 @@ def test_what_it_learns_is_written_and_read_back(town: DataSet, tmp_path: Path, 
     assert found
     assert float(found[1]) > 0.3
     assert weights.stat().st_size < 2e6
-    ground, _ = samples[40]
-    model = learn_roads.RoadNetwork()
-    model.load_state_dict(load_file(weights))
-    with torch.no_grad():
-        expected = model(ground[None])[0].numpy()
-    found = RoadNetwork(weights).log_odds(ground.permute(1, 2, 0).numpy())
-    assert np.allclose(found, expected, atol=1e-3 * np.abs(expected).max())
+    ground, goal = samples[40]
+    rgb, seen = (255 * ground).byte().permute(1, 2, 0).numpy(), (ground.sum(0) > 0).numpy()
+    found = LearntRoads(weights).probability(SeenGround(np.zeros(2), rgb[:-3], seen[:-3].astype(np.uint8), seen[:-3]))
+    assert found.shape == (125, 128)
+    judged = (goal.numpy() >= 0)[:-3] & seen[:-3]
+    assert ((found > 0.5) == (goal.numpy()[:-3] == 1))[judged].mean() > 0.8
+
+
+@pytest.mark.heavy
+def test_the_tracker_follows_a_car(town: DataSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    weights = tmp_path / "weights.safetensors"
+    main(town.url, weights, steps=1)
+    monkeypatch.setattr(learn_roads, "WEIGHTS", weights)
+    tracker = registry.entry("learnt_roads").create(np.random.default_rng(0))
+    frames = list(town.episode(3))[:12]
+    tracker.initialise(frames[0].observation, frames[0].truth.box_xyxy[0])
+    for frame in frames[1:]:
+        assert np.isfinite(tracker.update(frame.observation).position_px).all()

@@ -22,8 +22,6 @@ class MosaicGraphParameters:
         renewal: prior probability in each picture that it moves as no particle does.
         urge_spread_mps2, speed_noise, cruise_spread_mps, cruise_rate, turn_weight, leave_rate, curve_spread_per_m,
             unseen_turns_per_m: see ``Habits``.
-        road_weights: file of a network that finds roads in place of their colours, see ``learnt_roads``; ``shipped`` =
-            that of this package.
         use_filter: if False, a map is made without a measured pose too, of ground that is taken to lie straight below.
     """
 
@@ -41,7 +39,6 @@ class MosaicGraphParameters:
     leave_rate: float = tunable(0.05, 0.002, 0.2, log=True)
     curve_spread_per_m: float = tunable(0.02, 0.003, 0.1, log=True)
     unseen_turns_per_m: float = tunable(0.01, 0.001, 0.03, log=True)
-    road_weights: str = ""
     use_ego: bool = True
     use_filter: bool = True
     use_mosaic: bool = True

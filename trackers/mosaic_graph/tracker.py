@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 from numpy.typing import NDArray
 
 from trackers.kernels.boxes import box_centre, box_size
-from trackers.mosaic_graph.learnt_roads import SHIPPED, LearntRoads
 from trackers.mosaic_graph.map_tracker import MapTracker
 from trackers.mosaic_graph.parameters import MosaicGraphParameters
 from trackers.mosaic_graph.picture_tracker import PictureTracker
 from trackers.mosaic_graph.registration import shows_ground
-from trackers.mosaic_graph.road_network import ColourRoads, RoadFinder
+from trackers.mosaic_graph.road_network import ColourRoads
 from trackers.registry import register, register_variant
 from trackers.types import Estimate, Observation
 
@@ -45,7 +42,7 @@ class MosaicGraphParticleFilter:
         is_posed = parameters.use_ego and shows_ground(observation, box_centre(box_xyxy))
         self._tracker: MapTracker | PictureTracker
         if is_posed or not parameters.use_filter:
-            self._tracker = MapTracker(parameters, self._rng, observation, box_xyxy, self._road_finder())
+            self._tracker = MapTracker(parameters, self._rng, observation, box_xyxy, ColourRoads())
         else:
             self._tracker = PictureTracker(parameters, self._rng, observation, box_xyxy)
 
@@ -53,21 +50,14 @@ class MosaicGraphParticleFilter:
         """Take in the next picture."""
         return self._tracker.update(observation)
 
-    def _road_finder(self) -> RoadFinder:
-        weights = self._parameters.road_weights
-        if not weights:
-            return ColourRoads()
-        return LearntRoads(SHIPPED if weights == "shipped" else Path(weights))
 
-
-_VARIANTS = (
+_ABLATIONS = (
     ("no_negative", "ours, without negative information", {"use_negative_information": False}),
     ("no_mosaic", "ours, registered from frame to frame only", {"use_mosaic": False}),
     ("no_roads", "ours, without a road graph", {"use_roads": False}),
     ("no_redetection", "ours, detection only at the particles", {"use_redetection": False}),
     ("no_ego", "ours, without measured ego motion: in the picture", {"use_ego": False}),
-    ("network", "ours, with roads found by a network trained on such towns", {"road_weights": "shipped"}),
     ("no_filter", "ours, without that and without the filter: on a map", {"use_ego": False, "use_filter": False}),
 )
-for _name, _summary, _overrides in _VARIANTS:
+for _name, _summary, _overrides in _ABLATIONS:
     register_variant(f"mosaic_graph_pf_{_name}", "mosaic_graph_pf", summary=_summary, **_overrides)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.contract.suite import register_suite, suite, suites
 from benchmarks.contract.tracker_spec import TrackerSpec
 from benchmarks.run import own_modules as imports
-from benchmarks.run.editions import Editions, digest_of, judge_edition, own_code, tracker_edition
+from benchmarks.run.editions import Editions, digest_of, judge_edition, own_code
 from benchmarks.run.episodes import editions_of, simulated
 from benchmarks.run.selection import tracker_named
 from scenarios import catalog
@@ -56,17 +56,6 @@ def test_a_change_of_a_parameter_or_an_edition_shows_and_only_there() -> None:
     assert differing(before, made_of(other)) == {"tracker"}
     assert differing(before, made_of(replace(known, edition=known.edition + 1))) == {"tracker"}
     assert differing(before, made_of(known, changed={"frame_count": 90})) == {"scene"}
-
-
-def test_weights_of_a_file_are_part_of_a_tracker(tmp_path: Path) -> None:
-    known, file = tracker_named("mosaic_graph_pf"), tmp_path / "mine.safetensors"
-    tracker = replace(known, parameters=replace(known.parameters, road_weights=str(file)))
-    with pytest.raises(ValueError, match=r"weights: expected a file of weights, got .*mine\.safetensors"):
-        tracker_edition(tracker)
-    file.write_bytes(b"1")
-    first = tracker_edition(tracker)
-    file.write_bytes(b"2")
-    assert tracker_edition(tracker) != first
 
 
 def test_a_change_of_a_preset_shows_and_only_there(monkeypatch: pytest.MonkeyPatch) -> None:
