@@ -11,8 +11,8 @@ from scenarios.road_town.canvas import Canvas
 from sim.world import World
 
 CLASSES = ("sky", "road", "ground", "building", "vegetation", "vehicle", "person", "other")
-"""Names of the classes, by code. ``road`` is the carriageway; that of a bridge is ``other``, as are posts and kerbs.
-Cyclists are persons with what they ride.
+"""Names of the classes, by code. ``road`` is the carriageway; that of a bridge is ``other``, as are kerbs, posts,
+signs and what stands in gardens, their low hedges too. Cyclists are persons with what they ride.
 """
 ROAD, GROUND = CLASSES.index("road"), CLASSES.index("ground")
 _OF_CATEGORY = {

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.generating import Workers, generate
-from benchmarks.data.sets.request import Request
 from trackers import registry
 from trackers.mosaic_graph.road_network import SeenGround
 
@@ -20,22 +17,7 @@ import learn_roads
 import torch
 from learn_roads import LearntRoads, ground_and_road, main, train
 
-
-@pytest.fixture(autouse=True)
-def _one_thread() -> Iterator[None]:
-    """Small pictures gain nothing by more, and tests run side by side."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
-
-
-@pytest.fixture(scope="module")
-def town(tmp_path_factory: pytest.TempPathFactory) -> DataSet:
-    """Return a set of one short episode of small pictures."""
-    preset = "quick[frame_count=128,height_px=120,rate_hz=3,width_px=160]"
-    request = Request("road-town-v2", preset, (3, 4), ("image_rgb", "semantic_map"))
-    return generate(request, str(tmp_path_factory.mktemp("town")), Workers(0), lambda done, of: None)
+pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 @pytest.mark.heavy

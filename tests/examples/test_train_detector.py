@@ -5,14 +5,11 @@ from __future__ import annotations
 import re
 import runpy
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from benchmarks.data.sets.data_set import DataSet
-from benchmarks.data.sets.generating import Workers, generate
-from benchmarks.data.sets.request import Request
 
 pytest.importorskip("torch", reason="torch is not installed")
 pytest.importorskip("pycocotools", reason="pycocotools is not installed")
@@ -21,22 +18,7 @@ import train_detector
 from detections import average_precision, cars_seen
 from train_detector import detect, picture_and_goals, train
 
-
-@pytest.fixture(autouse=True)
-def _one_thread() -> Iterator[None]:
-    """Small pictures gain nothing by more, and tests run side by side."""
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads)
-
-
-@pytest.fixture(scope="module")
-def town(tmp_path_factory: pytest.TempPathFactory) -> DataSet:
-    """Return a set of one short episode of small pictures."""
-    preset = "quick[frame_count=128,height_px=120,rate_hz=3,width_px=160]"
-    request = Request("road-town-v2", preset, (3, 4), ("image_rgb", "instance_map"))
-    return generate(request, str(tmp_path_factory.mktemp("town")), Workers(0), lambda done, of: None)
+pytestmark = pytest.mark.usefixtures("one_thread")
 
 
 @pytest.mark.heavy
